@@ -23,7 +23,7 @@ BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], EngineBody | No
     elements.Beam: strip.add,
     elements.Cable: strip.add,
     elements.Modal: modal.add,
-    elements.Strut: loads.add_strut,
+    elements.Strut: lambda _scene, _link, _velocity: None,  # it has no body
 }
 """Functions that add a link, by the class of its body: (scene, link, velocity (vx, vy, omega) of its start) -> EngineBody.
 
@@ -51,10 +51,7 @@ CONNECTORS: dict[type, Callable[..., None]] = {
 
 
 def connect(scene: EngineScene) -> None:
-    """Add all elements, in the order of `CONNECTORS`, then those of extensions.
-
-    Elements of a class without a function are added by their rows of constraints.
-    """
+    """Add elements in the order of `CONNECTORS`, then those of extensions; a kind without a function by its rows."""
     by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         body = type(element.body) if isinstance(element, elements.Link) else None

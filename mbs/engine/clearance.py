@@ -5,7 +5,6 @@ The forces come from compiled kernels of `buckler.mbs.laws.contact`; a joint is 
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 import exudyn.itemInterface as eii
@@ -18,10 +17,8 @@ from ..geometry import Array, onsets
 from ..laws import BristleLaw, FrictionLaw, NormalLaw
 from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
-from ..record.record import Record
 from . import Callback, System
 from .guarded import watch
-from .placed import History
 from .scene import EngineScene
 
 if TYPE_CHECKING:
@@ -32,7 +29,7 @@ PATIENCE = 1_000_000
 
 The engine's explicit integrator can reject one step for ever, and calls nothing but the forces meanwhile."""
 PYTHON_PATIENCE = PATIENCE // 10
-"""The same number for laws called in plain Python, which are slower."""
+"""`PATIENCE` for laws in plain Python, whose calls are slower."""
 DEPTH, RATE, SPEED, DEFLECTION = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 """Columns of the report of a kernel."""
 
@@ -113,12 +110,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
             )
         add_clearances(scene, group)
         for k, name in enumerate(names):
-            scene.reads(name, "memory", partial(_memory, g, k))
-
-
-def _memory(group: int, k: int, run: History, _record: Record) -> Array:
-    """Return the memory of joint k of a group over the run, (times, 4)."""
-    return run.memory[group][:, k]
+            scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])  # type: ignore[misc]
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
@@ -159,6 +151,7 @@ def user_function(group: ClearanceGroup, out: Array) -> Callback:
     most, latest = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE, group.latest
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
+        """Compute the generalised forces, unless the engine repeats one step for ever."""
         latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
         if latest[1] > most:
             latest[1] = np.inf

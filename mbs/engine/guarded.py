@@ -24,6 +24,7 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
     """Return a callback (system, time, ...) that calls a function and stores its first exception; see `describe_failure`."""
 
     def call(system: System, t: float, *arguments: float) -> object:
+        """Call the function, and store its exception."""
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:
@@ -35,16 +36,14 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
 
 
 def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
-    """Return a guarded function of (time for messages, arguments) that returns `size` finite numbers.
-
-    `function` is the user's function of the arguments, or its constant value.
-    """
+    """Guard a function, or a constant: the result takes the time for messages first, and returns `size` finite numbers."""
     if not callable(function):
         return lambda _t, *_: function
     what = f"the function of '{name}'"
     watched = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
+        """Call the function, and check its value."""
         value = watched(None, t, *arguments)
         try:
             numbers = (value,) if size == 1 else tuple(value)

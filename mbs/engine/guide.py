@@ -21,9 +21,9 @@ from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
 SMALLEST_FACTOR = 0.1
-"""Least relaxation factor in `ReactionFriction.normal`."""
+"""Least relaxation factor of Aitken's method in `ReactionFriction.normal`."""
 LARGEST_FACTOR = 5.0
-"""Largest relaxation factor in `ReactionFriction.normal`."""
+"""Largest relaxation factor of Aitken's method in `ReactionFriction.normal`."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,9 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     x, y = scene.mechanism.points[guide.point]
     ax, ay = guide.along
     node = scene.system.AddNode(eii.Node1D(referenceCoordinates=[0.0], initialVelocities=[speed]))
-    body = scene.system.AddObject(
-        eii.ObjectMass1D(
-            mass=guide.mass,
-            nodeNumber=node,
-            referencePosition=[x, y, 0.0],
-            referenceRotation=np.array([[ax, -ay, 0.0], [ay, ax, 0.0], [0.0, 0.0, 1.0]]),
-        )
-    )
+    rotation = np.array([[ax, -ay, 0.0], [ay, ax, 0.0], [0.0, 0.0, 1.0]])
+    item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
+    body = scene.system.AddObject(item)
     ends = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
     return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), ends, (x, y))
 
@@ -111,16 +106,12 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
 
 def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
     """Add friction of prescribed size on the coordinate of a block, by a native element of the engine."""
-    scene.system.AddObject(
-        eii.ObjectConnectorCoordinateSpringDamperExt(
-            markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)],
-            dynamicFrictionForce=friction.dynamic,
-            staticFrictionOffsetForce=friction.static_offset,
-            viscousFrictionFactor=friction.viscous,
-            exponentialDecayStatic=friction.stribeck,
-            frictionProportionalZone=friction.regularisation,
-        )
-    )
+    markers = [scene.ground, scene.coordinate(guide.point, 0)]
+    scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(
+        markerNumbers=markers, dynamicFrictionForce=friction.dynamic, staticFrictionOffsetForce=friction.static_offset,
+        viscousFrictionFactor=friction.viscous, exponentialDecayStatic=friction.stribeck,
+        frictionProportionalZone=friction.regularisation,
+    ))  # fmt: skip
 
 
 class ReactionFriction:
@@ -193,9 +184,7 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     scene.with_memory.append(friction)
     scene.starts_smooth |= not friction.has_memory
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
-    scene.system.AddObject(
-        eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=force
-        )
-    )
+    markers = [scene.ground, scene.coordinate(guide.point, 0)]
+    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, stiffness=1.0, springForceUserFunction=force)
+    scene.system.AddObject(item)
     scene.reads(name, "memory", lambda run, _record: run.memory[g][:, 0])

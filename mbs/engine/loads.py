@@ -57,6 +57,7 @@ def _moment_of(
     """Make the callback of the moment [N m] about a point (body, point) of a force whose line of action meets a place."""
 
     def moment(_time: float, t: float, *_: float) -> float:
+        """Return the moment about the point [N m]."""
         fx, fy, _z = force(None, t, None)
         x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
@@ -69,6 +70,7 @@ def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> C
     value = guard(scene, name, load.value, 2)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
+        """Return the force in axes of the ground [N]."""
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
@@ -112,13 +114,12 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
     """
 
     def spring_torque(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
+        """Return the torque with the engine's sign, positive against the rotation [N m]."""
         return -float(torque(t, t, angle, speed))
 
-    scene.system.AddObject(
-        eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[scene.ground, marker], stiffness=1.0, springForceUserFunction=spring_torque
-        )
-    )
+    markers = [scene.ground, marker]
+    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, stiffness=1.0, springForceUserFunction=spring_torque)
+    scene.system.AddObject(item)
 
 
 def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
@@ -129,6 +130,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         def torque(
             t: float, _value: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage
         ) -> float:
+            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
@@ -138,11 +140,9 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
     """Add springs between points."""
     for name, load in loads.items():
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
-        scene.system.AddObject(
-            eii.ObjectConnectorSpringDamper(
-                markerNumbers=markers, referenceLength=load.free(scene.mechanism), **spring_parameters(scene, name, load)
-            )
-        )
+        options = spring_parameters(scene, name, load)
+        length = load.free(scene.mechanism)
+        scene.system.AddObject(eii.ObjectConnectorSpringDamper(markerNumbers=markers, referenceLength=length, **options))
 
 
 def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
@@ -152,6 +152,7 @@ def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSprin
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
+        """Return the force [N] or torque [N m] of the law."""
         return law(t, value, rate)
 
     return {"stiffness": 1.0, "springForceUserFunction": force}
@@ -171,23 +172,16 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
         scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **options))
 
 
-def add_strut(scene: EngineScene, link: Link, _velocity: Array) -> None:
-    """Add nothing: a strut has no body."""
-
-
 def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
     """Add struts as springs between the bodies at their ends."""
     for name, link in links.items():
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
         scene.struts[name] = spring
-        scene.system.AddObject(
-            eii.ObjectConnectorSpringDamper(
-                markerNumbers=[_end_marker(scene, link, link.start), _end_marker(scene, link, link.end)],
-                referenceLength=spring.length,
-                stiffness=1.0,
-                springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
-            )
-        )
+        scene.system.AddObject(eii.ObjectConnectorSpringDamper(
+            markerNumbers=[_end_marker(scene, link, link.start), _end_marker(scene, link, link.end)],
+            referenceLength=spring.length, stiffness=1.0,
+            springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
+        ))  # fmt: skip
 
 
 def _end_marker(scene: EngineScene, link: Link, point: str) -> int:

@@ -103,22 +103,17 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     system = placed.system
     rigid = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]
     start = placed.model.motion(placed.stations[point], placed.reference, rigid)
-    node = system.AddNode(
-        eii.NodeRigidBody2D(
-            referenceCoordinates=[*start.position[0], *start.angle], initialVelocities=[*start.velocity[0], *start.spin]
-        )
-    )
+    place, velocity = [*start.position[0], *start.angle], [*start.velocity[0], *start.spin]
+    node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=velocity))
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
     rotations = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
     row = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *rotations]
     body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))
     anchor = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
-    system.AddObject(
-        eii.ObjectConnectorCoordinateVector(
-            markerNumbers=[body, anchor], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
-        )
-    )
+    system.AddObject(eii.ObjectConnectorCoordinateVector(
+        markerNumbers=[body, anchor], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
+    ))  # fmt: skip
     placed.anchors[point] = int(node)
     return int(node)
 
@@ -132,18 +127,12 @@ def _position_marker(system: System, body: int, station: str) -> int:
 
 def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
     """Add a body with a floating frame and modes; constrain its three motions out of the plane."""
-    frame = system.AddNode(
-        eii.NodeRigidBodyRxyz(
-            referenceCoordinates=[*place[:2], 0.0, 0.0, 0.0, place[2]],
-            initialVelocities=[*velocity[:2], 0.0, 0.0, 0.0, velocity[2]],
-        )
-    )
+    reference, rates = ([*xy_theta[:2], 0.0, 0.0, 0.0, xy_theta[2]] for xy_theta in (place, velocity))
+    frame = system.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=reference, initialVelocities=rates))
     zeros, m = np.zeros(len(model)), len(model)
-    modal = system.AddNode(
-        eii.NodeGenericODE2(
-            referenceCoordinates=zeros, initialCoordinates=zeros, initialCoordinates_t=zeros, numberOfODE2Coordinates=m
-        )
-    )
+    modal = system.AddNode(eii.NodeGenericODE2(
+        referenceCoordinates=zeros, initialCoordinates=zeros, initialCoordinates_t=zeros, numberOfODE2Coordinates=m
+    ))  # fmt: skip
     body = system.AddObject(eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model)))
     ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=system.AddNode(eii.NodePointGround()), coordinate=0))
     for coordinate in (k for k in range(6) if k not in IN_PLANE):

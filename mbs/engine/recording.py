@@ -37,10 +37,7 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack the values as arrays.
-
-        If the engine's forces at t = 0 lack friction (`starts_smooth`), those of the first step replace them.
-        """
+        """Stack the values as arrays; with `starts_smooth` the multipliers of the first step replace those at t = 0."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.starts_smooth and count > 1:

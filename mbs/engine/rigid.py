@@ -77,11 +77,10 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
     to_link = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
     arms = {point: np.subtract(position, own) for point, position in mechanism.points.items()}
+    local = {point: [*(to_link @ (arms[point] + own - middle)), 0.0] for point in link.points}
     ends = {
-        point: system.AddMarker(
-            eii.MarkerBodyPosition(bodyNumber=body, localPosition=[*(to_link @ (arms[point] + own - middle)), 0.0])
-        )
-        for point in link.points
+        point: system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
+        for point, position in local.items()
     }
     parts = mass, inertia, arms, length / 2, own - middle
     return PlacedRigid(system, link.name, link.body, (node,), (body,), reference, ends, *parts)

@@ -43,22 +43,17 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
             raised = error
     if control.raised is not None:
         raise control.raised
+    last = control.record.time[-1] if control.record.time else 0.0
+    diverged = f"no convergence after t = {last:.6g} s"
     if any(np.isinf(group.latest[1]) for group in scene.with_memory):
-        return _divergence(control, "a step is rejected again and again, however short: look at the contact law")
+        reason = "a step is rejected again and again, however short: look at the contact law"
+        return Status.NEWTON_DIVERGED, f"{diverged}: {reason}"
     failure = control.failure or scene.stopped
     if failure is not None or finished:
         return failure
     if raised is None or isinstance(raised, exu.SolverError):
-        return _divergence(control, "the smallest step did not help")
-    return Status.ENGINE_ERROR, f"after t = {_last_time(control):.6g} s: {' '.join(str(raised).split())[-200:]}"
-
-
-def _divergence(control: Recorder, reason: str) -> tuple[Status, str]:
-    return Status.NEWTON_DIVERGED, f"no convergence after t = {_last_time(control):.6g} s: {reason}"
-
-
-def _last_time(control: Recorder) -> float:
-    return control.record.time[-1] if control.record.time else 0.0
+        return Status.NEWTON_DIVERGED, f"{diverged}: the smallest step did not help"
+    return Status.ENGINE_ERROR, f"after t = {last:.6g} s: {' '.join(str(raised).split())[-200:]}"
 
 
 def _common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:

@@ -40,14 +40,9 @@ class StepControl(Recorder):
     """Callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the next."""
 
     def __init__(
-        self,
-        scene: EngineScene,
-        solver: Exudyn,
-        steps: Controlled,
-        duration: float,
-        engine: exu.MainSolverImplicitSecondOrder,
+        self, scene: EngineScene, solver: Exudyn, steps: Controlled, duration: float, engine: exu.MainSolverImplicitSecondOrder,
         *limits: Any,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from math import inf
 
 import exudyn.itemInterface as eii
@@ -10,13 +9,10 @@ import numpy as np
 
 from ..elements.element import GROUND, place
 from ..elements.stop import Stop
-from ..geometry import Array
-from ..record.record import Record
 from . import System
 from .forces import FreeContact, StopContact, StopEnd
 from .guarded import watch
 from .loads import add_torque
-from .placed import History
 from .scene import EngineScene
 
 
@@ -48,18 +44,14 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
             _add_free(scene, contact)
         else:
             _add_guided(scene, contact)
-        scene.reads(name, "force", partial(_force, k))
-
-
-def _force(k: int, run: History, _record: Record) -> Array:
-    """Return the contact force of stop k over the run, (times, 1)."""
-    return run.contact[:, k : k + 1]
+        scene.reads(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])  # type: ignore[misc]
 
 
 def _add_guided(scene: EngineScene, contact: StopContact) -> None:
     """Add a stop on the coordinate of its guide's block."""
 
     def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
+        """Return the force along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     watched = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)

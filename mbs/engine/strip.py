@@ -91,14 +91,11 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
             return [float((gradient(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
 
-    system.AddObject(
-        eii.ObjectConnectorCoordinateVector(
-            markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=number)) for number in (node, anchor)],
-            scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
-            constraintUserFunction=residual,
-            jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: gradient(q),
-        )
-    )
+    system.AddObject(eii.ObjectConnectorCoordinateVector(
+        markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=number)) for number in (node, anchor)],
+        scalingMarker0=np.zeros((1, 7)), constraintUserFunction=residual,  # the shape is (equations, coordinates)
+        jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: gradient(q),
+    ))  # fmt: skip
     return int(anchor)
 
 
@@ -145,9 +142,10 @@ def _distribute(parts: Array, count: int) -> list[int]:
 def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
     """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
-    The interpolated slope has the length 1 at the integration points if the length of the element is its chord c (2 nodes) or
-    sqrt(c^2 + 16/3 d^2) with the middle node at a distance d from mid-chord (3 nodes). The curvature is constant if the middle
-    direction is the mean of those at the ends. Rotating and scaling the nodes between two fixed nodes preserves both.
+    The interpolated slope must have the length 1 at the integration points. So the length of an element with 2 nodes is its
+    chord c, of one with 3 nodes sqrt(c^2 + 16/3 d^2) with d the distance of the middle node from mid-chord. The curvature is
+    constant if the middle direction is the mean of those at the ends. Rotating and scaling all nodes between two fixed nodes
+    preserves both.
 
     Places in the plane are complex numbers; until the last loop they are in units of the mean length of an element.
     """

@@ -22,10 +22,7 @@ STATIONS = 33
 
 
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
-    """Compute the free-free modes of a uniform bar, bending modes first, then axial ones.
-
-    The degree of the polynomials is 24 by default, and larger for more than six modes of a kind.
-    """
+    """Compute the free-free modes of a bar, bending, then axial ones, by polynomials of a degree, 24 or more by default."""
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
     bar = _Bar(section, length, degree)
@@ -40,20 +37,16 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm
     sections = slice(-3 - STATIONS, -STATIONS)  # start, end, centre
     return PlanarModel(
-        length=length,
-        mass=float(masses.sum()),
-        inertia=float(masses @ bar.x**2 + bar.inertias.sum()),
-        centre=np.array([length / 2, 0.0]),
-        numbers=np.arange(1, m + 1),
-        frequency=frequency,
-        damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
+        length=length, mass=float(masses.sum()), inertia=float(masses @ bar.x**2 + bar.inertias.sum()),
+        centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
+        frequency=frequency, damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
         shapes=np.stack([along[sections], across[sections], turns[sections]], axis=1),
         radial=(masses * bar.x) @ along,
         gram=along.T @ (masses[:, None] * along) + across.T @ (masses[:, None] * across) + turns.T @ (inertias[:, None] * turns),
         gyration=products - products.T,
         line=np.column_stack([bar.x[-STATIONS:], np.zeros(STATIONS)]),
         line_shapes=np.stack([along[-STATIONS:], across[-STATIONS:]], axis=1),
-    )
+    )  # fmt: skip
 
 
 class _Bar:
@@ -96,10 +89,7 @@ class _Bar:
         return omega, deflection, slope
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
-        """Compute frequencies, deflections and rotations of the section of bending modes with shear.
-
-        Coefficients of deflection, then of rotation, are scaled by `a` and `b` to a unit mass matrix.
-        """
+        """Compute frequencies, deflections and rotations of bending modes with shear; `a` and `b` scale to a unit mass matrix."""
         section = self.section
         a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)
         shear, bend = np.hstack([self.dp / a, -self.p / b]), np.hstack([np.zeros_like(self.p), self.dp / b])

@@ -1,7 +1,7 @@
 """Motion, energy and momentum of a modal link in the plane by the floating frame of reference, independent of solvers.
 
-The frame's origin is the undeformed centre of mass, its x axis is along the link. With position R and angle theta of the frame,
-modes phi_k and modal coordinates q_k, a point X of the undeformed link is at r = R + A(theta) (X + sum phi_k(X) q_k).
+The frame's origin is the undeformed centre of mass, its x axis is along the link. R and theta are its position and angle,
+phi_k modes and q_k modal coordinates. A point X of the undeformed link moves to r = R + A(theta) (X + sum phi_k(X) q_k).
 Arrays `q` of coordinates (R_x, R_y, theta, q_1 ... q_m), `q_t` and `q_tt` of rates have the shape (times, 3 + m).
 """
 

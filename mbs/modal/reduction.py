@@ -111,20 +111,15 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     momenta = np.array([solid.mass @ mode for mode in flat]).reshape(-1, *arms.shape)
     products, mass = np.einsum("kn,ln->kl", flat[..., 0], momenta[..., 1]), float(solid.mass.sum())
     plane = PlanarModel(
-        length=solid.length,
-        mass=mass,
-        inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
-        centre=solid.centre[:2],
-        numbers=chosen[is_planar] + 1,
-        frequency=omega[is_planar],
-        damping=damping[is_planar],
+        length=solid.length, mass=mass, inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)), centre=solid.centre[:2],
+        numbers=chosen[is_planar] + 1, frequency=omega[is_planar], damping=damping[is_planar],
         shapes=at_stations[:, :, [0, 1, 5]].transpose(0, 2, 1),  # x, y, rotation in the plane
         radial=np.einsum("na,kna->k", arms, momenta),
         gram=np.einsum("kna,lna->kl", flat, momenta),
         gyration=products - products.T,
         line=np.column_stack([line, np.zeros_like(line)]) - solid.centre[:2],
         line_shapes=line_modes.transpose(1, 2, 0),
-    )
+    )  # fmt: skip
     return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, mass, solid.centre, plane)
 
 

@@ -90,10 +90,7 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
 
 
 def rigid_motions(places: Array, dim: int = 3) -> Array:
-    """Compute displacements of n places in the rigid motions, three translations and three rotations, shape (3 n, 6).
-
-    In two dimensions there are three motions, shape (2 n, 3).
-    """
+    """Compute displacements of n places in rigid motions: three translations, three rotations, (3 n, 6); in a plane (2 n, 3)."""
     x, y, z = np.asarray(places, dtype=float).T
     o, one = np.zeros_like(x), np.ones_like(x)
     motions = np.array([[one, o, o, o, z, -y], [o, one, o, -z, o, x], [o, o, one, y, -x, o]])
@@ -146,10 +143,7 @@ def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -
 
 
 def participation(solid: Solid, shapes: Array) -> Array:
-    """Compute the shares of each mode's kinetic energy in the rigid motions of its sections, `MOTIONS`, shape (modes, 4).
-
-    The rest to 1 is energy of motions that deform the sections.
-    """
+    """Compute shares of a mode's kinetic energy in rigid motions of sections, `MOTIONS`, (modes, 4); the rest deforms them."""
     return np.stack([np.einsum("kk->k", form) for form in _section_forms(solid, shapes)], axis=1)
 
 

@@ -175,10 +175,7 @@ class Smooth(Curve):
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Extrapolate three samples above zero by a parabola to zero; at a jump or an end of the run return a sample's time.
-
-        After a negative sample return the zero of the cubic.
-        """
+        """Return where the curve is zero, by a parabola through three samples above zero; at a jump or an end a sample's time."""
         inside, jumps = [k + i * step for i in (1, 2, 3)], {*self._pieces[1:-1].tolist()}
         for i in (k, k + step):
             if {i, i + 1} & jumps:

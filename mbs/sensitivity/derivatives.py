@@ -80,10 +80,7 @@ class Derivative(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of readings by numbers, grouped by reading, the largest effect first.
-
-    `spreads` are the standard deviations of numbers that the user gave, SI.
-    """
+    """Derivatives of readings by numbers, grouped by reading, the largest first; `spreads` are given standard deviations."""
 
     rows: Sequence[Derivative]
     spreads: Mapping[str, float]

@@ -164,10 +164,7 @@ class Measure(NamedTuple):
 
 
 def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
-    """Read formulas off a run, by default the peaks of forces, torques and deflections; nothing off a run that failed.
-
-    A run that the user or a time limit ended is read up to its last time.
-    """
+    """Read formulas, by default peaks of forces, torques and deflections, off a run that finished or was ended from outside."""
     ended = result.status in END_FROM_OUTSIDE and len(result.time) > 1
     readable = [text for text in texts or peaks(result) if not (ended and AT_TIME.search(text))]
     return [_measure(result, text) for text in readable] if ended or result.status.finished else []

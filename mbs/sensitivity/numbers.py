@@ -98,10 +98,7 @@ class Family:
 
     @classmethod
     def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float]) -> Family:
-        """Make the family of a mechanism by paths of its numbers, or of a function by names of its arguments.
-
-        `arguments` are the values of a function's arguments. A ValueError names a path without a number.
-        """
+        """Make the family of a mechanism by paths of numbers, or of a function by names and values of `arguments`."""
         if not isinstance(mechanism, Mechanism | Mapping):
             function, present = mechanism, {name: float(arguments[name]) for name in names}
             return cls(lambda values: function(**values), present, dict.fromkeys(names, ""))

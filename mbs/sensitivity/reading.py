@@ -98,6 +98,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
     number = int(match[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
+        """Compute the natural frequency [Hz] and its error."""
         from ..statics.vibration import frequencies  # loads the compiled solver
 
         answer = frequencies(mechanism, count=number)

@@ -133,10 +133,7 @@ class FitProblem:
         return np.column_stack([self._slope(x, i, residuals) for i in range(len(x))])
 
     def _slope(self, x: Array, i: int, residuals: Array) -> Array:
-        """Compute the one-sided difference quotient by one coordinate.
-
-        It is taken towards the middle of the range; if a run fails there, away from it; zero if both fail.
-        """
+        """Compute the difference quotient by one coordinate, towards the middle or, if a run fails, away from it; else 0."""
         axis, width = np.arange(len(x)) == i, WIDTH if x[i] < 0.5 else -WIDTH
         for change in (width, -width):
             try:

@@ -41,10 +41,7 @@ def finer(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
-    """Integrate implicitly; a RunFailedError says why a run fails.
-
-    The run has the signals that the text `readings` names, or all signals without a text.
-    """
+    """Integrate implicitly, with the signals that the text `readings` names, or all; a RunFailedError says why a run fails."""
     watching.get().check()
     watching.get().count += 1
     solver = replace(solver, method="implicit")
@@ -57,10 +54,7 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str =
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
-    """Compute readings of a mechanism, from one run if a reading needs a run.
-
-    A RunFailedError says that the run fails, or that the state of rest is not stable for a frequency.
-    """
+    """Compute readings, from one run if needed; a RunFailedError says that a run fails, or that a state of rest is not stable."""
     found, ended = list[tuple[float, str, float]](), None
     texts = " ".join(text for text in readings.values() if isinstance(text, str))
     for reading in readings.values():

@@ -166,10 +166,7 @@ class Search:
             return np.full(len(self.readings), np.nan)
 
     def evaluate(self, x: Array) -> Array:
-        """Compute the readings at a point, with the offset; points are cached.
-
-        An EnoughError ends the search if the budget is used up, or if all constraints are met and nothing is to be minimised.
-        """
+        """Compute readings at a point, with the offset, or look them up; raise an EnoughError to end the search."""
         key = point_of(x)
         if key not in self.cache:
             if self.runs >= self.budget:

@@ -122,8 +122,8 @@ Pair = tuple[float, float]
 class Sheet:
     """Input and collected frames of the symbols of a mechanism, whose points move as in `record`.
 
-    `unit` is the size of a symbol [m]. `frames` maps the name of a frame to the point reference it follows and, for a pin in a
-    bush, the pin's point reference and the factor by which the eccentricity is enlarged.
+    `unit` is the size of a symbol [m]. `frames` maps the name of a frame to the point reference that it follows. For a pin in a
+    bush it adds the pin's point reference and the factor by which the eccentricity is enlarged.
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:

@@ -57,10 +57,7 @@ class Band:
 
 @singledispatch
 def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
-    """Return the bent line of a flexible link; None for a rigid link.
-
-    `record` has the times of the pictures, `source` the times of the solver.
-    """
+    """Return the bent line of a flexible link at the times of `record`, with strains recorded in `source`; else None."""
     return None
 
 
@@ -124,10 +121,7 @@ def _rest(record: Record, link: Link, local: Array) -> Bent:
 
 @lru_cache
 def _elasticas() -> tuple[Array, Array]:
-    """Tabulate x/L, y/L and curvature times L of the elastica, (41, stations, 3), over the root of end shortening/L, (41,).
-
-    The deflection grows with the root, so that linear interpolation in the root is accurate.
-    """
+    """Tabulate x/L, y/L, curvature times L of the elastica, (41, stations, 3), over the root of end shortening/L, (41,)."""
     roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
     x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
     return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)

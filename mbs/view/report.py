@@ -56,7 +56,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
-    store, measures = ArrayStore(), find_offer("measures")(result, texts)  # from buckler.mbs.sensitivity, which imports this
+    store, measures = ArrayStore(), find_offer("measures")(result, texts)  # of buckler.mbs.sensitivity, a higher layer
     read_signals = [name for measure in measures for name in measure.signals] if texts else []
     data = {
         "title": title,
@@ -105,10 +105,7 @@ class ArrayStore:
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array, quantised between `low` and `high`, by default its least and largest finite value.
-
-        Return where it starts (-1 for a constant, which is not stored), `low`, and the size of a quantisation step.
-        """
+        """Append an array, quantised from `low` to `high`; return its start (-1 if constant), `low`, and the size of a step."""
         values = np.asarray(values, dtype=float).ravel()
         is_finite = np.isfinite(values)
         finite = values[is_finite]
@@ -166,10 +163,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
 
 
 def _movie_within_size(result: Result) -> Movie:
-    """Return the movie, with fewer pictures if its arrays would exceed `MOTION`.
-
-    A picture has two bytes for the time, for each coordinate of a frame that moves, and for x, y and two strains of each station.
-    """
+    """Return the movie, with fewer pictures if its arrays, of two bytes a number, would exceed `MOTION`."""
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     coordinates = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))

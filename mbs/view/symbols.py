@@ -199,10 +199,7 @@ def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float]
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield the wall of a stop and the arrow of its contact force.
-
-    The wall is moved away by the drawn size of the block or pin, so that the drawings touch in contact.
-    """
+    """Yield a stop's wall, moved by the drawn size of its point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
