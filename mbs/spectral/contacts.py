@@ -80,10 +80,8 @@ def find_zero(h, start, start_rate, end, end_rate):
 def find_first_onset(tables, start, end, h, landing, outside, smooth):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step shall end at the distance `outside` before the face, with an error up to `outside`: a last node that lies inside by
-    a rounding error has a contact force. If `outside` is zero, the error is up to `landing`.
-
-    Contacts with a smooth onset count if `smooth`, or if they also open within the step, whose stages may have missed them.
+    The step shall end `outside` before the face, with an error up to `outside`, or `landing` if that is 0: a last node inside
+    the face would have the contact's force. Smooth onsets count if `smooth`, or if the contact also opens in the step.
     """
     first, allowed = 2.0, outside if outside > 0.0 else landing
     for k in range(tables.forces.shape[0]):
@@ -158,8 +156,7 @@ def compute_time_to_faces(tables, reports, near):
 def has_released(tables, start, end, largest, share, landing):
     """Return True if the step must be shortened to a kink.
 
-    That is so if a contact whose force was above `share` of its largest one opens, or if a contact closes and opens in the
-    step.
+    Either a contact whose force was above `share` of its largest one opens, or a contact closes and opens in the step.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):

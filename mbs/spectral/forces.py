@@ -90,8 +90,7 @@ def _add_derivatives(tables, work, a, b):
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add the derivatives of friction along a face, `ratio` times its contact's force.
 
-    They are the outer product of the gradient of the friction's measure with the derivatives of the force, first kept in `h[0]`
-    and `c[0]`.
+    They are the outer product of the gradient of its measure with those of the force, which `h[0]` and `c[0]` hold at first.
     """
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate

@@ -147,13 +147,13 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     return line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner}
 
 
-def _fit_strip(line: Line, left: float, right: float, degree: int, kind: int) -> Array:
+def _fit_strip(line: Line, start: float, end: float, degree: int, kind: int) -> Array:
     """Fit the coefficients of x, y (and angle) on a piece, in the link's frame; shape (fields, degree + 1)."""
-    ends = line(np.array([left, right]))
+    ends = line(np.array([start, end]))
 
     def fit_field(i: int) -> Array:
         """Fit the coefficients of field i of the line."""
-        return fit(degree, lambda x: line(left + (right - left) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
+        return fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
 
     return np.array([fit_field(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
 
