@@ -24,7 +24,7 @@ def schema() -> Schema:
             "about": {"type": "string", "description": "What it is, in words."},
             RUN: _run(),
             **fields,
-            **shorthand.schema(),
+            **shorthand.schema(),  # parameters, pins, and defaults of links and joints
         },
         "required": [key for key, field in declarations(Mechanism).items() if field.required],
         "additionalProperties": False,
@@ -34,7 +34,7 @@ def schema() -> Schema:
 
 def _run() -> Schema:
     """Return the schema of the table `run`."""
-    quantity = Quantity("").schema()
+    quantity = Quantity("").schema()  # a number, or a text with a unit
     formulas = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
     return {
         "type": "object",
@@ -42,11 +42,11 @@ def _run() -> Schema:
         "properties": {
             "duration": quantity,
             "accuracy": quantity,
-            "of": formulas,
+            "of": {**formulas, "description": "Signals that must reach the accuracy."},
             "solver": {"anyOf": [{"enum": ["exudyn", "spectral", "closure"]}, {"type": "object"}]},
             "verify": {"type": "boolean"},
             "ledger": {"type": "boolean"},
-            "measure": formulas,
+            "measure": {**formulas, "description": "Readings to print."},
         },
         "additionalProperties": False,
     }
@@ -64,7 +64,8 @@ def _object(name: str, kind: type) -> Schema:
 
 def _describe(field: Declaration) -> Schema:
     """Return the schema of a field's value, with its meaning, unit and default."""
-    unit = f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else ""
+    has_unit = field.spec.unit not in ("", "1")  # "": a text, flag or other value; "1": a ratio
+    unit = f"Unit: {field.spec.unit}." if has_unit else ""
     description = " ".join(filter(None, (field.doc, unit)))
     found = dict(field.spec.schema()) | ({"description": description} if description else {})
     has_default = isinstance(field.default, bool | int | float | str) and not field.required

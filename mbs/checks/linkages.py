@@ -69,7 +69,7 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
     """Return the indices of recorded rigid links, and of lasting rows between them and the ground, without rows of drives."""
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
-    rows = [(k, linkage.named_rows[k][1]) for k in linkage.lasting]
+    rows = [(k, linkage.named_rows[k][1]) for k in linkage.lasting_rows]
     return rigid, [k for k, row in rows if row.motion is None and row.bodies <= among]
 
 

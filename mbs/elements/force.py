@@ -1,4 +1,7 @@
-"""Forces on points, torques on links, and loads along a strip."""
+"""Forces on points, torques on links, and loads along a strip.
+
+Signals of loads are of the kind `INTERNAL`, and their work is energy supplied ('given'), as `signal` defines them.
+"""
 
 from __future__ import annotations
 
@@ -31,16 +34,16 @@ class Force(Stateful):
     title: ClassVar[str] = "force on '{point}'"
     label: ClassVar[str] = "force.{point:point}"
     law: ClassVar[Law] = Law("t", "N", size=2)
-    measured: ClassVar[str] = "t, x, y, vx, vy"
+    variables_with_states: ClassVar[str] = "t, x, y, vx, vy"
 
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), law)),
-        "the force, or a function of t, s, that returns it; jumps, kinks and pulses are searched at every 1e-5 of a run",
+        "the force, or a function of the time t, s, that returns it; jumps, kinks and pulses are searched at every 1e-5 of a run",
     )
     follows: str | None = names(
-        doc="a link with which it turns: `value` is then the force in the pose at t = 0; the angle of a flexible link is that at "
-        "the point, or at its start if the point is not on it; 'beam:B' names another point",
+        doc="a link with which the force turns: `value` is the force in the pose at t = 0; a flexible link has the angle at "
+        "the point, or at the link's start if the point is not on it; 'beam:B' names another point",
         default=None,
     )
     through: Pair | None = field(
@@ -68,16 +71,17 @@ class Force(Stateful):
             raise ValueError(f"{where}: states: a force with states neither follows a link nor goes through a place")
         self.check_states(mechanism)
 
-    def initial(self, mechanism: Parts) -> list[float]:
-        """Return the arguments t, x, y, vx, vy of the function at t = 0, at rest."""
+    def start_motion(self, mechanism: Parts) -> list[float]:
+        """Return t, x, y, vx, vy at t = 0, at rest."""
         return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
 
     def initial_force(self, mechanism: Parts) -> Pair:
         """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
-        fx, fy = (each(*self.start(mechanism)) for each in self.functions()[:2])
-        return fx, fy
+        fx, fy, *_ = self.functions()  # then the rates of the states
+        arguments = self.start_arguments(mechanism)
+        return fx(*arguments), fy(*arguments)
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Return x, y [m], vx, vy [m/s] of the point, each (times,)."""
@@ -89,10 +93,10 @@ class Force(Stateful):
         return None if self.follows is None else angle_reference(mechanism, self.follows, place(self.point).point)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the force (times, 2) [N] with the motion of the samples, at times [s] close to theirs; see `Stateful.push`."""
+        """Return the force (times, 2) [N], with the motion of the samples; the function of time is evaluated at `times` [s]."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
-        at = self.turns_with(record.mechanism)
-        return values if at is None else rotate(record.turn(at)[0], values)
+        followed = self.turns_with(record.mechanism)
+        return values if followed is None else rotate(record.turn(followed)[0], values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """Return the force, with its moment about the point where the line of action goes through a fixed place."""
@@ -103,7 +107,7 @@ class Force(Stateful):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components [N], and the states."""
-        yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, name)
+        yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, group=name)
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
@@ -128,22 +132,22 @@ class Torque(Stateful):
     title: ClassVar[str] = "torque on '{link}'"
     label: ClassVar[str] = "torque.{link:body}"
     law: ClassVar[Law] = Law("t, angle, speed", "N m")
-    measured: ClassVar[str] = law.of
+    variables_with_states: ClassVar[str] = law.of
 
-    link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
+    link: str = names(doc="any but a Strut; on a flexible link the torque acts at the start; 'beam:B' names another point")
     value: float | Callable[..., float] = field(
         Either((Quantity("N m"), law)),
-        "counter-clockwise, or a function of time, s, the angle at that point since t = 0, rad, and its rate, rad/s",
+        "counter-clockwise, or a function of time, s, angle at that point since t = 0, rad, and rate of the angle, rad/s",
     )
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link has an angle."""
+        """Raise a ValueError unless the link has an angle."""
         check_turning(mechanism, self.link, self.where)
         self.check_states(mechanism)
 
-    def initial(self, mechanism: Parts) -> list[float]:
-        """Return the arguments t, angle, speed of the function at t = 0, at rest."""
+    def start_motion(self, mechanism: Parts) -> list[float]:
+        """Return t, angle, speed at t = 0, at rest."""
         return [0.0, 0.0, 0.0]
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
@@ -151,11 +155,11 @@ class Torque(Stateful):
         return record.turn(self.at(record.mechanism))
 
     def at(self, mechanism: Parts) -> str:
-        """Return the point reference at which it acts."""
+        """Return the point reference at which the torque acts."""
         return angle_reference(mechanism, self.link)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the torque (times,) [N m] with the motion of the samples, at times [s] close to theirs; see `Stateful.push`."""
+        """Return the torque (times,) [N m], with the motion of the samples; the function of time is evaluated at `times` [s]."""
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
@@ -193,42 +197,42 @@ class LineLoad(Load):
         Vector("N/m"), "per length of the stress-free strip, in the pose at t = 0", default=(0.0, 0.0)
     )
     moment: float = quantity("N m/m", doc="per length, counter-clockwise", default=0.0)
-    turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
+    turns: bool = flag(doc="whether the force on each section turns with the section", default=False)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link is a Beam: other bodies have no sections that take moments."""
+        """Raise a ValueError unless the link is a Beam, the only strip of finite elements whose nodes have angles."""
         check_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
-        """Return the force per length (times, stations, 2) [N/m] from the angles of sections (times, stations) [rad]."""
+        """Return the force per length (times, sections, 2) [N/m] from the angles of sections (times, sections) [rad]."""
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
-        lengths, fields, _ = record.links[self.link].stations_of()
-        force = self.acting(fields[..., 2])
-        moment = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment  # per length
-        yield Push(start, np.einsum("k,tkc->tc", lengths, force), moment @ lengths)
+        weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle)
+        force = self.acting(poses[..., 2])
+        moment = cross(poses[..., :2] - record.point(start)[0][:, None], force) + self.moment  # per length
+        yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)
 
     def power(self, record: Recorded) -> Array:
         """Return the power on the strip (times,) [W]."""
-        lengths, fields, rates = record.links[self.link].stations_of()
-        by_force = (self.acting(fields[..., 2]) * rates[..., :2]).sum(axis=-1)
-        return np.asarray((by_force + self.moment * rates[..., 2]) @ lengths)
+        weights, poses, rates = record.links[self.link].quadrature()
+        by_force = (self.acting(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
+        return np.asarray((by_force + self.moment * rates[..., 2]) @ weights)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components of the resultant force [N]."""
         for push in self.pushes(name, record):
-            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
+            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, group=name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the load."""
         if self.turns:
             yield Energy("given", "load", record.work(self.power(record)))
             return
-        lengths, fields, _ = record.links[self.link].stations_of()
-        yield Energy("given", "load", np.einsum("k,tkc,c->t", lengths, fields - fields[:1], [*self.force, self.moment]))
+        weights, poses, _ = record.links[self.link].quadrature()
+        yield Energy("given", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))

@@ -1,6 +1,7 @@
 """Base classes of loads: forces on bodies, by constants, user's functions, or laws with states.
 
-The arguments of a function are `variables`: time, then measures of the motion (place or angle, and rates), then the states.
+A user's function has the arguments `variables`: time, then measures of the motion (place or angle, and rates), then the states.
+Its components and the rates of the states are called `functions`.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Load(Element):
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
-    """Yield force and torque on the first of two point references, and their opposites on the second, but not on the ground."""
+    """Yield force and torque on the first of two point references and their opposites on the second; none on the ground."""
     for at, sign in zip(ends, (1.0, -1.0), strict=True):
         if place(at).body != GROUND:
             yield Push(at, sign * force, sign * torque)
@@ -70,12 +71,12 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
-    `law` is the signature of a function without states: variables, unit and number of components. With states the variables are
-    those of `measured`, then the states.
+    `law` is the signature of a function without states: variables, unit and number of components. With states the function has
+    the arguments `variables_with_states`, then the states.
     """
 
     law: ClassVar[Law]
-    measured: ClassVar[str]
+    variables_with_states: ClassVar[str]
 
     value: Any
     states: States | None
@@ -98,7 +99,7 @@ class Stateful(Load):
         return tuple(sorted({*kinks(self.value, duration), *of_rates}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the load on the body with the motion of the samples, at times [s] that may be moved by `SIDE` off jumps."""
+        """Return the load on the body, with the motion of the samples; the functions of time are evaluated at `times` [s]."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
@@ -106,7 +107,7 @@ class Stateful(Load):
         yield self.push(name, record, record.time)
 
     def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work [J]; a step that ends or begins at a jump of the function uses the power on its side of the jump."""
+        """Compute the work [J]; where a function jumps at a sample, the steps before and after use the power on their sides."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -114,8 +115,8 @@ class Stateful(Load):
         before, after = (self.push(name, record, times).power(record) for times in sides)
         return record.work(power, (before, after))
 
-    def initial(self, mechanism: Parts) -> list[float]:
-        """Return the arguments of the function at t = 0 and at rest, without the states."""
+    def start_motion(self, mechanism: Parts) -> list[float]:
+        """Return time and measures of the motion at t = 0, at rest: arguments of the function."""
         raise NotImplementedError
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
@@ -127,12 +128,12 @@ class Stateful(Load):
         """Names of the arguments of the function and of the rates."""
         if self.states is None:
             return self.law.of.split(", ")
-        return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
+        return [*self.variables_with_states.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
-    def start(self, mechanism: Parts) -> list[float]:
-        """Return all arguments at t = 0 and at rest."""
+    def start_arguments(self, mechanism: Parts) -> list[float]:
+        """Return all arguments of the functions at t = 0, at rest."""
         states = () if self.states is None else self.states.initial
-        return [*self.initial(mechanism), *states][: len(self.variables)]
+        return [*self.start_motion(mechanism), *states][: len(self.variables)]
 
     def functions(self) -> list[Callable[..., float]]:
         """Return the components of the load, then the rates of the states, each a function of `variables`."""
@@ -145,7 +146,7 @@ class Stateful(Load):
         """Raise a ValueError if, at t = 0, the function or a rate fails or returns another number of values."""
         if self.states is None:
             return
-        start = self.start(mechanism)
+        start = self.start_arguments(mechanism)
         self._check("value", self.value, start, self.law.size, self.law.unit)
         self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
 
@@ -156,14 +157,14 @@ class Stateful(Load):
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
         values = [call_checked(name, part, *start)(*start) for part in parts]
-        value, at = values[0] if len(values) == 1 else values, f"{name} at t = 0"
+        value, label = values[0] if len(values) == 1 else values, f"{name} at t = 0"
         if np.shape(value) != ((size,) if size > 1 else ()):
-            raise ValueError(f"{at} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
+            raise ValueError(f"{label} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
         for each in np.ravel(value).tolist():
-            Quantity(unit).read(at, each)
+            Quantity(unit).read(label, each)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
-        """Evaluate the function with the motion and states of the samples, (times,) or (times, components); see `push`."""
+        """Evaluate the function at `times` with the motion and states of the samples, (times,) or (times, components)."""
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
@@ -171,12 +172,12 @@ class Stateful(Load):
         return values[:, 0] if self.law.size == 1 else values
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the function and the rates of the states, unless there are no states and the function depends on time alone."""
+        """Yield the functions with their arguments over a run; none for a function of time alone without states."""
         depends_on_time = isinstance(self.value, Table) or tuple(getattr(self.value, "variables", self.variables)) == ("t",)
         if not callable(self.value) or (depends_on_time and self.states is None):
             return
         measures = self.measures(record)
-        half = len(measures) // 2
+        half = len(measures) // 2  # coordinates, then their rates
         coordinates, rates = measures[:half], measures[half:]
         arguments = [*map(Argument, coordinates, rates), *map(Argument, rates)]
         if self.states is not None:

@@ -27,6 +27,8 @@ COUNTED = (
     "of which 1 to 6 are rigid motions; 'in-plane', flexible ones that move in the plane"
 )
 NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
+MOST_BAR_MODES = 13
+"""Largest number of bending or of axial modes: 3 polynomials for each, of degree 40 at most."""
 Point3 = tuple[float, float, float]
 
 
@@ -34,7 +36,7 @@ Point3 = tuple[float, float, float]
 class EndFace(Declared):
     """Interface of all nodes in the cross-section through the joint's centre."""
 
-    tolerance: float = quantity("m", above=0, doc="largest distance of a node from it", default=1e-7)
+    tolerance: float = quantity("m", above=0, doc="largest distance of a node from the cross-section", default=1e-7)
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
         """Return the mask (n,) of the nodes in the interface, from nodes (n, 3) and centre (3,) of the joint [m]."""
@@ -43,7 +45,7 @@ class EndFace(Declared):
 
 @declared
 class PinHole(Declared):
-    """Interface of all nodes on the wall of a hole about the joint's axis; 1 % beyond the radius, for walls of flat facets."""
+    """Interface of all nodes within 1.01 radii of the joint's axis: the wall of a hole, which may consist of flat facets."""
 
     radius: float = quantity("m", above=0, doc="of the hole")
 
@@ -80,19 +82,22 @@ class MeshFile(Declared):
 class FreeModes(Declared):
     """Chosen modes of the unsupported link."""
 
-    numbers: tuple[int, ...] = field(NUMBERS, "which of them, from 1")
+    numbers: tuple[int, ...] = field(NUMBERS, "numbers of the modes, from 1")
     counting: str = choice(*COUNTINGS, doc=COUNTED, default="flexible")
 
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes, orthogonalised, with rigid interfaces: 6 static modes and `fixed` modes of vibration."""
+    """Craig-Bampton modes with two rigid interfaces: 6 static modes and `fixed` vibrations, combined to modes of the free link.
+
+    The 6 are the 12 motions of the interfaces less the 6 rigid motions of the link; a planar mesh has 3.
+    """
 
     numbers: tuple[int, ...] | None = field(
-        NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics is not exact",
+        NUMBERS, "as in `FreeModes`; by default all that move in the plane: without any of them statics is not exact",
         default=None,
     )  # fmt: skip
-    fixed: int = whole(0, 1000, doc="number of fixed-interface modes, out-of-plane ones included", default=12)
+    fixed: int = whole(0, 1000, doc="number of vibrations with fixed interfaces, out-of-plane ones included", default=12)
     counting: str = choice(*COUNTINGS, doc=COUNTED, default="flexible")
 
 
@@ -100,8 +105,8 @@ class CraigBampton(Declared):
 class BarModes(Declared):
     """The lowest free modes of a uniform bar of the section, from beam theory, without a mesh."""
 
-    bending: int = whole(0, 13, doc="number of modes in bending, which come first", default=2)
-    axial: int = whole(0, 13, doc="number of axial modes", default=1)
+    bending: int = whole(0, MOST_BAR_MODES, doc="number of modes in bending, which come first", default=2)
+    axial: int = whole(0, MOST_BAR_MODES, doc="number of axial modes", default=1)
     shear: bool = flag(
         doc="Timoshenko's theory (shear deformation and rotary inertia); otherwise Euler and Bernoulli's, without either",
         default=True,
@@ -114,7 +119,7 @@ class BarModes(Declared):
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """Numbers of its modes, from 1."""
+        """Numbers of the modes, from 1."""
         return tuple(range(1, self.bending + self.axial + 1))
 
 
@@ -129,8 +134,8 @@ class AdamsDamping(Declared):
     """
 
     low: float = quantity("1", low=0, high=10, doc="of modes below 100 Hz", default=0.01)
-    middle: float = quantity("1", low=0, high=10, doc="from there to 1 kHz", default=0.1)
-    high: float = quantity("1", low=0, high=10, doc="above: critical", default=1.0)
+    middle: float = quantity("1", low=0, high=10, doc="of modes from 100 Hz to 1 kHz", default=0.1)
+    high: float = quantity("1", low=0, high=10, doc="of modes above 1 kHz: critical", default=1.0)
 
     def ratios(self, frequencies: ArrayLike) -> Array:
         """Return the damping ratios [1] of modes from their frequencies [Hz], both (modes,)."""
@@ -139,7 +144,7 @@ class AdamsDamping(Declared):
 
 
 class Interfaces(Part):
-    """Specification of an interface: `EndFace`, `PinHole` or any function."""
+    """Specification of an interface: `EndFace`, `PinHole` or an `Interface` function."""
 
     def fits(self, raw: object) -> bool:
         """Return True for any function."""
@@ -157,6 +162,7 @@ class Modal(Body):
     """
 
     linear: ClassVar[bool] = True
+    """Modes assume small deformations; a check of each run tells whether they are small."""
 
     section: Section = part(Section, doc="thickness in the plane, width normal to it, material")
     modes: FreeModes | CraigBampton | BarModes = part(
@@ -172,7 +178,7 @@ class Modal(Body):
     mesh: Box | MeshFile = part(Box, MeshFile, doc="the solid", default_factory=Box)
     interface: Interface = field(
         Interfaces((EndFace, PinHole), "EndFace()"),
-        "nodes that the joints hold; or any function of (nodes, joint) in link axes that returns a mask",
+        "nodes that the joints hold; or any function as `Interface` describes",
         default_factory=EndFace,
     )
 
@@ -186,12 +192,12 @@ class Modal(Body):
     def frequencies(self, length: float) -> Array:
         """Return the natural frequencies [Hz] of the chosen modes that move in the plane, for a length of the link [m].
 
-        The ends are free or fixed as in the modes. `buckler.mbs.modal.reduced` returns the modes out of the plane, too.
+        The link is unsupported, for every choice of modes. `buckler.mbs.modal.reduced` returns the modes out of the plane, too.
         """
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
     def planar(self, length: float) -> Any:
-        """Return the `PlanarModel` of a link of a length [m]: its reduction to the plane of motion."""
+        """Return the reduction of a link of a length [m] to the plane of motion, a `buckler.mbs.modal.planar.PlanarModel`."""
         return find_offer("planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:

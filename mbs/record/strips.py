@@ -164,7 +164,7 @@ class BeamMotion(StripMotion):
         node = self.nodes[name]
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
-    def stations_of(self) -> tuple[Array, Array, Array]:
+    def quadrature(self) -> tuple[Array, Array, Array]:
         """Return nodal lengths [m], (nodes,), for distributed loads; place and angle since t = 0, rates, (times, nodes, 3)."""
         return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 

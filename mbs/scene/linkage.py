@@ -156,7 +156,7 @@ class Linkage:
         return values
 
     @cached_property
-    def lasting(self) -> Array:
+    def lasting_rows(self) -> Array:
         """Indices of the rows that hold throughout a run, not only at its start."""
         return np.flatnonzero([not row.start_only for _, row in self.named_rows])
 
@@ -168,7 +168,7 @@ class Linkage:
         redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
         """
         reference = self.reference
-        rows = self.lasting[[self.named_rows[k][1].motion is None for k in self.lasting]]
+        rows = self.lasting_rows[[self.named_rows[k][1].motion is None for k in self.lasting_rows]]
         unit = np.tile([self.size, self.size, 1.0], len(self.index))
         if not len(rows):
             return reference
@@ -181,7 +181,7 @@ class Linkage:
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
             if pose is None:
                 continue
-            of_pose = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting])
+            of_pose = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting_rows])
             if of_pose > largest_rank:
                 best, largest_rank = pose, of_pose
         return best

@@ -102,7 +102,7 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
     """Return the elements and the scaled derivatives of lasting rows, in general position; rows of drives come first."""
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
-    order = sorted(linkage.lasting, key=lambda k: linkage.named_rows[k][1].motion is None)
+    order = sorted(linkage.lasting_rows, key=lambda k: linkage.named_rows[k][1].motion is None)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix
 

@@ -1,7 +1,7 @@
 """Velocities at the start: those of least kinetic energy that satisfy drives, given velocities and constraints.
 
-Links move as rigid bodies if that is possible. If not, as in a truss of strips, the points of flexible links have additional
-velocities, called stations' velocities. They are the least ones in a norm weighted by the stiffness of the link.
+Links move as rigid bodies if the equations allow it. If not, as in a truss of strips, the points of flexible links, here called
+stations, have additional velocities. They are the least ones in a norm weighted by the stiffness of the link.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ EXACT = 1e-9
 class Start:
     """Velocities at t = 0.
 
-    `rates` (links, 3) are those of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `bends` has the
-    additional velocities (x, y, angle) by flexible link and point, without the links that move as rigid bodies.
+    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `bends` has
+    the additional velocities (vx, vy, spin) by flexible link and point, without the links that move as rigid bodies.
     """
 
     linkage: Linkage
@@ -39,10 +39,10 @@ class Start:
         rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
-    def bending(self, link: Link, at: Mapping[str, float], x: Array) -> Array:
+    def bending(self, link: Link, distances: Mapping[str, float], x: Array) -> Array:
         """Interpolate the additional velocity (vx, vy, spin) of a flexible link at distances x along its chord [m], (n, 3).
 
-        `at` has the distances of its points [m]. Between them the velocity along the link is linear, that across is cubic.
+        `distances` has x of each of its points [m]. Between points the velocity along the link is linear, and cubic across it.
         """
         if link.name not in self.bends:
             return np.zeros((len(x), 3))
@@ -51,8 +51,8 @@ class Start:
         (x0, y0), (x1, y1) = (self.linkage.mechanism.points[p] for p in (link.start, link.end))
         along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
         across = np.array([-along[1], along[0]])
-        points = sorted(at, key=lambda point: at[point])
-        places, rates = [at[point] for point in points], np.array([self.bends[link.name][point] for point in points])
+        points = sorted(distances, key=lambda point: distances[point])
+        places, rates = [distances[point] for point in points], np.array([self.bends[link.name][point] for point in points])
         lateral = CubicHermiteSpline(places, rates[:, :2] @ across, rates[:, 2])
         velocity = np.outer(np.interp(x, places, rates[:, :2] @ along), along) + np.outer(lateral(x), across)
         return np.column_stack([velocity, lateral(x, 1)])
@@ -69,7 +69,7 @@ class Stations:
         self.axes = np.array([_weighted_axes(mechanism, name) for name, _ in self.points]).reshape(-1, 3, 3)
 
     def columns(self, row: Row) -> Array:
-        """Return a row's derivatives by the weighted velocities of all stations."""
+        """Return a row's derivatives by the weighted velocities of all n stations, (3 n,)."""
         found = np.zeros((len(self.points), 3))
         for end, slope in row.gradient(self.mechanism.points):
             k = self.numbers.get((end.body, end.point))
@@ -78,14 +78,14 @@ class Stations:
         return found.ravel()
 
     def station_row(self, k: int, direction: Array) -> Array:
-        """Return the derivatives by all stations of the velocity (vx, vy, spin) of station k along a direction, (3 stations,)."""
+        """Return the coefficients (3 n,) by the n stations of the equation `direction @ (vx, vy, spin) = value` for station k."""
         found = np.zeros((len(self.points), 3))
         found[k] = direction @ self.axes[k]
         return found.ravel()
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
-    """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (x, y, angle).
+    """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (vx, vy, spin).
 
     Weights are square roots of stiffnesses: E A/L along, E I/L^3 across and E I/L for the angle.
     """
@@ -99,7 +99,7 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
 
 
 def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
-    """Compute the derivatives of the rows by rigid coordinates, (rows, 3 links), and by stations, (rows, 3 stations)."""
+    """Compute the rows' derivatives by coordinates of m rigid links, (rows, 3 m), and by n stations, (rows, 3 n)."""
     stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
     rigid = linkage.system(q, np.zeros_like(q))[1]
@@ -108,10 +108,10 @@ def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
-    """Explain that a mechanism has more drives than degrees of freedom in general position; '' if it has not."""
+    """Explain that a mechanism has more drives than degrees of freedom in general position; return '' if it has not."""
     matrix = np.hstack(jacobian(linkage, linkage.general_pose))
-    driven = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is not None]
-    constraints = [k for k in linkage.lasting if linkage.named_rows[k][1].motion is None]
+    driven = [k for k in linkage.lasting_rows if linkage.named_rows[k][1].motion is not None]
+    constraints = [k for k in linkage.lasting_rows if linkage.named_rows[k][1].motion is None]
     free = matrix.shape[1] - rank(matrix[constraints])
     if len(driven) <= free:
         return ""
@@ -177,7 +177,10 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
 
 
 def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
-    """Yield the equations of the given `velocities`: name, derivatives by rates of links and by stations, value."""
+    """Yield the equations of the given `velocities`: name, coefficients of links' rates and of stations, value.
+
+    A number is the angular velocity of a link, a pair of numbers the velocity of a point.
+    """
     stations, n = Stations(mechanism), len(linkage.index)
     for name, value in mechanism.velocities.items():
         if isinstance(value, float):

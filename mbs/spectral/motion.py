@@ -143,7 +143,7 @@ class SpectralStrip:
         free, _ = strains_of(derivatives(self.reference[None]), derivatives(0.0 * self.reference[None]))
         return w * piece.jacobian, [a - b for a, b in zip(strain, free, strict=True)], rate
 
-    def stations_of(self) -> tuple[Array, Array, Array]:
+    def quadrature(self) -> tuple[Array, Array, Array]:
         """Evaluate the strip at the Gauss points of line loads.
 
         Returns their weights [m] (points,); (x, y, angle turned since t = 0), (times, points, 3); the rates of these.
