@@ -13,7 +13,7 @@ doi 10.1007/978-3-642-05221-7: stability functions.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -36,11 +36,11 @@ def radau(angle: Array) -> Array:
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
 
 
-def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
-    """Return the amplitude of force [N] that numerical damping removed from struts up to each sample, the largest."""
+def lost_amplitude(run: Trajectory, links: Collection[str], factor: Factor) -> Array:
+    """Return the amplitude of force [N] that numerical damping removed from flexible links up to each sample, the largest."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
-        if mean.source in run.struts:
+        if mean.source in links:
             deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
             amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
             loss = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
@@ -49,18 +49,20 @@ def lost_amplitude(run: Trajectory, factor: Factor) -> Array:
 
 
 def damping_errors(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
-    """Return relative errors of places and of impacts by numerical damping, which two runs have in common."""
-    period = max((signal.period for signal in run.signals.values() if signal.source in run.struts), default=0.0)
+    """Return relative errors of places, speeds and impacts by numerical damping, which two runs have in common."""
+    links = run.struts if run.strikes else run.struts | run.strips
+    period = max((signal.period for signal in run.signals.values() if signal.source in links), default=0.0)
     found = dict[Key, float]()
     if not period or factor is None:
         return found
     frequency = 2 * np.pi * np.sqrt(LIGHTER) / period
-    momentum = lost_amplitude(run, factor) / frequency
+    momentum = lost_amplitude(run, links, factor) / frequency
     speed = momentum * LIGHTER / run.mass
-    displacement = float(speed[-1]) / frequency
+    sizes = {Kind.PLACE: speed[-1] / frequency, Kind.STRETCH: speed[-1] / frequency, Kind.RATE: speed[-1]}
     for name, signal in run.signals.items():
-        if signal.kind is Kind.PLACE and not signal.scale:
-            error = min(displacement / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
+        if signal.kind in sizes and not signal.scale and not name.endswith(".deflection"):
+            size = sizes[signal.kind] / (1.0 if signal.unit in ("m", "m/s") else run.size)
+            error = min(float(size), float(run.own[name][0]))
             found |= {(name, norm): error / run.sizes[name, norm] for norm in (Norm.RMS, Norm.PEAK)}
         if len(signal.depth) and len(signal.onsets):
             first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)

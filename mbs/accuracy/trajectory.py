@@ -46,6 +46,7 @@ class Trajectory:
     undetermined: frozenset[str] = frozenset()  # signals of forces that no equation determines, not among the others
     mass: float = 1.0  # of all links, blocks and points [kg]
     struts: frozenset[str] = frozenset()  # signals of the forces along struts
+    strips: frozenset[str] = frozenset()  # the same along strips with mass
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
@@ -54,8 +55,10 @@ class Trajectory:
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         least_force = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
         shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
-        struts = frozenset(f"{link.name}.compression" for link in run.record.mechanism.links if link.body.massless)
-        return cls(run.record.time, found, scene.size, scene.kinks(end), least_force, shared, scene.mass, struts)
+        links = run.record.mechanism.links
+        struts = frozenset(f"{link.name}.compression" for link in links if link.body.massless)
+        strips = frozenset(f"{link.name}.axial_force" for link in links if link.body.flexible and not link.body.massless)
+        return cls(run.record.time, found, scene.size, scene.kinks(end), least_force, shared, scene.mass, struts, strips)
 
     @cached_property
     def strikes(self) -> bool:
