@@ -13,7 +13,8 @@ doi 10.1007/978-3-642-05221-7: stability functions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
+from math import inf
 
 import numpy as np
 
@@ -26,6 +27,9 @@ Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 LIGHTER = 2.0
 """Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
+COMMON = 3.0
+"""Largest error that two runs have in common by the damping of strips, over their difference: their steps differ, and so do their
+losses. It is 2 to 5 in most drawn mechanisms, so that the larger of both is right to a factor of 2."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
 
@@ -48,8 +52,12 @@ def lost_amplitude(run: Trajectory, links: Collection[str], factor: Factor) -> A
     return largest
 
 
-def damping_errors(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
-    """Return relative errors of places, speeds and impacts by numerical damping, which two runs have in common."""
+def damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
+    """Return relative errors of places and of impacts by numerical damping, which two runs have in common.
+
+    Strips count where nothing strikes, as they vibrate laterally and in higher modes, too: `COMMON` times the differences of two
+    runs is the most. Their deflection from the chord does not change with their length.
+    """
     links = run.struts if run.strikes else run.struts | run.strips
     period = max((signal.period for signal in run.signals.values() if signal.source in links), default=0.0)
     found = dict[Key, float]()
@@ -58,12 +66,13 @@ def damping_errors(run: Trajectory, factor: Factor | None) -> dict[Key, float]:
     frequency = 2 * np.pi * np.sqrt(LIGHTER) / period
     momentum = lost_amplitude(run, links, factor) / frequency
     speed = momentum * LIGHTER / run.mass
-    sizes = {Kind.PLACE: speed[-1] / frequency, Kind.STRETCH: speed[-1] / frequency, Kind.RATE: speed[-1]}
+    displacement = float(speed[-1]) / frequency
     for name, signal in run.signals.items():
-        if signal.kind in sizes and not signal.scale and not name.endswith(".deflection"):
-            size = sizes[signal.kind] / (1.0 if signal.unit in ("m", "m/s") else run.size)
-            error = min(float(size), float(run.own[name][0]))
-            found |= {(name, norm): error / run.sizes[name, norm] for norm in (Norm.RMS, Norm.PEAK)}
+        if signal.kind is Kind.PLACE and not signal.scale and not (links & run.strips and name.endswith(".deflection")):
+            error = min(displacement / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
+            for norm in (Norm.RMS, Norm.PEAK):
+                common = COMMON * differences.get((name, norm), 0.0) if links & run.strips else inf
+                found[name, norm] = min(error / run.sizes[name, norm], common)
         if len(signal.depth) and len(signal.onsets):
             first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
             approach = np.abs(np.gradient(signal.depth, run.time))[first]

@@ -61,6 +61,14 @@ Runner = Callable[[Mechanism, float, Any], Run]
 """Function that makes one run of a mechanism for a duration [s] by a solver."""
 
 
+class Orders(NamedTuple):
+    """Orders of errors in the tolerance of a run."""
+
+    force: float  # assumed of forces, rates and energies, and the least that is observed
+    place: float  # assumed of places
+    largest: float  # the largest that is observed
+
+
 class Level(NamedTuple):
     """Fineness of a run: tolerance of its steps, relative; degree of strips, or how often their elements are doubled."""
 
@@ -82,8 +90,8 @@ class Levels:
     order."""
     runs_at_most = 10
     """Most runs for one result: the number of levels above the finest tolerance, and three."""
-    orders = (1 / 4, 3 / 4)
-    """Least order of the error in the tolerance, of motions with contacts and kinks, and the largest that is assumed."""
+    orders = Orders(1 / 4, 1 / 3, 3 / 4)
+    """Orders of errors in the tolerance."""
     finest = 0.0
 
     @property
@@ -192,7 +200,7 @@ class SpectralLevels(Levels):
 class ExudynLevels(Levels):
     """Levels of Exudyn; the second has the defaults, except that a strip of one element keeps it."""
 
-    orders = (1 / 3, 2 / 3)
+    orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
 
     def first(self) -> Level:
@@ -214,7 +222,7 @@ class ExudynLevels(Levels):
 class ClosureLevels(Levels):
     """Levels of loop closure; the second has the usual samples."""
 
-    ratio, orders = 2.0, (1.0, 1.0)
+    ratio, orders = 2.0, Orders(1.0, 1.0, 1.0)
 
     def first(self) -> Level:
         """Half as many samples as usual."""

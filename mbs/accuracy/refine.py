@@ -166,10 +166,12 @@ class _Refinement:
             pair = self.complete(found)
         while True:
             start = pair.separation.start
-            errs, now, gain = self.estimate_limited_errors(pair)
+            estimate = self.choose_estimate(pair)
+            now, _ = pair.difference.norms(pair.allowed)
+            errs = estimate(now)
             key, _, _ = farthest = find_worst(pair.allowed, errs)
             beyond = farthest.ratio
-            self.best = partial(self.finish, pair, gain)
+            self.best = partial(self.finish, pair, estimate)
             deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
             if beyond <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
                 answer = self.best()
@@ -221,35 +223,47 @@ class _Refinement:
 
     def find_ratio(self, beyond: float, separate: bool) -> float:
         """Find the ratio of tolerances that should reduce the error to the allowed one, `beyond` times smaller."""
-        ratio, order = self.levels.ratio, self.levels.orders[1]
+        ratio, order = self.levels.ratio, self.levels.orders.largest
         largest = ratio**MOST_LEVELS
         return float(largest if separate else np.clip((1 + 2 * beyond) ** (1 / order), ratio, largest))
 
-    def estimate_limited_errors(self, pair: _Pair) -> tuple[dict[Key, float], dict[Key, float], dict[Key, float]]:
-        """Estimate errors of those signals of the finer run whose errors are limited; return also differences and gains."""
-        run, (now, _) = pair.fine.trajectory, pair.difference.norms(pair.allowed)
-        least, most = self.levels.orders
-        gain = estimate_gains(now, self.before, (pair.ratio, self.ratio_before), (least, least if run.strikes else most))
-        return add(estimate_errors(now, gain), damping_errors(run, self.levels.damping)), now, gain
+    def choose_estimate(self, pair: _Pair) -> Callable[[Mapping[Key, float]], dict[Key, float]]:
+        """Return the function that estimates errors of the finer run from differences of this pair and the one before."""
+        run, before, ratios, (force, place, largest) = (
+            pair.fine.trajectory, self.before, (pair.ratio, self.ratio_before), self.levels.orders,
+        )  # fmt: skip
+        places = {name for name, signal in run.signals.items() if signal.kind is Kind.PLACE}
 
-    def finish(self, pair: _Pair, gain: Mapping[Key, float]) -> CheckedRun:
+        def orders(name: str) -> tuple[float, float, float]:
+            """Return the order of a signal that is assumed, and the least and the largest that are observed."""
+            assumed = place if name in places else force
+            is_observed = not run.strikes and (name in places or not run.unresolved)
+            return (assumed, force, largest) if is_observed else (assumed, assumed, assumed)
+
+        def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
+            """Estimate errors, with what both runs damp."""
+            errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
+            return add(errors, damping_errors(run, self.levels.damping, differences))
+
+        return estimate
+
+    def finish(self, pair: _Pair, estimate: Callable[[Mapping[Key, float]], dict[Key, float]]) -> CheckedRun:
         """Return the finer run with the errors of its signals and energies."""
         run, signals = pair.fine.trajectory, pair.difference
         (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
         energies = Difference(coarse, fine, grid=signals.grid)
 
-        def estimate(keys: Iterable[Key] | None = None) -> Norms:
+        def errors(keys: Iterable[Key] | None = None) -> Norms:
             """Estimate errors, all by default, and return their sizes."""
             (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
-            errors = add(estimate_errors(found | more, gain), damping_errors(run, self.levels.damping))
-            return errors | {BALANCE: balance}, sizes | more_sizes
+            return estimate(found | more) | {BALANCE: balance}, sizes | more_sizes
 
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
-        return self.attach_errors(pair.fine, estimate, float(run.time[-1]), allowed)
+        return self.attach_errors(pair.fine, errors, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
-        gain = pair.ratio ** self.levels.orders[0]
+        gain = pair.ratio**self.levels.orders.force
         error_over_difference = gain / (gain - 1)
         until = pair.separation.agree_until(1 / error_over_difference)
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)

@@ -79,12 +79,13 @@ def power(order, size):
     return lambda tolerance, time: size * (tolerance / FIRST) ** order + 0 * time
 
 
-@pytest.mark.parametrize("order", [0.25, 0.5, 0.75, 1.0])
-def test_the_estimate_is_no_less_than_the_error_of_the_run_that_is_handed_back(order):
+@pytest.mark.parametrize("order", [0.2, 0.25, 0.5, 1.0, 1.25, 1.46])
+def test_the_estimate_is_right_within_half_and_twenty_times_for_all_orders(order):
+    """The first pair does not show the order, which is 5/4 in smooth motions and far less where friction reverses."""
     answer, levels = found(power(order, 4e-3))
     true = 4e-3 * (levels[-1][0] / FIRST) ** order
     assert len(levels) == 2 and levels[0][0] / levels[1][0] == pytest.approx(8.0)
-    assert 1 <= answer.errors["P.x"] / true < 30 and answer.shortfall(Asked(1e-2)) == ""
+    assert 0.5 < answer.errors["P.x"] / true < 20 and answer.shortfall(Asked(1e-2)) == ""
 
 
 @pytest.mark.parametrize("order", [0.25, 0.5, 0.75])
@@ -98,9 +99,9 @@ def test_a_third_run_knows_the_order(order):
 
 def test_gains_are_observed_within_bounds():
     before, now = {X: 8.0, ("Q.x", Norm.RMS): 1.0}, {X: 8.0 / 8**0.5, ("Q.x", Norm.RMS): 0.0}
-    assert estimate_gains(now, None, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.25)
-    assert estimate_gains(now, before, (8, 8), (0.25, 0.75))[X] == pytest.approx(8**0.5)
-    assert estimate_gains(now, before, (8, 8), (0.25, 0.25))[X] == pytest.approx(8**0.25)
+    assert estimate_gains(now, None, (8, 8), lambda _: (0.25, 0.25, 0.75))[X] == pytest.approx(8**0.25)
+    assert estimate_gains(now, before, (8, 8), lambda _: (0.25, 0.25, 0.75))[X] == pytest.approx(8**0.5)
+    assert estimate_gains(now, before, (8, 8), lambda _: (0.25, 0.25, 0.25))[X] == pytest.approx(8**0.25)
 
 
 def test_an_error_that_does_not_get_smaller_ends_as_suspect():
