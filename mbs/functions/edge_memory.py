@@ -163,19 +163,20 @@ class EdgeMemory:
                 found.append(self._known[k].times(curves, end))
                 continue
             edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
-            many = many or (edges.capped and not _is_resolved(function, time, curves))
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
-            some = times[:: 1 + len(times) // FEW]
-            only = None if edges.capped else _only_state(function, time, curves, some)
             before, self._times[k] = self._times.get(k), times
-            fixed = before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all()
-            if only is None and len(times) and not edges.capped and _has_fixed_edges(function, time, curves, some):
+            if edges.capped:  # too many to be known
+                many = many or not _is_resolved(function, time, curves)
+                continue
+            some = times[:: 1 + len(times) // FEW]
+            only = _only_state(function, time, curves, some)
+            if only is None and len(times) and _has_fixed_edges(function, time, curves, some):
                 only = MEASURE
             known = None if only is None else _Known.of(only, curves[only](time), curves[only](times))
             if known is not None:
                 self._known[k] = known
-            elif fixed and not edges.capped:
+            elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
                 self._known[k] = _Known(TIME, times)
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
         many = many or not all(_is_resolved(function, time, ()) for function, edges in self._kept.values() if edges.capped)
