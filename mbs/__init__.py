@@ -38,9 +38,9 @@ from .elements import (
     TorsionSpring,
     Weld,
 )
+from .imports import lazy_attributes
 from .library import crank_rocker, slider_crank
 from .mechanism import Mechanism
-from .offers import offer, on_demand
 from .record.errors import Status
 from .record.result import Result
 from .solvers import Closure, Controlled, Equal, Exudyn, Spectral
@@ -66,7 +66,7 @@ __all__ = [
     "fit", "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
-__getattr__ = on_demand(__name__, {
+__getattr__ = lazy_attributes(__name__, {
     "simulate": "simulation", "build": "engine.build", "ensemble": "ensembles.ensemble", "equilibrium": "statics.rest",
     "path": "statics.follow", "frequencies": "statics.vibration", "periodic": "statics.cycles", "response": "statics.resonance",
     "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting", "optimise": "sensitivity.design",
@@ -77,23 +77,3 @@ __getattr__ = on_demand(__name__, {
 def __dir__() -> list[str]:
     """Return the public names, which include those imported at first use."""
     return sorted(__all__)
-
-
-offer({
-    "plot_mechanism": "buckler.mbs.view.plot:plot_mechanism",
-    "plot_signals": "buckler.mbs.view.plot:plot_signals",
-    "plot_energy": "buckler.mbs.view.plot:plot_energy",
-    "plot_path": "buckler.mbs.view.plot:plot_path",
-    "animate": "buckler.mbs.view.plot:animate",
-    "read": "buckler.mbs.sensitivity.measures:read",
-    "measures": "buckler.mbs.sensitivity.measures:measures",
-    "write_html": "buckler.mbs.view.report:write_html",
-    "plot_fit": "buckler.mbs.view.plot:plot_fit",
-    "notebook_frame": "buckler.mbs.view.report:notebook_frame",
-    "write_paraview": "buckler.mbs.view.paraview:write_paraview",
-    "planar_model": "buckler.mbs.modal.bar:planar_model",
-    "growth": "buckler.mbs.checks.growing:Growth",
-    "run_engine": "buckler.mbs.engine.solve:once",
-    "run_compiled": "buckler.mbs.spectral.run:once",
-    "compiled_scene": "buckler.mbs.spectral.run:scene_or_reason",
-})  # fmt: skip

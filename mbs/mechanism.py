@@ -21,7 +21,7 @@ from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, St
 from .elements.element import GROUND, Element, Parts, place
 from .elements.link import Frozen
 from .elements.references import UnknownError, check_known
-from .offers import find_offer
+from .imports import import_late
 from .validate import short
 
 if TYPE_CHECKING:
@@ -210,7 +210,7 @@ class Mechanism(Parts):
         return mechanism
 
     def save(self, path: str | Path) -> Path:
-        """Write the mechanism as a `.toml` or `.json` file; raise a ValueError if a value has no form in a file."""
+        """Write the mechanism as a `.toml` or `.json` file; ValueError for another ending or a value without a form in a file."""
         return documents.write(self.to_dict(), Path(path))
 
     @classmethod
@@ -239,7 +239,7 @@ class Mechanism(Parts):
         -------
         matplotlib Axes
         """
-        return find_offer("plot_mechanism")(self, axes, names)
+        return import_late("view.plot:plot_mechanism")(self, axes, names)
 
 
 def _place(kind: str, k: int, element: Any) -> str:

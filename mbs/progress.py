@@ -35,7 +35,7 @@ class TimeUpError(Exception):
     """The time limit of a call is over."""
 
 
-STOPS = (TimeUpError, KeyboardInterrupt)
+USER_STOPS = (TimeUpError, KeyboardInterrupt)
 """Exceptions by which a time limit and Ctrl-C end a call."""
 
 

@@ -24,9 +24,9 @@ from .functions import EdgeMemory, use_memory
 from .functions.breaks import MOST, WIDTH
 from .functions.edge_memory import SETTLED
 from .geometry import Array
+from .imports import import_late
 from .kinematics import exact
 from .mechanism import Mechanism
-from .offers import find_offer
 from .process import Interrupted, Progress, ctrl_c, has_compiler, one_thread, working_time
 from .progress import USUAL_RUNS, Forecast, Ticker, forecast
 from .record.errors import Status
@@ -49,13 +49,13 @@ def _run_compiled(*arguments: object, **scene: object) -> Run:
     """Load the compiled solver, which takes a second, and run it; raise an ImportError without Numba."""
     if find_spec("numba") is None:
         raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
-    return find_offer("run_compiled")(*arguments, **scene)
+    return import_late("spectral.run:once")(*arguments, **scene)
 
 
 def _run_engine(*arguments: object) -> Run:
     """Load the engine and run it; raise an ImportError with advice if it does not load."""
     try:
-        run = find_offer("run_engine")
+        run = import_late("engine.solve:once")
     except ImportError as error:
         raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; the other solvers run without it") from error
     return run(*arguments)
@@ -204,7 +204,7 @@ class _Runs:
     def scene(self, degree: int | None) -> Any:
         """Return the compiled scene for strips of a degree, or the reason why the compiled solver cannot run the mechanism."""
         if degree not in self.scenes:
-            self.scenes[degree] = find_offer("compiled_scene")(self.mechanism, degree)
+            self.scenes[degree] = import_late("spectral.run:scene_or_reason")(self.mechanism, degree)
         return self.scenes[degree]
 
     def choose_solver(self) -> tuple[Solver, str]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..elements.link import Link
 from ..geometry import Array
-from ..offers import find_offer
+from ..imports import import_late
 from ..record.lookup import trapezoidal
 from ..record.record import Record
 from ..record.result import Result
@@ -72,7 +72,8 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
-    growth, poses = find_offer("growth")(record), np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
+    growth = import_late("checks.growing:Growth")(record)
+    poses = np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
     rates = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in poses]
     for name, force in forces.items():
         rate = _at_all_samples(poses, np.array([at_pose[name] for at_pose in rates]), -force) * compressed[name]

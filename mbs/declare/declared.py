@@ -11,7 +11,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any, ClassVar, TypeVar
 
-from ..offers import extensions
+from ..imports import extensions
 from ..validate import short
 from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..declare import Declared, Part, Quantity, Whole, choice, declared, field, flag, names, part, quantities, quantity, whole
 from ..declare.compound import Either, Several
 from ..geometry import Array
-from ..offers import find_offer
+from ..imports import import_late
 from ..validate import number, positive, short
 from .element import Body, LinkBase, Recorded
 from .section import Section
@@ -198,7 +198,7 @@ class Modal(Body):
 
     def planar(self, length: float) -> Any:
         """Return the reduction of a link of a length [m] to the plane of motion, a `buckler.mbs.modal.planar.PlanarModel`."""
-        return find_offer("planar_model")(self, positive("length", length, "m"))
+        return import_late("modal.bar:planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
         """Return one damping ratio for all modes, or one for each of their angular frequencies [rad/s]."""

@@ -4,13 +4,13 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from ..offers import on_demand
+from ..imports import lazy_attributes
 
 if TYPE_CHECKING:
     from .pressed import pinned_strip
 
 __all__ = ["Callback", "System", "pinned_strip"]
-__getattr__ = on_demand(__name__, {"pinned_strip": "pressed"})
+__getattr__ = lazy_attributes(__name__, {"pinned_strip": "pressed"})
 
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 System = Any

@@ -10,8 +10,8 @@ import exudyn.itemInterface as eii
 from .. import elements
 from ..elements.element import Element
 from ..geometry import Array
+from ..imports import extensions
 from ..mechanism import Mechanism
-from ..offers import extensions
 from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
 from .loads import attach

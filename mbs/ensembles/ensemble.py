@@ -23,7 +23,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..progress import STOPS, TimeUpError, watch, watching
+from ..progress import USER_STOPS, TimeUpError, watch, watching
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
@@ -139,7 +139,8 @@ def ensemble(
     """Run a mechanism many times, with varied numbers and initial states, and gather readings of each window of time.
 
     Members start with their journals at random places in their bushes; without clearance, with a random offset of 1e-9. Compiled
-    code accumulates statistics while a member runs, and no signal is recorded. The values of a member that fails are nan.
+    code accumulates statistics while a member runs, and no signal is recorded. The values of a member that fails are nan. Raise a
+    ValueError for an invalid reading, path or number.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str |
                 state.count += 1
             if store and ended:
                 found.save(store)
-    except STOPS as stop:
+    except USER_STOPS as stop:
         for future in running:
             future.cancel()
         found = replace(found, interrupted=not isinstance(stop, TimeUpError), timed_out=isinstance(stop, TimeUpError))

@@ -18,7 +18,7 @@ from ..elements.modal import (
     Modal,
     PinHole,
 )  # fmt: skip
-from ..offers import on_demand
+from ..imports import lazy_attributes
 
 if TYPE_CHECKING:
     from .planar import PlanarModel
@@ -29,5 +29,5 @@ __all__ = [
     "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
-__getattr__ = on_demand(__name__, {"PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"})
+__getattr__ = lazy_attributes(__name__, {"PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"})
 """Names that need SciPy's sparse solvers, imported on demand."""

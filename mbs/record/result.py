@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..elements.signal import Trait
 from ..geometry import Array
-from ..offers import find_offer
+from ..imports import import_late
 from ..validate import positive
 from .errors import Errors, Status
 from .lookup import OUTSIDE, between, unknown
@@ -50,14 +50,15 @@ class Result:
     asked : float
         The requested accuracy; nan without one.
     error : Errors
-        Error estimate: `error.motion` of all places, `error["B.contact_force"]` of a signal; unknown after a single run.
+        Relative error estimates, unknown after a single run: `error.motion` is the largest of all positions and angles over
+        their ranges, `error["B.contact_force"]` that of a signal.
     film : Film, optional
         Motion from which `movie` is made.
     verified : float
-        Largest relative difference of places from the other solver; nan without `verify=True`, or if the other solver failed,
-        with the reason in `provenance["notes"]`.
+        Largest difference of positions and angles from those of the other solver, over their ranges; nan without `verify=True`,
+        or if the other solver failed, with the reason in `provenance["notes"]`.
     traits : dict of str to Trait
-        Properties of each signal.
+        Kind, scale of the error, and name of the time derivative of each signal.
 
     Examples
     --------
@@ -90,7 +91,7 @@ class Result:
         return self.status is Status.OK
 
     def __getitem__(self, name: str) -> Array:
-        """Return a signal at the accepted steps, (samples,); raise an UnknownSignalError, with similar names, for no signal."""
+        """Return a signal at the accepted steps, (samples,); UnknownSignalError, with similar names, if there is none."""
         if name not in self.signals:
             raise unknown(name, list(self.signals))
         return self.signals[name]
@@ -112,7 +113,7 @@ class Result:
         ----------
         name : str
         times : array_like
-            Times within the run, s.
+            Times within the run [s].
         outside : float, optional
             Value at times outside the run, e.g. after a failure; by default such times are an error.
 
@@ -143,10 +144,12 @@ class Result:
     def reading(self, text: str) -> Any:
         """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.measures.Reading`.
 
+        Raise a ValueError for an invalid formula or an unknown signal.
+
         The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
         interval from batches of the run; the reading's `kind` says which.
         """
-        return find_offer("read")(self, text)
+        return import_late("sensitivity.measures:read")(self, text)
 
     @property
     def energy_balance(self) -> float:
@@ -171,7 +174,7 @@ class Result:
         return self.film.movie()
 
     def plot(self, *names: str, axes: Axes | Sequence[Axes] | None = None) -> Any:
-        """Draw signals over time, one row for each unit.
+        """Draw signals over time, one row for each unit; raise an UnknownSignalError, with similar names, for an unknown one.
 
         Parameters
         ----------
@@ -184,11 +187,11 @@ class Result:
         -------
         matplotlib Axes, or array of Axes for several units
         """
-        return find_offer("plot_signals")(self, names, axes)
+        return import_late("view.plot:plot_signals")(self, names, axes)
 
     def plot_energy(self, axes: Axes | None = None) -> Any:
         """Draw the energy ledger over time, J; the run needs `ledger=True`."""
-        return find_offer("plot_energy")(self, axes)
+        return import_late("view.plot:plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
         """Write the motion as an animated picture.
@@ -196,13 +199,14 @@ class Result:
         Parameters
         ----------
         path : str or Path
-            File name that ends in `.gif`.
+            File name that ends in `.gif`; any other is a ValueError.
         seconds : float
             Duration of the picture, s, positive.
         width : float
             Width of the picture [pixels].
         """
-        return find_offer("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
+        seconds, width = positive("seconds", seconds, "s"), positive("width", width, "pixels")
+        return import_late("view.plot:animate")(self.movie, path, seconds, width)
 
     def write_html(self, path: str | Path, title: str = "") -> Path:
         """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
@@ -213,11 +217,11 @@ class Result:
         title : str
             Heading; by default the name of the file, or of its folder if the file is `report.html`.
         """
-        return find_offer("write_html")(self, path, title)
+        return import_late("view.report:write_html")(self, path, title)
 
     def _repr_html_(self) -> str:
         """Return the report, in a frame, for notebooks."""
-        return find_offer("notebook_frame")(self)
+        return import_late("view.report:notebook_frame")(self)
 
     # --- files --------------------------------------------------------------------------------------------------------
 
@@ -239,10 +243,10 @@ class Result:
         ValueError
             If the path ends otherwise, or if times are given for a result that was pickled.
         """
-        return find_offer("write_paraview")(self, path, times)
+        return import_late("view.paraview:write_paraview")(self, path, times)
 
     def to_dataframe(self) -> Any:
-        """Return signals as a pandas data frame over the time t [s]; its `attrs` hold units, status and message."""
+        """Return signals as a data frame over t [s], `attrs` with units, status, message; raise an ImportError without pandas."""
         try:
             import pandas
         except ModuleNotFoundError as error:

@@ -17,9 +17,9 @@ import numpy as np
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..progress import STOPS, watch, watching
+from ..progress import USER_STOPS, watch, watching
 from ..solvers import Controlled, Spectral
-from ..statics.answer import RISE
+from ..statics.answer import DEGREE_STEP
 from ..validate import positive
 from .numbers import Family, Source
 from .reading import FAILURES, statical
@@ -199,13 +199,13 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        coarse = finer(solver, 1 / WIDER, -RISE if (solver.degree or 0) > RISE else 0)
+        coarse = finer(solver, 1 / WIDER, -DEGREE_STEP if (solver.degree or 0) > DEGREE_STEP else 0)
         levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
         slopes, reason = dict[str, list[Array]](), ""
         try:
             for name in self.scales:
                 slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
-        except STOPS as stop:
+        except USER_STOPS as stop:
             reason = str(stop)
         unchanged, rows = levels[0][2], []
         for i, reading in enumerate(readings):

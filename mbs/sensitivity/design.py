@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..geometry import Array
-from ..progress import STOPS, watch, watching
+from ..progress import USER_STOPS, watch, watching
 from ..solvers import Spectral
 from ..units import unit_suffix
 from ..validate import positive, whole
@@ -164,7 +164,7 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
         step()
     except EnoughError:
         pass
-    except STOPS as stop:
+    except USER_STOPS as stop:
         search.stopped = str(stop)
 
 

@@ -16,8 +16,8 @@ from scipy.stats import qmc
 from scipy.stats import t as student
 
 from ..geometry import Array
-from ..offers import find_offer
-from ..progress import STOPS, watch, watching
+from ..imports import import_late
+from ..progress import USER_STOPS, watch, watching
 from ..record.errors import LEVEL
 from ..solvers import Spectral
 from ..units import unit_suffix
@@ -97,7 +97,7 @@ class Fit:
 
     def plot(self) -> Any:
         """Draw data and fit, residuals and profiles; return the matplotlib figure."""
-        return find_offer("plot_fit")(self)
+        return import_late("view.plot:plot_fit")(self)
 
 
 @watch("runs")
@@ -161,7 +161,7 @@ def fit(
             best = _solve(problem, best)
         for name in profiles if not problem.stopped else ():
             likelihoods[name] = _profile(problem, best, name)
-    except STOPS as stop:
+    except USER_STOPS as stop:
         problem.stopped = str(stop)
     return _answer(problem, best, likelihoods)
 
@@ -176,7 +176,7 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
         ranked.sort(key=lambda pair: pair[0])
         for _, x in ranked[:BEST_STARTS]:
             minima.append(_solve(problem, x))
-    except STOPS as stop:
+    except USER_STOPS as stop:
         problem.stopped = str(stop)
         if not ranked:
             raise RunFailedError(f"{stop}, before any run ended") from None

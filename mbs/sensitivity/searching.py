@@ -16,7 +16,7 @@ from scipy.optimize import least_squares, minimize
 
 from ..geometry import Array
 from ..solvers import Spectral
-from ..statics.answer import RISE
+from ..statics.answer import DEGREE_STEP
 from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, statical
@@ -251,7 +251,7 @@ class Search:
     def check(self, x: Array) -> Array:
         """Compute the readings at a point by a finer run."""
         needs_run = any(isinstance(reading, str) and not statical(reading) for reading in self.readings.values())
-        return self.read(x, finer(self.solver, FINER, RISE)) if needs_run else self.cache[point_of(x)]
+        return self.read(x, finer(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
 
 
 def point_of(x: Array) -> tuple[float, ...]:

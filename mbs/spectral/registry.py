@@ -15,10 +15,10 @@ from ..elements.link import Link
 from ..elements.motor import CREEP
 from ..elements.references import holder_reference
 from ..functions import TURN, numbers_of
+from ..imports import extensions
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
-from ..offers import extensions
 from .basis import gauss
 from .builder import Builder, BuiltBody
 from .connect import NOWHERE, connect, marker_at, marker_of, resolve_in_axes

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from ..geometry import Array
+from ..imports import import_late
 from ..mechanism import Mechanism
-from ..offers import find_offer
 from ..process import CTRL_C
 from ..scene.scene import Scene
 from ..spectral.scene import CompiledScene, MarkerMotion
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-RISE = 4
+DEGREE_STEP = 4
 """Increment of the degree of strips in a refinement."""
-HIGHEST = 40
+MAX_DEGREE = 40
 """Degree at which refinement ends."""
-PLACES = 1e-8
+ACCURACY = 1e-8
 """Relative error at which refinement ends, for equilibria and frequencies."""
-CRITICAL = 1e-6
+CRITICAL_ACCURACY = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions."""
-FIRST = 0.02
+FIRST_STEP = 0.02
 """Default length of the first step of a path, in the metric of `arc`."""
-LONGEST = 0.1
+MAX_STEP = 0.1
 """Default length of the longest step of a path, in the metric of `arc`."""
 
 
@@ -205,7 +205,7 @@ class Route(Answer):
 
     def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
         """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
-        return find_offer("plot_path")(self, link, point, axis, ax)
+        return import_late("view.plot:plot_path")(self, link, point, axis, ax)
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: critical points in their order, and the end."""

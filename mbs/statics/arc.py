@@ -17,7 +17,7 @@ from scipy.interpolate import KroghInterpolator
 from scipy.optimize import brentq
 
 from ..geometry import Array
-from .problem import Problem, Rest, StaticsError
+from .problem import Plane, Problem, Rest, StaticsError
 
 SHORTEST = 1e-7
 """Arc length below which continuation ends."""
@@ -83,7 +83,7 @@ class Arc:
         predicted = problem.vector(rest) + step * direction
         first = predicted if guess is None else guess
         start = Rest(first[:n], first[n:-1], float(first[-1]))
-        new = problem.newton(start, (normal, value, abs(self.span)), near=guess is None, origin=rest)
+        new = problem.newton(start, Plane(normal, value, abs(self.span)), must_decrease=guess is None, origin=rest)
         change, correction = step * direction, problem.vector(new) - predicted
         for part in (slice(None), slice(n)):
             size, corrected = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (change, correction))

@@ -57,7 +57,7 @@ class TangentState(NamedTuple):
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
     """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero."""
-    problem.set(rest.parameter)
+    problem.set_parameter(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
     undamped = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = undamped.shift

@@ -18,13 +18,13 @@ from scipy.linalg import block_diag
 from scipy.optimize import brentq
 
 from ..geometry import Array
-from ..progress import STOPS, watching
+from ..progress import USER_STOPS, watching
 from ..spectral.run import RunState
 from .algebra import solve
-from .answer import RISE
+from .answer import DEGREE_STEP
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
-from .problem import ENDS, Problem, Rest, StaticsError, has_strips, prolong
+from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, has_strips, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, values_of
 from .varied import Paced
 
@@ -87,7 +87,7 @@ class ResponseCurve:
 
     def at(self, parameter: float) -> None:
         """Set the parameter, and the period with it."""
-        self.problem.set(parameter)
+        self.problem.set_parameter(parameter)
         self.shooting.scene = self.problem.scene
         if isinstance(self.problem, Paced):
             self.shooting.period = 1.0 / parameter
@@ -144,7 +144,7 @@ class ResponseCurve:
     def finer(self) -> ResponseCurve:
         """Curve with finer steps, narrower differences and, unless `fixed`, a higher degree."""
         scene = self.shooting.scene
-        problem = self.problem.with_degree(0 if self.fixed or not has_strips(scene) else RISE)
+        problem = self.problem.with_degree(0 if self.fixed or not has_strips(scene) else DEGREE_STEP)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
 
     def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
@@ -162,7 +162,7 @@ class ResponseCurve:
         """Return the result of a motion, with errors from the finer curve; infinite ones if no motion is found there."""
         values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
-        with suppress(*ENDS):
+        with suppress(*SEARCH_STOPS):
             curve, start, _ = self.refine(orbit)
             refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)
             if refined.open <= CLOSED:
@@ -241,7 +241,7 @@ class ResponseCurve:
                     raise StaticsError("a shorter step is needed")
                 found = sorted(self.criticals(last, new, arc), key=lambda critical: critical[0])
                 criticals += [(point, error) for _, point, error in found]
-            except (SpentError, *STOPS) as error:
+            except (SpentError, *USER_STOPS) as error:
                 ended = "spent" if isinstance(error, SpentError) else "stopped"
                 break
             except StaticsError:

@@ -9,17 +9,17 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..progress import STOPS, watch
+from ..progress import USER_STOPS, watch
 from ..spectral.run import RunState
 from ..spectral.scene import DEGREE, CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
-from .answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
-from .problem import ENDS, distance_between, has_strips, places, prolong
+from .answer import CRITICAL_ACCURACY, DEGREE_STEP, MAX_DEGREE, Answer, Ending, check
+from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, values_of
 
 PARTS = 4
-"""Number of output intervals in a step."""
+"""Number of output intervals in a step: they show its polynomial."""
 LEAST_INTERVAL = 1e-9
 """Least distance of two output times of a run, over the period: an event has two rows."""
 ROUNDS = 4
@@ -33,8 +33,8 @@ class Periodic(Answer):
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
     first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `stable` is
     True if no multiplier but the trivial one exceeds 1 by more than its error. `trivial` is the index of the multiplier that
-    belongs to a shift in time, None if something depends on time. `error` is that of the state at the start, in positions over
-    the longest link and angles [rad], and at least the residual after a period.
+    belongs to a shift in time, None if something depends on time. `error` of the state at the start, in positions over the
+    longest link and angles [rad], is its change by the refinement or its change over a period, whichever is larger.
     """
 
     scene: CompiledScene
@@ -74,7 +74,7 @@ def periodic(
     mechanism: Mechanism, period: float, *, settle: int = 0, start: Periodic | None = None, degree: int | None = None,
     timeout: float | None = None, progress: bool | None = None,
 ) -> Periodic:  # fmt: skip
-    """Find a periodic motion and its stability.
+    """Find a periodic motion by shooting, and its stability; raise a ValueError for an invalid argument.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def periodic(
     settle : int
         Number of periods integrated before the search begins.
     start : Periodic, optional
-        Nearby motion at which the search starts; by default it starts at t = 0 of the mechanism.
+        Nearby motion from which the search starts; by default it starts from the mechanism at t = 0.
     degree : int, optional
         Degree of the strips; by default it is increased until the error is below 1e-6.
     timeout, progress
@@ -93,19 +93,19 @@ def periodic(
     Returns
     -------
     Periodic
-        The status is NOT_REACHED or TOO_MANY_STEPS if none was found.
+        The status is NOT_REACHED or TOO_MANY_STEPS if no periodic motion was found.
     """
     shooting, state = prepare(mechanism, period, start, degree, settle)
     try:
         return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
-    except ENDS as error:
+    except SEARCH_STOPS as error:
         states, none, scene = np.empty((0, shooting.scene.size)), np.empty(0), shooting.scene
         return Periodic(*failure_of(error), scene, period, none, states, states, none.astype(complex), none, False, np.inf)
 
 
 def failure_of(error: BaseException) -> tuple[Ending, str]:
     """Return status and message of a search for a periodic motion that ended with an exception."""
-    if isinstance(error, STOPS):
+    if isinstance(error, USER_STOPS):
         return Ending.NOT_REACHED, "no periodic motion was found yet"
     return Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED, str(error)
 
@@ -129,26 +129,26 @@ def prepare(
 def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     """Refine steps and degree until state and multipliers do not change; errors are the last changes.
 
-    The motion before is kept if a refinement fails, or if changes grow, which is rounding.
+    The motion before a refinement is kept if the refinement fails, or if changes grow by rounding.
     """
     values, error, previous = values_of(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(ROUNDS):
-        degree = shooting.scene.degree + (RISE if has_strips(shooting.scene) and not fixed else 0)
+        degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not fixed else 0)
         finer = shooting.finer(degree)
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)
         try:
             new = finer.search(start, found.matrix)
-        except ENDS:
+        except SEARCH_STOPS:
             break
         new_values, changes, change = compare_multipliers(finer, start, new, values)
-        largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)
+        largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)  # smaller multipliers do not decide stability
         if largest > previous:
             break
         error, errors, previous = change, changes, largest
         shooting, found, values = finer, new, new_values
-        if (error <= CRITICAL and largest <= CRITICAL) or degree > HIGHEST:
+        if (error <= CRITICAL_ACCURACY and largest <= CRITICAL_ACCURACY) or degree > MAX_DEGREE:
             break
     return motion_of(shooting, found, values, errors, error)
 
@@ -169,7 +169,7 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Make the result: stability, status, message, and the motion over the period."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
-    grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL)) & (np.arange(len(values)) != trivial)
+    grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
     message = []
     if grows.any():
         worst = complex(values[grows][0])

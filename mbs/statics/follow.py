@@ -14,10 +14,10 @@ from ..declare import Vector
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..progress import STOPS, watch, watching
+from ..progress import USER_STOPS, watch, watching
 from ..spectral.start import slopes
 from ..validate import one_of
-from .answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check, check_way, ending
+from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_STEP, Ending, Path, check, check_way, ending
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, TangentState, criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -25,31 +25,36 @@ from .rest import find, settle
 from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
-"""Link, point and direction that choose a branch of a path."""
+"""Link, point and direction (x, y): the branch along which the point moves in the direction is followed."""
 DEGREE = 12
 """Degree of strips of the first path."""
 STEPS = 250
-"""Most steps, by default."""
+"""Default of the largest number of steps."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
 """Message of a path whose refinement was stopped."""
 OFFSET = 1e-8
 """Offset of the parameter from a branching at which paths leave it, over the range: there the tangent is not singular."""
 BRANCH_STEP = 1e-2
 """Longest first step behind a branching, in the metric of `arc`."""
+MOVES = 1e-4
+"""Least displacement of a point, over the longest link, in a critical shape of unit size that moves it: above rounding."""
+ALIKE = 0.999
+"""Cosine of two critical shapes above which they count as one."""
 
 
 @watch("steps")
 @one_thread()
 def path(
     mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
-    parameter: str | None = None, steps: int = STEPS, step: float = FIRST,
-    longest: float = LONGEST, branch: Branch | None = None, branches: bool = False,
+    parameter: str | None = None, steps: int = STEPS, step: float = FIRST_STEP,
+    longest: float = MAX_STEP, branch: Branch | None = None, branches: bool = False,
     degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip
     """Follow the equilibria of a mechanism as loads grow, a drive moves or any number changes.
 
     Loads and drives start at 0, from the stress-free pose; a mechanism that can move freely there starts at the equilibrium under
-    the first step of the load. A number starts at its value. Constant loads are applied before.
+    the first step of the load. A number starts at its value. Constant loads are applied before. Raise a ValueError for an invalid
+    argument or an unknown name.
 
     Parameters
     ----------
@@ -68,7 +73,7 @@ def path(
         Lengths of the first and the longest step: root mean square of changes, in units of the longest link, rad and the range
         of the parameter. Other lengths follow from the curvature of the path.
     branch : (link, point, (x, y)), optional
-        Leave the path at the first branching whose shape moves the point, to the side on which it moves in the direction.
+        Leave the path at the first branching whose shape moves the point, to the side on which the point moves along (x, y).
     branches : bool
         Also follow all paths that leave the branchings, to both sides.
     degree : int, optional
@@ -90,11 +95,11 @@ def path(
         problem = problem_over(mechanism, degree, load, drive, parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)
-        except STOPS:
+        except USER_STOPS:
             none = np.empty((0, problem.scene.size))
             return Path(Ending.NOT_REACHED, "its start was not found yet", "stopped", problem.scene, np.empty(0), none, [])
         finally:
-            problem.set(problem.drawn)
+            problem.set_parameter(problem.drawn)
 
     watching.get().most = 2 * steps
     return _refine(run, degree)
@@ -116,14 +121,14 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
     while has_strips(found.scene) and not watching.get().ended:
-        finer = run(found.scene.degree + RISE)
+        finer = run(found.scene.degree + DEGREE_STEP)
         if watching.get().ended:
             return replace(found, message=COARSE)
         errors = _errors(found, finer)
         answer = found if fixed else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if fixed or worst <= CRITICAL * scale or finer.scene.degree > HIGHEST - 10:
+        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10:  # a path costs many states
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
@@ -132,7 +137,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of the critical points and ends of two paths; infinite for points of one path only."""
+    """Return differences of the critical points and ends of two paths by name; infinite for points of one path only."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
@@ -168,9 +173,9 @@ class _Follower:
         return first
 
     def _find_start(self) -> Rest:
-        """Find the equilibrium at the start under the constant loads; if it is movable, that at the first step of the load."""
+        """Find the equilibrium under the constant loads; for a movable mechanism, under the first step of the load as well."""
         problem = self.problem
-        problem.set(self.begun)
+        problem.set_parameter(self.begun)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
         rest = find(others, 1.0)[0]._replace(parameter=self.begun)
         if problem.loads and problem.spectrum(rest).neutral.any():
@@ -182,7 +187,7 @@ class _Follower:
         rests, states, points = [rest], [state_at(self.problem, rest)], list[Critical]()
         try:
             ended = self._follow(rests, states, points, direction)
-        except STOPS:
+        except USER_STOPS:
             ended = "stopped"
         q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
@@ -211,7 +216,7 @@ class _Follower:
                     return "singular"
             after = self.arc.direction(step.new, step.direction)
             if self.arc.may_have_jumped(step, after):
-                arc = 0.3 * step.arc
+                arc = 0.3 * step.arc  # repeat the step
                 continue
             state = state_at(self.problem, step.new)
             found = [] if at_branching or at_corner else criticals(self.arc, step, states[-1], state, after, last)
@@ -234,7 +239,7 @@ class _Follower:
         return "steps"
 
     def _offset_load(self, point: Critical) -> Rest:
-        """Return the state of a branching with a slightly offset parameter; see `OFFSET`."""
+        """Return the state of a branching with a slightly larger parameter, where the tangent is not singular."""
         return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.begun))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
@@ -273,12 +278,12 @@ class _Follower:
 
     def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
         """Return the sum of critical shapes that moves a point of a link most in a direction; None if none moves it."""
-        self.problem.set(critical.rest.parameter)
+        self.problem.set_parameter(critical.rest.parameter)
         scene = self.problem.scene
         shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
         velocities = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes
         moves = along @ velocities / np.linalg.norm(along) / scene.length
-        return shapes @ moves if np.abs(moves).max() > 1e-4 else None
+        return shapes @ moves if np.abs(moves).max() > MOVES else None
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
         """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
@@ -290,11 +295,11 @@ class _Follower:
             if shape is None:
                 continue
             shape = shape / np.linalg.norm(shape / self.problem.units)
-            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
+            if all(abs(float(shape / self.problem.units**2 @ other)) < ALIKE for other in shapes):
                 shapes.append(shape)
         yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
-        """Return the direction along a shape of the coordinates, of unit length in the metric of the path."""
+        """Return a shape (n,) as a direction (n + r + 1,) of unit length in the metric of the path."""
         vector = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
         return np.asarray(vector / self.arc.size(vector))

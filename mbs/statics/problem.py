@@ -1,7 +1,7 @@
 """Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive.
 
-Coordinates q (n,) have units: the longest link, or 1 rad. Multipliers lambda (r,) belong to the rows of constraints g, with the
-Jacobian G. K is the derivative of -f + G^T lambda by q. A Rest is a state, whether it is in equilibrium or not.
+Coordinates q (n,) have units: the longest link for lengths, 1 rad for angles. Multipliers lambda (r,) belong to the rows of the
+constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q. A `Rest` is a state, in equilibrium or not.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from scipy.sparse import block_array
 
 from ..geometry import Array
-from ..progress import STOPS, watching
+from ..progress import USER_STOPS, watching
 from ..spectral.entry_points import carry, place
 from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
-from ..spectral.tables import State
+from ..spectral.tables import Report, State
 from .algebra import COUNT, EPS, LARGE, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
@@ -35,14 +35,16 @@ NOISE = 1e-8
 """Newton step, in units of the coordinates, below which steps may stop shrinking: a critical point amplifies rounding."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
+CLOSED = 1e-9
+"""Largest residual of a constraint at the end of the iteration, over the longest link."""
 
 
 class StaticsError(ValueError):
     """Failure of the statics: Newton's method does not converge, or a name is unknown."""
 
 
-ENDS = (StaticsError, *STOPS)
-"""Exceptions that end a search, whose answer is then the last state found."""
+SEARCH_STOPS = (StaticsError, *USER_STOPS)
+"""Exceptions that end a search: failure, time limit or Ctrl-C. The answer is then the last state found."""
 
 
 class Rest(NamedTuple):
@@ -53,12 +55,20 @@ class Rest(NamedTuple):
     parameter: float
 
 
+class Plane(NamedTuple):
+    """Plane of states x = (q, lambda, parameter): normal (n + r + 1,), value of normal . x, and unit of the parameter."""
+
+    normal: Array
+    value: float
+    unit: float
+
+
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter, whose value is `drawn` in the mechanism as given.
+    """Equations of equilibrium of a scene over a parameter, which has the value `drawn` in the mechanism as given.
 
-    The parameter is the factor of the `loads`, indices in `tables.factors`; it is added to the value of the constraint `row`, -1
-    for none. `shift` is that of the last spectrum along a path [1/s^2].
+    The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
+    for none. `shift` [1/s^2] is the number near which the last spectrum along a path has its eigenvalues.
     """
 
     scene: CompiledScene
@@ -73,18 +83,18 @@ class Problem:
 
     @property
     def extents(self) -> Array:
-        """Extents of the coordinates, (n,): that of the mechanism, which may be much larger than its longest link, or 1 rad."""
+        """Extents of the coordinates, (n,): the size of the mechanism, which may be many links long, or 1 rad."""
         points = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
         return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
 
-    def with_degree(self, by: int) -> Problem:
-        """Return the problem with strips of a degree that is higher by a number, and a separate scene."""
-        return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + by))
+    def with_degree(self, increment: int) -> Problem:
+        """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""
+        return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + increment))
 
-    def refine(self, rest: Rest, by: int) -> tuple[Problem, Rest]:
-        """Return the problem with strips of a higher degree, and a state prolonged to it."""
-        finer = self.with_degree(by)
+    def refine(self, rest: Rest, increment: int) -> tuple[Problem, Rest]:
+        """Return the problem with strips of a higher degree, and the state with zero coefficients for the new polynomials."""
+        finer = self.with_degree(increment)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
         return finer, guess._replace(multipliers=finer.balancing(guess))
 
@@ -92,7 +102,7 @@ class Problem:
         """Return the pose of the mechanism as given, with zero multipliers."""
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
-    def set(self, parameter: float) -> None:
+    def set_parameter(self, parameter: float) -> None:
         """Set the parameter in the scene."""
         if self.row >= 0:
             self.scene.tables.values[self.row] = self.value + parameter
@@ -100,7 +110,7 @@ class Problem:
 
     def assemble(self, rest: Rest, tangents: bool = True) -> Equations:
         """Assemble forces, constraints and their derivatives at a state."""
-        self.set(rest.parameter)
+        self.set_parameter(rest.parameter)
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
         return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
@@ -111,39 +121,41 @@ class Problem:
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of the residuals by the parameter, in which they are linear; `here` are known residuals."""
+        """Compute the derivative (n + r,) of the residuals by the parameter, which are linear in it; `here` are their values."""
         force, gap = here or self.residual(rest, False)[:2]
         next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([next_force - force, next_gap - gap])
 
     def scale_matrix(self, a: Equations, more: Array | float = 0.0) -> tuple[Matrix, float]:
-        """Return [[K, G^T], [G, 0]] in units of the coordinates, and the unit of force; `more` are entries added to K."""
+        """Return [[K, G^T], [G, 0]] with scaled rows and columns, and the unit of force, the median of the diagonal of K.
+
+        With U = diag(units) they are U K U over the unit of force, and G U. `more` are entries added to K.
+        """
         s = self.scene.tables
         unit = np.concatenate([self.units, np.ones(len(s.rows))])
-        weight = np.append(unit[s.row] * unit[s.col], 0.0)
-        k = (a.entries[2] + more) * weight
+        weight = np.append(unit[s.row] * unit[s.col], 0.0)  # the last entry collects what belongs to no unknown
+        _, _, stiffness, jacobian = a.entries
+        k = (stiffness + more) * weight
         diagonal = np.abs(k[:-1][s.row == s.col])
-        scale = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
-        return a.build(k / scale + a.entries[3] * weight), scale
+        force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
+        return a.build(k / force_unit + jacobian * weight), force_unit
 
-    def newton(
-        self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None
-    ) -> Rest:
+    def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
-        The plane `fixed` is (normal (n + r + 1,), value, unit of the parameter). With `near` all steps must decrease. Stresses of
-        strips are separate unknowns; they start from those of an equilibrium, the `origin`, as a guess stretches strips too much.
+        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns;
+        they start from the stresses at an equilibrium, the `origin`, as a guess stretches strips too much.
         """
         previous, found = np.inf, None
         with self._stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
-                rest, largest = self.step(rest, fixed)
+                rest, largest = self.step(rest, plane)
                 expected = largest * (largest / previous) ** 2  # next step, by quadratic convergence
                 converged = largest < CLOSE and (expected < 10 * EPS or largest > 0.1 * previous)
                 if converged or previous < largest < NOISE:
                     found = rest if self.is_balanced(rest) else None
                     break
-                if not np.isfinite(largest) or (near and largest > previous):
+                if not np.isfinite(largest) or (must_decrease and largest > previous):
                     break
                 previous = largest
         if found is not None:
@@ -162,39 +174,40 @@ class Problem:
         finally:
             work.strip_form[0] = PLAIN
 
-    def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
+    def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
         """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
         watching.get().check()
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
-        if fixed is None:
+        if plane is None:
             force, gap, a = self.residual(rest)
-            matrix, scale = self.scale_matrix(a)
-            step = solve(matrix, np.concatenate([force * self.units / scale, -gap]))
+            matrix, force_unit = self.scale_matrix(a)
+            step = solve(matrix, np.concatenate([force * self.units / force_unit, -gap]))
         else:
-            normal, value, unit = fixed
-            bordered, scale, force, gap = self._border_matrix(rest, normal, unit)
-            distance = value - float(normal @ self.vector(rest))
-            step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [distance]]))
-            change_p = float(step[-1]) * unit
+            bordered, force_unit, force, gap = self._border_matrix(rest, plane.normal, plane.unit)
+            distance = plane.value - float(plane.normal @ self.vector(rest))
+            step = solve(bordered, np.concatenate([force * self.units / force_unit, -gap, [distance]]))
+            change_p = float(step[-1]) * plane.unit
         largest = float(np.abs(step[:n]).max(initial=0.0))
         share = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
         q = rest.q + share * step[:n] * self.units
         if self.scene.work.strip_form[0] != PLAIN:
             carry(self.scene.tables, self.scene.work, q - rest.q)
-        return Rest(q, rest.multipliers + share * step[n : n + r] * scale, rest.parameter + share * change_p), largest
+        return Rest(q, rest.multipliers + share * step[n : n + r] * force_unit, rest.parameter + share * change_p), largest
 
     def is_balanced(self, rest: Rest) -> bool:
-        """Return True if g is small, and residual forces are against applied forces, weights, reactions or rounding."""
+        """Return True if g is small, and residual forces are small against applied forces, weights, reactions or rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
-        applied = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
-        weight = np.abs(scene.tables.factors[-1] * scene.tables.weight * units).max(initial=0.0)
+        applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
+        gravity = scene.tables.factors[-1]
+        weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
         of_g = (s.row >= scene.size) & (s.col < scene.size)
-        reactions = np.abs(a.entries[3][:-1][of_g] * units[s.col[of_g]] * rest.multipliers[s.row[of_g] - scene.size])
+        *_, jacobian = a.entries
+        reactions = np.abs(jacobian[:-1][of_g] * units[s.col[of_g]] * rest.multipliers[s.row[of_g] - scene.size])
         rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
-        closed = np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
+        closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
         return bool(closed and np.abs(force * units).max(initial=0.0) <= limit)
 
     def balancing(self, rest: Rest) -> Array:
@@ -209,24 +222,24 @@ class Problem:
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
-        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; p has a unit."""
-        matrix, scale, _, _ = self._border_matrix(rest, normal, unit)
+        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; `unit` is that of p."""
+        matrix, force_unit, _, _ = self._border_matrix(rest, normal, unit)
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
         out, n = solve(matrix, right), self.scene.size
-        return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
+        return np.concatenate([out[:n] * self.units, out[n:-1] * force_unit, [out[-1] * unit]])
 
     def _border_matrix(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
-        """Border the scaled matrix by the column of the parameter and the normal; return it, the unit of force, residuals."""
+        """Border the scaled matrix by the column of the parameter and the normal; return it, unit of force, residuals."""
         n = self.scene.size
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
-        matrix, scale = self.scale_matrix(a)
-        column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
-        row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
+        matrix, force_unit = self.scale_matrix(a)
+        column = -np.concatenate([slope[:n] * self.units / force_unit, -slope[n:]]) * unit
+        row = np.concatenate([normal[:n] * self.units, normal[n:-1] * force_unit, [normal[-1] * unit]])
         blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
         bordered = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
-        return bordered, scale, force, gap
+        return bordered, force_unit, force, gap
 
     def rounding(self, rest: Rest) -> float:
         """Estimate the rounding error of the parameter: that of axial forces of strips, over the force per unit of parameter."""
@@ -236,13 +249,13 @@ class Problem:
         return ROUNDING * stiffest / force if force else 0.0
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
-        """Compute the eigenvalues of small motions about a state: all, or for many coordinates the lowest and those that grow."""
+        """Compute the eigenvalues of small motions about a state: for many coordinates the lowest `count` and all that grow."""
         watching.get().check()
         return spectrum(self.about(rest), count=count)
 
     def about(self, rest: Rest) -> Tangent:
         """Make the equations of small motions about a state."""
-        self.set(rest.parameter)
+        self.set_parameter(rest.parameter)
         return Tangent.at(self.scene, rest.q, rest.multipliers)
 
 
@@ -260,7 +273,7 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
 
 
 def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
-    """Return the largest distance of two states, in units of the coordinates; an upper bound along strips."""
+    """Return the largest distance of two poses a and b (n,), in units of the coordinates; an upper bound along strips."""
     change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
@@ -280,8 +293,8 @@ def has_strips(scene: CompiledScene) -> bool:
     return bool(_strips(scene))
 
 
-def moving(scene: CompiledScene, q: Array, shape: Array) -> str:
-    """Return the name of the link that moves most in a shape (n,) at coordinates q; '' if all links are massless."""
+def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:
+    """Return the name of the link that moves most in a motion `shape` (n,) from coordinates q; '' if all links are massless."""
     links = [link for link in scene.mechanism.links if not link.body.massless]
     if not links:
         return ""

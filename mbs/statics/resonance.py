@@ -11,14 +11,14 @@ from ..mechanism import Mechanism
 from ..progress import watch
 from ..spectral.run import RunState
 from ..validate import positive
-from .answer import FIRST, KEYS, LONGEST, Route, check_way, ending, parameters_at
+from .answer import FIRST_STEP, KEYS, MAX_STEP, Route, check_way, ending, parameters_at
 from .curve import KINDS, ResponseCurve
 from .cycles import Periodic, failure_of, prepare
-from .problem import ENDS, Problem
+from .problem import SEARCH_STOPS, Problem
 from .varied import Paced, problem_over
 
 STEPS = 400
-"""Most steps, by default."""
+"""Default of the largest number of steps."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,12 @@ class Response(Route):
 @watch("periods integrated")
 def response(
     mechanism: Mechanism, period: float, *, to: float, load: str | list[str] | None = None, parameter: str | None = None,
-    settle: int = 0, start: Periodic | None = None, steps: int = STEPS, step: float = FIRST, longest: float = LONGEST,
+    settle: int = 0, start: Periodic | None = None, steps: int = STEPS, step: float = FIRST_STEP, longest: float = MAX_STEP,
     degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Response:  # fmt: skip
-    """Follow a periodic motion of a driven mechanism over its frequency, a load or any number, around its folds.
+    """Follow a periodic motion of a driven mechanism over its frequency, a load or any number, around the folds of the curve.
+
+    Raise a ValueError for an invalid argument, or if nothing in the mechanism depends on time.
 
     Parameters
     ----------
@@ -100,7 +102,7 @@ def response(
     curve.at(problem.drawn)
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
-    except ENDS as error:
+    except SEARCH_STOPS as error:
         return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
     finally:
         curve.at(problem.drawn)

@@ -4,7 +4,8 @@ Pseudo-transient continuation takes implicit Euler steps of growing length tau [
 
     [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
-For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796).
+For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). The unit of a length
+is that of the longest link, of an angle 1 rad; the extent of a length is the size of the whole mechanism.
 """
 
 from __future__ import annotations
@@ -14,22 +15,22 @@ import numpy as np
 from ..elements import Rope
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..progress import STOPS, watch, watching
+from ..progress import USER_STOPS, watch, watching
 from ..spectral.scene import CompiledScene
 from ..spectral.tables import ForceKind
 from ..validate import number
 from .algebra import solve
-from .answer import HIGHEST, PLACES, RISE, Ending, Equilibrium, check, list_omissions
-from .problem import BALANCED, ENDS, Problem, Rest, StaticsError, distance_between, has_strips, loads_of, moving
+from .answer import ACCURACY, DEGREE_STEP, MAX_DEGREE, Ending, Equilibrium, check, list_omissions
+from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distance_between, find_moving_link, has_strips, loads_of
 
 TARGET_MOVE = 0.1
-"""Change of the pose for which the length of the next implicit step is chosen, in units of the coordinates."""
+"""Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
 ENDLESS = 60.0
-"""Length of the way, over the size of the mechanism, after which a motion counts as endless."""
+"""Sum of all changes of the pose, over the size of the mechanism, after which a motion counts as endless."""
 SHORTEST = 1e-4
 """Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
-"""Largest change of the pose in a load increment, in extents: after a larger one Newton's method may reach another branch."""
+"""Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
 CORRECTIONS = 4
 """Most Newton iterations of an implicit step: the first iteration stretches a strip that rotates."""
 CONVERGED = 0.2
@@ -38,6 +39,10 @@ STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 SETTLED = 1e-3
 """Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
+DISPLACEMENTS = 20
+"""Most displacements from unstable equilibria: each leads downhill, and a mechanism has few equilibria."""
+ROUNDING = 1e-9
+"""Change of the pose by an implicit step, in units of the coordinates, whose work is rounding."""
 FRICTION = "friction may hold it elsewhere"
 """Remark on equilibria of mechanisms with dry friction, which the statics leave out."""
 
@@ -59,7 +64,7 @@ def equilibrium(
     """Find the equilibrium of a mechanism with its drives fixed at t = 0 and its loads multiplied by `load`.
 
     Loads grow from zero, from the stress-free pose. If the mechanism is movable, or if Newton's method fails, pseudo-transient
-    continuation leads to a stable equilibrium.
+    continuation leads to a stable equilibrium. Raise a ValueError for an invalid argument.
 
     Parameters
     ----------
@@ -83,19 +88,19 @@ def equilibrium(
     try:
         rest, message = find(problem, load)
         return _answer(*_refine(problem, rest, degree is not None), message)
-    except ENDS as why:
-        if isinstance(why, StaticsError) or watching.get().best is None:
-            return _make_failure(problem, why, load)
+    except SEARCH_STOPS as error:  # a failure, the time limit or Ctrl-C
+        if isinstance(error, StaticsError) or watching.get().best is None:
+            return _make_failure(problem, error, load)
         return _answer(*watching.get().best)
     finally:
-        problem.set(1.0)
+        problem.set_parameter(1.0)
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
     """Find a stable equilibrium by pseudo-transient continuation from a state.
 
-    From an unstable equilibrium the search goes on with a displacement along the fastest growing shape, at most 20 times. Raise a
-    RunsAwayError for a motion beyond `ENDLESS`, a StaticsError after `STEPS` steps.
+    From an unstable equilibrium the search goes on with a displacement along the fastest growing shape. Raise a RunsAwayError
+    for a motion beyond `ENDLESS`, a StaticsError after `STEPS` steps.
     """
     rest, tau = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     start, displacements, distance, watching.get().most = rest, 0, 0.0, STEPS
@@ -106,12 +111,12 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         distance += change
         if change < SETTLED:
             try:
-                found = problem.newton(new, near=True)
+                found = problem.newton(new, must_decrease=True)
             except StaticsError:
                 found = None
             if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
                 spectrum = problem.spectrum(found)
-                if spectrum.stable or displacements > 20:
+                if spectrum.stable or displacements > DISPLACEMENTS:
                     return found
                 fastest = int(np.argmax(spectrum.growth))
                 shape, displacements = np.real(spectrum.shapes[:, fastest]), displacements + 1
@@ -119,38 +124,41 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                 new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
         rest = new
         if distance > endless:
-            name = moving(problem.scene, rest.q, rest.q - start.q)
+            name = find_moving_link(problem.scene, rest.q, rest.q - start.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
-    raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - start.q)}' still moves after {STEPS} damped steps")
+    raise StaticsError(f"'{find_moving_link(problem.scene, rest.q, rest.q - start.q)}' still moves after {STEPS} damped steps")
 
 
 def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
     """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
 
-    A step that goes against the forces, or whose iteration diverges, is repeated with a smaller tau. The first tau is 0.
+    A step is accepted after the first Newton iteration in which it does work along its forces at both ends. It is repeated with
+    a smaller tau if it is long, goes against the forces, or if its iteration diverges. Give tau = 0 for the first step.
     """
     n, units = problem.scene.size, problem.units
-    a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
-    mass_matrix = a.build(mass)[:n, :n]
+    begin, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
+    mass_matrix = begin.build(mass)[:n, :n]
     if tau == 0.0:
-        ratio = np.abs(a.stiffness.diagonal()) / mass_matrix.diagonal()
+        ratio = np.abs(begin.stiffness.diagonal()) / mass_matrix.diagonal()
         tau = 1.0 / max(float(np.median(ratio)), 1e-6)
     for _ in range(60):
-        new, last = rest, a
+        new, last = rest, begin
         for iteration in range(CORRECTIONS):
             force = last.force - mass_matrix @ (new.q - rest.q) / tau
-            matrix, scale = problem.scale_matrix(last, mass / tau)
-            out = solve(matrix, np.concatenate([force * units / scale, -last.residual]))
-            new = Rest(new.q + out[:n] * units, out[n:] * scale, rest.parameter)
+            matrix, force_unit = problem.scale_matrix(last, mass / tau)  # lines of the system in units of force and length
+            out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
+            new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
             step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
             change = float(np.abs(step / units).max(initial=0.0))
-            work = float(step @ (a.force - a.jacobian.T @ new.multipliers))
-            goes_forward = work >= -1e-12 * abs(float(step @ (mass_matrix @ step))) / tau or change < 1e-9
+            work_at_begin = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))
+            rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
+            goes_forward = work_at_begin >= -rounding or change < ROUNDING
             is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
             if not (is_short and goes_forward) or (iteration and correction > CONVERGED * change):
                 break
             force, _, last = problem.residual(new)
-            if change < 1e-9 or float(step @ force) >= -max(work, 0.0):  # otherwise the step went deep into an open contact
+            work_at_end = float(step @ force)
+            if change < ROUNDING or work_at_end >= -max(work_at_begin, 0.0):  # else the step went deep into an open contact
                 return new, tau * min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300))), change
         tau *= max(0.1, min(0.5, TARGET_MOVE / change)) if np.isfinite(change) and change > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
@@ -161,7 +169,7 @@ def find(problem: Problem, load: float) -> tuple[Rest, str]:
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
-    is_movable = problem.spectrum(problem.start(0.0), 1).neutral.any()
+    is_movable = problem.spectrum(problem.start(0.0), count=1).neutral.any()
     reached = 0.0
     if not is_movable:
         rest, reached = _grow(problem, load)
@@ -195,7 +203,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
     An increment that moves the mechanism far or loses stability is halved, as Newton's method may have left the path.
     """
     rest, reached, increment = problem.start(0.0), 0.0, 1.0
-    stable = problem.spectrum(rest, 1).stable
+    stable = problem.spectrum(rest, count=1).stable
     while reached < 1.0:
         increment = min(increment, 1.0 - reached)
         try:
@@ -203,7 +211,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             watching.get().step(reached)
             new = problem.newton(rest._replace(parameter=load * (reached + increment)))
             is_near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
-            stays_stable = is_near and problem.spectrum(new, 1).stable
+            stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False
         if is_near and (stays_stable or not stable or increment < SHORTEST):
@@ -219,7 +227,7 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
     """Increase the degree, unless it is `fixed`, until the error is small; return problem, equilibrium and error."""
     error, previous = 0.0, np.inf
     while has_strips(problem.scene):
-        finer, guess = problem.refine(rest, RISE)
+        finer, guess = problem.refine(rest, DEGREE_STEP)
         watching.get().best = problem, rest, error or np.inf, f"strips of the degree {problem.scene.degree} may not be enough"
         try:
             new = finer.newton(guess)
@@ -229,18 +237,19 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
         if fixed:
             break
         problem, rest = finer, new
-        if error <= PLACES or error > 0.5 * previous or problem.scene.degree > HIGHEST:
+        if error <= ACCURACY or error > 0.5 * previous or problem.scene.degree > MAX_DEGREE:
             break
         previous = error
     return problem, rest, error
 
 
 def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
-    """Make the result: equilibrium with error and stability."""
+    """Make the result from a state, with its error, stability and notes."""
     check_ropes(problem, rest)
-    error = max(error, problem.step(rest)[1])
+    _, newton_step = problem.step(rest)
+    error = max(error, newton_step)
     spectrum = problem.spectrum(rest)
-    neutral = tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
+    neutral = tuple(find_moving_link(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))
     status = Ending.INACCURATE if error >= 1e-4 else Ending.UNSTABLE if growth else Ending.OK
     notes = [message] if message else []
@@ -249,7 +258,7 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
     if status is Ending.INACCURATE and error < np.inf:
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         notes.append(f"its error is {error:.1e} of the longest link{hint}")
-    problem.set(1.0)
+    problem.set_parameter(1.0)
     notes += list_omissions(problem.scene.mechanism, FRICTION)
     return Equilibrium(
         status, "; ".join(notes), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
@@ -267,7 +276,7 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
         message += f"; open: {', '.join(contacts)}" if contacts else ""
     elif isinstance(error, SlackError):
         status = Ending.SLACK
-    elif isinstance(error, STOPS):
+    elif isinstance(error, USER_STOPS):
         message = "no equilibrium was found yet"
     message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
     nowhere = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)

@@ -28,7 +28,7 @@ class Varied(Problem):
         self.current = float(value)
         super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
 
-    def set(self, parameter: float) -> None:
+    def set_parameter(self, parameter: float) -> None:
         """Make the scene with a value of the number."""
         if parameter != self.current:
             self.current = parameter
@@ -39,20 +39,20 @@ class Varied(Problem):
         step = STEP * max(abs(rest.parameter), abs(self.drawn), 1e-300)
         residuals = []
         for p in (rest.parameter + step, rest.parameter - step):
-            self.set(p)
+            self.set_parameter(p)
             a = self.scene.assemble(rest.q, tangents=False)
             residuals.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
         return np.asarray((residuals[0] - residuals[1]) / (2 * step))
 
-    def with_degree(self, by: int) -> Varied:
+    def with_degree(self, increment: int) -> Varied:
         """Return the problem with strips of a higher degree."""
-        return Varied(Mechanism.from_dict(self.document), self.name, self.scene.degree + by)
+        return Varied(Mechanism.from_dict(self.document), self.name, self.scene.degree + increment)
 
 
 class Paced(Problem):
     """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
 
-    def set(self, parameter: float) -> None:
+    def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""
         self.scene.tables.time_factor[0] = parameter / self.drawn
 

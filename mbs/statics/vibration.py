@@ -9,11 +9,11 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
-from ..progress import STOPS, watch, watching
+from ..progress import USER_STOPS, watch, watching
 from ..spectral.scene import CompiledScene
 from ..validate import whole
-from .answer import HIGHEST, PLACES, RISE, Answer, Ending, Equilibrium, check, list_omissions
-from .problem import ENDS, Problem, Rest, has_strips, loads_of, moving
+from .answer import ACCURACY, DEGREE_STEP, MAX_DEGREE, Answer, Ending, Equilibrium, check, list_omissions
+from .problem import SEARCH_STOPS, Problem, Rest, find_moving_link, has_strips, loads_of
 from .rest import equilibrium
 from .spectrum import Spectrum
 
@@ -28,8 +28,8 @@ class Frequencies(Answer):
     """Small motions exp(s t) about an equilibrium, lowest |s| first with rigid motions; decay without oscillation comes last.
 
     At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
-    (n, count) their eigenvectors. `errors` (count,) are those of |s|/2 pi [Hz]: the larger one of the change by a higher degree
-    of the strips and rounding. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True
+    (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the change by a higher degree of the strips or rounding,
+    whichever is larger. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True
     if no small motion grows.
     """
 
@@ -69,13 +69,13 @@ def frequencies(
     mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None,
     timeout: float | None = None, progress: bool | None = None,
 ) -> Frequencies:  # fmt: skip
-    """Compute natural frequencies of a mechanism with its drives fixed.
+    """Compute natural frequencies of a mechanism with its drives fixed; raise a ValueError for an invalid argument.
 
     Parameters
     ----------
     mechanism : Mechanism
     about : Equilibrium, optional
-        Equilibrium about which the mechanism vibrates; by default that under the loads.
+        Equilibrium about which the mechanism vibrates; by default the equilibrium under the loads.
     count : int
         Number of lowest frequencies, rigid motions included.
     degree : int, optional
@@ -91,7 +91,7 @@ def frequencies(
             return _make_failure(about.scene, about.status, about.message)
         problem, rest = Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load)
         return _refine(problem, rest, int(count), degree is not None)
-    except STOPS:
+    except USER_STOPS:
         scene = about.scene if about else CompiledScene.of(mechanism, degree)
         return _make_failure(scene, Ending.NOT_REACHED, "none was found yet")
 
@@ -105,22 +105,22 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
     """Compute the spectrum at a state, and restore the parameter of the scene."""
     found = problem.spectrum(rest)
-    problem.set(problem.drawn)
+    problem.set_parameter(problem.drawn)
     return found
 
 
 def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
-    """Increase the degree, unless it is `fixed`, until the frequencies do not change; errors are the last change."""
+    """Increase the degree, unless it is `fixed`, until the lowest frequencies do not change; errors are the last change."""
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf
     while has_strips(problem.scene):
-        finer, state = problem.refine(rest, max(RISE, problem.scene.degree // 4))
+        finer, state = problem.refine(rest, max(DEGREE_STEP, problem.scene.degree // 4))
         try:
             watching.get().step()
             state = finer.newton(state)
             new = _spectrum(finer, state)
-        except ENDS as error:
-            errors = errors if previous < np.inf and isinstance(error, STOPS) else np.full(len(errors), np.inf)
+        except SEARCH_STOPS as error:
+            errors = errors if previous < np.inf and isinstance(error, USER_STOPS) else np.full(len(errors), np.inf)
             break
         common, answer = min(count, len(found.values), len(new.values)), found if fixed else new
         change = np.full(min(count, len(answer.values)), np.inf)
@@ -133,7 +133,8 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
         stalled = relative < 1e-5 and relative > 0.5 * previous  # by rounding of the equilibrium itself
         previous = relative
-        if stalled or relative <= PLACES or (change <= rounding).all() or problem.scene.degree > max(HIGHEST, 3 * count):
+        most = max(MAX_DEGREE, 3 * count)  # a mode of the number k has k waves
+        if stalled or relative <= ACCURACY or (change <= rounding).all() or problem.scene.degree > most:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
     return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
@@ -163,7 +164,7 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
     names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
-            names.append(f"rigid motion of {moving(scene, q, np.real(shape))}")
+            names.append(f"rigid motion of {find_moving_link(scene, q, np.real(shape))}")
         elif growth > 0.0:
             names.append("flutter" if value.imag else "growth")
         else:

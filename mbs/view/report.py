@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry import Array
-from ..offers import find_offer
+from ..imports import import_late
 from ..record.result import Result
 from ..record.run import ledger
 from .drawing import INKS, Arrow
@@ -56,7 +56,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
-    store, measures = ArrayStore(), find_offer("measures")(result, texts)  # of buckler.mbs.sensitivity, a higher layer
+    store, measures = ArrayStore(), import_late("sensitivity.measures:measures")(result, texts)
     read_signals = [name for measure in measures for name in measure.signals] if texts else []
     data = {
         "title": title,

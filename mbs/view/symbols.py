@@ -20,7 +20,7 @@ from ..elements.link import Link
 from ..elements.motor import Motor
 from ..elements.section import Section
 from ..elements.stop import Stop
-from ..offers import extensions
+from ..imports import extensions
 from ..scene.scene import Scene
 from . import loads
 from .drawing import (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from buckler.mbs.offers import extensions
+from buckler.mbs.imports import extensions
 
 OUTSIDE = Path(__file__).parents[1] / "outside"
 FILE = """

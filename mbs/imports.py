@@ -1,8 +1,8 @@
-"""Late binding: methods such as `Mechanism.plot` are implemented in higher packages and resolved by name at the first call.
+"""Late imports: of functions from higher layers, of a package's names at first use, and of other packages' entry points.
 
 Other installed packages extend Buckler through entry points:
 
-- `buckler.kinds`: a class of an element, a body or a law, which files may name. Its name is a kind.
+- `buckler.kinds`: a class of an element, a body or a law, which files may name. The name of the entry point is the kind.
 - `buckler.exudyn`, by kind: function `connect(scene, elements)`, as in `mbs/engine/loads.py`.
 - `buckler.spectral`, by kind: function `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
 - `buckler.symbols`, by kind: function `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
@@ -18,31 +18,23 @@ from functools import cache
 from importlib import import_module
 from typing import Any
 
-_OFFERS: dict[str, str] = {}
-"""Place of each registered function, 'package.module:function', by name."""
+
+def import_late(path: str) -> Any:
+    """Import 'module:name' of `buckler.mbs` at the time of the call: methods use functions of higher layers in this way."""
+    module, _, name = path.partition(":")
+    return getattr(import_module(f"buckler.mbs.{module}"), name)
 
 
-def offer(offers: Mapping[str, str]) -> None:
-    """Register functions by name, as 'package.module:function'; they are loaded at the first call."""
-    _OFFERS.update(offers)
-
-
-def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """Make a package's `__getattr__` that imports a name from its module at the first use."""
+def lazy_attributes(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """Make a package's `__getattr__` (PEP 562) that imports a name from its module at the first use."""
 
     def load(name: str) -> Any:
-        """Import a name, PEP 562."""
+        """Import the name, or raise an AttributeError if it is unknown."""
         if name not in modules:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
         return getattr(import_module(f"{package}.{modules[name]}"), name)
 
     return load
-
-
-def find_offer(name: str) -> Any:
-    """Import and return a registered function."""
-    module, _, function = _OFFERS[name].partition(":")
-    return getattr(import_module(module), function)
 
 
 @cache
