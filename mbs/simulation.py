@@ -179,13 +179,13 @@ class _Runs:
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
             stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
-            if passed.many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):
+            if passed.too_many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):
                 break
-        if passed.many or len(passed.edges):
-            count = f"more than {MOST}" if passed.many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
+        if passed.too_many or len(passed.edges):
+            count = f"more than {MOST}" if passed.too_many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
             text = f"UNSEEN: a function was looked at every {WIDTH * duration:.2g} s; of its edges {count} lie between steps"
             advice = "name them by a Piecewise, give a Table, or a shorter run"
-            if passed.many:
+            if passed.too_many:
                 advice += "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws"
             self.ended[-1] = run = replace(run, unseen=f"{text}; {advice}")
         return run

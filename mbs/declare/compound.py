@@ -52,7 +52,7 @@ class Direction(Vector):
 
 @dataclass(eq=False, repr=False)
 class Several(Spec):
-    """A list of `least` to `most` items of one specification, all different if `distinct` is true."""
+    """A list of `least` to `most` items with one specification, all different if `distinct` is true."""
 
     item: Spec
     least: int = 0
@@ -163,7 +163,7 @@ class Either(Spec):
                 return spec
         others = [spec for spec in self.specs if not isinstance(spec, Nothing)]
         if len(others) == 1:
-            return others[0]  # its message is the best one
+            return others[0]  # this alternative gives the best message
         raise self.refusal(name, raw)
 
 

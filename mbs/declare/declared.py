@@ -18,7 +18,7 @@ from .spec import Anything, Flag, Name, Quantity, Spec, Whole
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
 DECLARED = "declared"
-"""Key in the metadata of a field, where specification, meaning, bounds and group stand; see `Declaration`."""
+"""Key in the metadata of a field: specification, meaning, bounds and group, the fields of `Declaration`."""
 
 
 class RefusalError(ValueError):
@@ -73,7 +73,7 @@ class Declared:
 
     @property
     def where(self) -> str:
-        """Name in messages, before the name of a field; '' if the latter is enough."""
+        """Name of the object in messages, before the name of a field; '' if the field's name is enough."""
         return ""
 
     def agree(self) -> None:

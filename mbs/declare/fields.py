@@ -6,7 +6,7 @@
 
 `Clearance(pin=-1, ...)` raises an error with class, field, value, range and unit. Python and files both accept `pin = "5 mm"`.
 The declaration also gives the docstring, the schema of files, options of the command line and the reference. `doc` is the
-meaning of the field; it continues the name.
+meaning of the field, read after its name.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by the specification of its values; the default None also allows None."""
+    """Declare a field by the specification of its values; with the default None the value None is allowed, too."""
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}
@@ -40,7 +40,7 @@ def quantity(
     unit: str, *, above: float | str | None = None, low: float | str | None = None, high: float | None = None,
     nonzero: bool = False, doc: str = "", default: object = MISSING,
 ) -> Any:  # fmt: skip
-    """Declare a number with a unit: >= low or > above, and <= high; low and above may be the name of another field."""
+    """Declare a number with a unit: >= low or > above, and <= high; low or above may name another field as the bound."""
     bounds = {sign: name for sign, name in ((">", above), (">=", low)) if isinstance(name, str)}
     lowest = next((value for value in (above, low) if isinstance(value, int | float)), -inf)
     highest = inf if high is None else high

@@ -1,6 +1,6 @@
 """Objects as fields of others: their allowed classes, and the conversion between objects and tables of a file.
 
-The kind of an object is the name of its class. Protocols are allowed as classes: their members decide.
+The kind of an object is the name of its class. A protocol is allowed as a class: objects with its members fit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ REMOVED = {
 
 @dataclass(eq=False, repr=False)
 class Part(Spec):
-    """An object of one of several classes or protocols; in a file a table, with its kind where the keys do not decide it."""
+    """An object of one of several classes or protocols; in a file a table, with its kind if the keys leave it open."""
 
     kinds: tuple[Any, ...]
     example: str = ""
@@ -92,7 +92,7 @@ def _is_protocol(kind: object) -> bool:
 
 def _missing(found: object, protocol: object) -> list[str]:
     """Return the members of a protocol that an object or a dataclass lacks."""
-    members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # the former from Python 3.12 on
+    members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # Python 3.11 has no __protocol_attrs__
     fields = getattr(found, "__dataclass_fields__", {})
     return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
 
@@ -107,7 +107,7 @@ def _is_kind_of(found: object, base: Any) -> bool:
 def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], extra: Iterable[str] = ("kind",)) -> Any:
     """Make an object from its table; a ValueError is one line that begins with the path.
 
-    `name` is the path of the table, `kinds` are the allowed classes, `extra` keys for messages that are no fields.
+    `name` is the path of the table, `kinds` are the allowed classes, `extra` further keys that messages list as known.
     """
     raw = dict(table)
     kind = _kind(name, raw, kinds)
@@ -135,14 +135,14 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
 
 
 def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
-    """Remove the kind from a table, and return its class; without a kind return the only class that fits the keys."""
+    """Remove the kind from a table and return the class of that name, or without a kind the only class that fits the keys."""
     word = raw.pop("kind", None)
     if word is not None:
         if not isinstance(word, str) or word not in kinds:
             reason = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {show(word)}: {reason}")
         return kinds[word]
-    sharing = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]  # one class has a message of its own
+    sharing = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]  # a single one gives the better message
     fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(raw, kinds) or sharing
     if len(fitting) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
@@ -150,7 +150,7 @@ def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
 
 
 def _fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
-    """Return the classes that have all keys of a table and require no other."""
+    """Return the classes that have all keys of a table as fields and require no other field."""
     declared = {kind: declarations(kind) for kind in kinds.values()}
     required = {kind: {key for key, field in fields.items() if field.required} for kind, fields in declared.items()}
     return [kind for kind, fields in declared.items() if required[kind] <= set(raw) <= set(fields)]

@@ -1,7 +1,7 @@
 """Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
-A raw value is what a user writes in Python, a file or the command line. `Quantity("m").read("gap", "0.1 mm")` is 1e-4. `name` is
-the path of the field, with which a ValueError begins.
+A raw value is a value as a user writes it in Python, a file or the command line: `Quantity("m").read("gap", "0.1 mm")` is 1e-4.
+`name` is the path of the field, with which a ValueError begins.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Spec:
     """JSON schema, where it is the same for all specifications of the class."""
 
     def fits(self, raw: object) -> bool:
-        """Return True if a raw value has the right type; `read` may still refuse it, with the better message."""
+        """Return True if a raw value has the right type; `read` may still refuse the value, with a better message."""
         raise NotImplementedError
 
     def read(self, name: str, raw: object) -> Any:
@@ -56,7 +56,7 @@ class Spec:
 
 @dataclass(eq=False, repr=False)
 class Quantity(Spec):
-    """A number with a unit, from `low` to `high`; a bound that is open is not allowed itself.
+    """A number with a unit, from `low` to `high`; an open bound is not allowed itself.
 
     The unit is '1' for a number without a unit, '' for any unit; ' or ' separates alternatives, as in 'rad/s or m/s'. `hint` is
     appended to messages about a number out of the range.

@@ -1,7 +1,7 @@
 """Documents: read from TOML and JSON files, written to them, and changed by path.
 
-A document is a dictionary of dictionaries, lists, texts, numbers and truth values. A table is a dictionary in it, an entry an
-item of a list. A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
+A document is a dictionary of dictionaries, called tables, lists, texts, numbers and truth values. An entry is an item of a list.
+A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ WIDTH = 100
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    """Append the lines of a table: first the values of one line, then tables and lists of tables under their titles."""
+    """Append the lines of a table: first values that fit on one line, then tables and lists of tables under their titles."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
     for name, each in content.items():
         if name not in tables:
@@ -103,7 +103,7 @@ def read(path: Path) -> dict[str, Any]:
     try:
         content = path.read_text(encoding="utf-8-sig")  # some editors begin files with a byte order mark
         found = tomllib.loads(content) if ending == ".toml" else json.loads(content, object_pairs_hook=_without_doubles)
-    except (ValueError, RecursionError) as error:  # the latter for brackets without end
+    except (ValueError, RecursionError) as error:  # RecursionError for deeply nested brackets
         reason = " ".join(str(error).split())
         advice = next((advice for words, advice in ADVICE.items() if ending == ".toml" and words in reason), "")
         reason += f"; {advice}" if advice else ""
@@ -168,7 +168,7 @@ def steps(content: Any, path: str) -> list[str | int]:
 
 
 def _find_key(content: object, word: str, where: str, is_last: bool) -> str | int:
-    """Return the key or number that a word of a path names in a table or list; `where` is the path up to it."""
+    """Return the key or number that a word of a path names in a table or list; `where` is the path up to the word."""
     if isinstance(content, list):
         return _find_entry(content, word, where)
     if not isinstance(content, Mapping):

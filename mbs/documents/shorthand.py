@@ -1,6 +1,6 @@
 """Expansion of short forms in documents: values of `[parameters]`, `[defaults]` of bodies and joints, `pins`.
 
-`path` leads to a value in the document; messages begin with it.
+Messages begin with the path of a value in the document. A measured text is a number with a unit, such as '5 mm'.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _names(content: Mapping[str, Any]) -> set[str]:
 
 
 def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    """Return a table of a document, empty if the value is no table; its field refuses it later."""
+    """Return a table of a document, empty if the value is no table, which the reader of the field reports."""
     table = content.get(key)
     return table if isinstance(table, Mapping) else {}
 
@@ -92,7 +92,7 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> A
 
 
 def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
-    """Return what a text stands for: a parameter as written, a number, or a formula with the values of parameters."""
+    """Return the value of a text: a parameter as written, a number, or a formula with the values of parameters."""
     if text.strip() in values:
         return values[text.strip()]
     if not set(WORD.findall(text)) & set(values) and not path.startswith(PARAMETERS):
@@ -102,7 +102,7 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
         used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
     except ValueError as error:
         if "is no formula" in str(error):
-            return text  # such as a name with other signs; its field refuses what it does not allow
+            return text  # such as a name with other signs, which the reader of the field checks
         raise ValueError(f"{path} = {show(text)}: {error}") from None
     numbers = {name: _number(values[name], path) for name in used & set(values)}
     if used - set(numbers):
@@ -182,7 +182,7 @@ def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
 
 
 def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
-    """Return a table completed by the usual keys and values, unless they are of another kind."""
+    """Return a table completed by the keys and values of `usual`, unless these are of another kind."""
     if not isinstance(raw, Mapping) or raw.get("kind", usual.get("kind")) != usual.get("kind"):
         return raw
     return {**usual, **raw}

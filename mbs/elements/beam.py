@@ -23,11 +23,11 @@ from .signal import Kind, Signal
 DEFAULT_ELEMENTS = 8
 """Default number of finite elements of a strip."""
 RULE = np.polynomial.legendre.leggauss(12)
-"""Gauss points and weights for the integral of the tangent between two fractions of the arc length."""
+"""Twelve Gauss points and weights for the integral of the tangent over each piece of the arc."""
 PANELS = 64
 """Equal pieces of the arc in the integral of a place: with `RULE` exact to rounding for a half-sine bow."""
 SAMPLES = 401
-"""Points that a shape given as a function is sampled at; the cubic spline through them errs as their number to the power -4."""
+"""Points at which a shape's function is sampled; the error of the cubic spline falls with their number to the power -4."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
 ELEMENTS = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; finer runs for an accuracy double it"
@@ -145,7 +145,7 @@ class CurvedLine:
 
 
 def _bow(chord: float, bow: float) -> CurvedLine:
-    """Return a half-sine bow, theta = A cos(pi s); to order A^2 its height is A chord/pi, which determines A."""
+    """Return a half-sine bow, theta = A cos(pi s), of a height [m]: A chord/pi to order A^2, which determines A."""
     amplitude = np.pi * bow / chord
     unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
     unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])

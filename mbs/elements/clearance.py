@@ -70,7 +70,7 @@ class Clearance(Joint):
         return yield_pin(self.point, self.first, self.second, start_only=True)
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth: the larger one of the clearance and `PIERCED` times the pin's radius."""
+        """Yield the largest allowed depth: the clearance, or `PIERCED` times the pin's radius if that is larger."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
@@ -120,8 +120,8 @@ class Clearance(Joint):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the energy stored in contact and bristles, and the energies dissipated by damping and by friction.
 
-        Simpson's rule integrates the powers over each step. The motion in the middle of a step is that of cubic Hermite
-        polynomials. The deflection of the bristle there is the mean of those at both ends of the step.
+        Simpson's rule integrates the powers over each step. Cubic Hermite polynomials give the motion in the middle of a step;
+        the deflection of the bristle there is the mean of its values at the ends of the step.
         """
         pin, bush = states(self, record)
         memory, time = record.channel(name, "memory"), record.time
@@ -153,7 +153,7 @@ def clearances(mechanism: Parts) -> list[Clearance]:
 
 
 class Side(NamedTuple):
-    """Motion of a pin or bush: place and velocity of its centre (times, 2), angle and its rate, of its body (times,)."""
+    """Motion of a pin or bush: place and velocity of the centre (times, 2), angle of the body and its rate (times,)."""
 
     place: Array
     velocity: Array
@@ -188,12 +188,12 @@ class PinContact(NamedTuple):
     rate: Array  # of the depth [m/s]
     sliding: Array  # speed [m/s]
     bristle: Array  # deflection [m]
-    fx: Array  # force on the pin, x [N]
-    fy: Array  # and y
-    nx: Array  # unit vector from the centre of the bush to that of the pin, x
-    ny: Array  # and y
-    ex: Array  # place of the pin in the bush, x [m]
-    ey: Array  # and y
+    fx: Array  # force on the pin, component x [N]
+    fy: Array  # component y [N]
+    nx: Array  # unit vector from the bush's centre to the pin's, component x
+    ny: Array  # component y
+    ex: Array  # place of the pin's centre in the bush, component x [m]
+    ey: Array  # component y [m]
 
 
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
@@ -216,8 +216,8 @@ class ContactState(IntEnum):
     """Contact states of a pin in its bush."""
 
     FREE = 0
-    IMPACT = 1  # until the depth has a first minimum
-    CONTINUOUS = 2  # from that minimum on
+    IMPACT = 1  # until the depth has its first minimum within a contact
+    CONTINUOUS = 2  # from the minimum to the end of the contact
 
 
 def contact_state(depth: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carrier_place, check_link, check_moments, distance, holder_reference, refers
+from .references import carrier_place, check_link, check_moments, check_reference, distance, holder_reference
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
@@ -35,7 +35,7 @@ class Coupling(Element):
         for at in self.turning():
             if not place(at).body:
                 raise ValueError(f"{self.where}: '{at}': name link and point, such as 'wheel:A'")
-            refers(mechanism, at, self.where)
+            check_reference(mechanism, at, self.where)
         bodies = [place(at).body for at in self.turning()]
         if bodies and len({carrier, *bodies}) != 1 + len(bodies):
             raise ValueError(f"{self.where}: two different bodies are needed, and another carrier")
@@ -50,8 +50,8 @@ class Coupling(Element):
 class Gear(Coupling):
     """Meshing gears: two links whose angles, seen from the carrier of their axles, keep a ratio.
 
-    The teeth act at the pitch point, normal to the line of centres. The component along that line by the pressure angle, which
-    loads the axles only, is left out. If both turn about one point, a torque alone acts.
+    The teeth act at the pitch point, normal to the line of centres. The component of their force along this line, which loads the
+    axles only, is left out. If both gears turn about one point, only a torque acts.
 
     Examples
     --------
@@ -59,9 +59,9 @@ class Gear(Coupling):
     'gear.pinion-wheel'
     """
 
-    first: str = names(doc="a link and the centre it turns about, such as 'sun:O'; 'ground:O' is a fixed gear")
-    second: str = names(doc="the same of the other gear")
-    ratio: float = quantity("1", nonzero=True, doc="turns of the second for one of the first; negative with outer teeth on both")
+    first: str = names(doc="a link and the centre of its gear, such as 'sun:O'; 'ground:O' is a fixed gear")
+    second: str = names(doc="link and centre of the other gear")
+    ratio: float = quantity("1", nonzero=True, doc="turns of the second per turn of the first; negative with outer teeth on both")
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def check(self, mechanism: Parts) -> None:
@@ -98,7 +98,7 @@ class Gear(Coupling):
 class Rack(Coupling):
     """Rack and pinion: a link that travels along a line of the carrier by the pinion's radius times its angle.
 
-    The teeth act along the line at the pitch point. The component across it by the pressure angle, which loads axle and guide
+    The teeth act along the line at the pitch point. The component of their force across the line, which loads axle and guide
     only, is left out. Guide and axle are separate joints.
 
     Examples
@@ -107,7 +107,7 @@ class Rack(Coupling):
     'rack.pinion-rack'
     """
 
-    first: str = names(doc="the pinion and the centre it turns about, such as 'pinion:O'")
+    first: str = names(doc="the pinion and its centre, such as 'pinion:O'")
     second: str = names(doc="the rack and a point of it, such as 'rack:A'")
     radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
     along: tuple[float, float] = direction(
@@ -120,7 +120,7 @@ class Rack(Coupling):
         pinion, rack = place(self.first), place(self.second)
         base, turns, (dx, dy) = carrier_place(mechanism, self.carrier), self.carrier != GROUND, self.along
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
-        lever = dy * (x1 + self.radius * dy - x2) - dx * (y1 - self.radius * dx - y2)  # of the pitch point about the rack's
+        lever = dy * (x1 + self.radius * dy - x2) - dx * (y1 - self.radius * dx - y2)  # from the rack's point to the pitch point
         yield Row((
             (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns)),
             (lever, Turn(rack, base)),
@@ -149,16 +149,16 @@ class Belt(Coupling):
     sense: ClassVar[float] = -1.0
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
-    second: str = names(doc="the same of the other")
+    second: str = names(doc="the other pulley and its centre")
     radius: float = quantity("m", above=0, doc="of the first pulley")
-    other_radius: float = quantity("m", above=0, doc="of the second")
+    other_radius: float = quantity("m", above=0, doc="of the second pulley")
     crossed: bool = flag(doc="whether the spans cross, so that the pulleys turn against each other", default=False)
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of equal rim speeds: r_1 turn_1 - r_2 turn_2 = 0, or + for crossed spans."""
-        base, second = carrier_place(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
-        yield Row(((self.radius, Turn(place(self.first), base)), (second, Turn(place(self.second), base))))
+        base, sign = carrier_place(mechanism, self.carrier), 1.0 if self.crossed else -1.0
+        yield Row(((self.radius, Turn(place(self.first), base)), (sign * self.other_radius, Turn(place(self.second), base))))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the tension of the span that drives the second pulley, less the tension of the other span [N]."""
@@ -181,7 +181,7 @@ class Rope(Coupling):
     sense: ClassVar[float] = -1.0
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
-    second: str = names(doc="the same of its other end")
+    second: str = names(doc="point reference of the other end")
     over: tuple[str, ...] = field(Several(Name(), least=1), "point references of the pulleys, in order from the first end")
 
     def path(self, mechanism: Parts) -> list[Place]:
@@ -197,9 +197,9 @@ class Rope(Coupling):
         yield from ()
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless all points are known, neighbours differ, and one is not on the ground."""
+        """Raise a ValueError unless all points are known, neighbours differ, and at least one point is not on the ground."""
         for at in (self.first, *self.over, self.second):
-            refers(mechanism, at, self.where)
+            check_reference(mechanism, at, self.where)
         if all(body == GROUND for body, _ in self.path(mechanism)):
             raise ValueError(f"{self.where}: all its points are on the ground")
         for a, b in pairwise((self.first, *self.over, self.second)):

@@ -31,7 +31,7 @@ class Ramp(Declared):
 
     start: float = quantity("rad/s or m/s", doc="speed at t = 0")
     end: float = quantity("rad/s or m/s", doc="speed from the end of the change on")
-    duration: float = quantity("s", above=0, doc="of the change")
+    duration: float = quantity("s", above=0, doc="duration of the change")
 
     def speed(self, t: float) -> float:
         """Return the speed at time t >= 0."""
@@ -65,11 +65,8 @@ class Motion(Declared):
     1.0
     """
 
-    position: Callable[[float], float] = field(
-        Function("t", "rad or m"),
-        "since t = 0, as a function of t, s",
-    )
-    speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative by t")
+    position: Callable[[float], float] = field(Function("t", "rad or m"), "angle or travel since t = 0, as a function of t, s")
+    speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "derivative of the position by t")
 
     def agree(self) -> None:
         """Raise a ValueError if the motion does not start at 0."""
@@ -127,9 +124,9 @@ class Motion(Declared):
 
 
 STEP = 1e-5
-"""Longest step of the differences for acceleration and check of the speed [s]; a tenth of it loses a digit to rounding."""
+"""Longest step of differences of positions and speeds [s]; a step of a tenth loses a digit more to rounding."""
 SPEED_ERROR = 1e-3
-"""Largest relative difference of a motion's speed from the derivative of its position."""
+"""Largest relative difference of a motion's speed from the derivative of its position; its square applies near zero speed."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
 """Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
 
@@ -167,7 +164,7 @@ class Drive(Element):
     target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
     speed: float | Ramp | Motion | Expression | Table = field(
         Speed((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
-        "constant or changing; a formula or table of the speed over time is converted to a Motion",
+        "a constant, a Ramp or a Motion; a formula or table of the speed over time is converted to a Motion",
     )
 
     def agree(self) -> None:
@@ -205,7 +202,7 @@ class Drive(Element):
         """Motion of the driven coordinate: angle [rad] or travel [m]."""
         if isinstance(self.speed, Ramp | Motion):
             return self.speed
-        speed = float(self.speed)  # type: ignore[arg-type]  # formulas and tables are a Motion by now
+        speed = float(self.speed)  # type: ignore[arg-type]  # `agree` has converted formulas and tables
         return Ramp(speed, speed, 1.0)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

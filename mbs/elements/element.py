@@ -58,7 +58,7 @@ class Push(NamedTuple):
 
 
 def _fill(template: str, element: Element) -> str:
-    """Fill in the fields of a title or label; see `Element`."""
+    """Fill in the fields in braces of a title or label, as `Element` defines them."""
 
     def _write(match: re.Match[str]) -> str:
         field_name, part = match.groups()
@@ -100,7 +100,7 @@ class Element(Declared):
         yield from ()
 
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
-        """Return the channels of the reactions from the Lagrange multipliers (times, rows) of `rows`; None if they are not known.
+        """Return the reactions by name of channel, from the multipliers (times, rows) of `rows`; None if they are not known.
 
         A multiplier times the coefficient of a term is the load on the first body of the term, and its opposite on the second.
         """
@@ -160,24 +160,24 @@ class Body(Declared):
     flexible: ClassVar[bool] = True
     """True if the ends can move relative to each other."""
     meshed: ClassVar[bool] = False
-    """True for a strip of finite elements; see `buckler.mbs.elements.beam`."""
+    """True for a strip of finite elements, a `Beam` or `Cable`."""
     massless: ClassVar[bool] = False
     """True for a force element between its neighbours; its force has kinks."""
     turns: ClassVar[bool] = True
     """True if its points have an angle, so that a torque can act there."""
     linear: ClassVar[bool] = False
-    """True if deformations are small: modes of a solid."""
+    """True if deformations must be small, as a check of each run tests: modes of a solid are linear."""
     carrying: ClassVar[tuple[str, ...]] = ()
-    """Ways to define further points: at a "fraction" of the length, at a "place" in the plane."""
+    """Ways to define carried points: "fraction" of the length, "place" in the plane."""
     round_off: ClassVar[float] = 0.0
     """Rounding error of the internal force, over the axial stiffness."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre in the undeformed link's frame [m]."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m]."""
         return self.section.bar(length)
 
     def along(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Return the place at a fraction of the stress-free length in the link's frame [m], for a distance of the ends [m]."""
+        """Return the place [m] in the link's frame at a fraction of the stress-free length; `chord` is the ends' distance [m]."""
         return chord * fraction, 0.0
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
@@ -252,8 +252,8 @@ class Parts(Declared):
 class Recorded:
     """Data of a run over `time` (times,) [s] that elements use.
 
-    `links` are the motions of links that have coordinates, `blocks` those of guides' blocks by point, as in
-    `buckler.mbs.record.record`. `channels` (times, columns) are other recorded values by the names of element and channel.
+    `links` are the motions of links that have coordinates, `blocks` the motions of guides' blocks by point. `channels`
+    (times, columns) are other recorded values, such as reactions, by the names of element and channel.
     """
 
     mechanism: Parts
@@ -288,7 +288,7 @@ class Recorded:
         return (np.zeros_like(self.time),) * 2 if motion is None else motion.turn(place(at).point)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples."""
+        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the powers just before and after samples."""
         raise NotImplementedError
 
     def _motion_at(self, at: str) -> MovingBody | None:

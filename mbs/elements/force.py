@@ -15,7 +15,7 @@ from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
 from .element import GROUND, Parts, Push, Recorded, place
 from .load import Load, Stateful, States
-from .references import angle_reference, check_link, check_turning, holder, holder_reference, refers
+from .references import angle_reference, check_link, check_reference, check_turning, holder, holder_reference
 from .signal import Energy, Kind, Signal, vector
 
 Pair = tuple[float, float]
@@ -60,7 +60,7 @@ class Force(Stateful):
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the force acts on a point of a body, and the link to follow has an angle."""
         where = self.where
-        refers(mechanism, self.point, where)
+        check_reference(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
             raise ValueError(f"{where}: it acts on the ground; name a point of a link")
         if self.follows is not None:

@@ -77,8 +77,8 @@ class Guide(GuideBase):
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link that the point belongs to, as an end or a carried point")
-    along: tuple[float, float] = direction(doc="of the line; need not be a unit vector", default=(1.0, 0.0))
-    mass: float = quantity("kg", low=0, doc="of the block", default=0.0)
+    along: tuple[float, float] = direction(doc="direction of the line; need not be a unit vector", default=(1.0, 0.0))
+    mass: float = quantity("kg", low=0, doc="mass of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
@@ -88,7 +88,7 @@ class Guide(GuideBase):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link has the point, no other guide has it, and `through` is on the line."""
+        """Raise a ValueError unless the link has the point, no other guide guides it, and `through` is on the line."""
         check_known("point", self.point, mechanism.points, self.where)
         check_point_of(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
@@ -110,16 +110,16 @@ class Guide(GuideBase):
 
     @property
     def rubs(self) -> str:
-        """Name of its point; '' without friction."""
+        """Name of the guided point; '' without friction."""
         return self.point if self.friction is not None else ""
 
     @property
     def rubs_on_reaction(self) -> bool:
-        """True if its friction depends on the lateral reaction, so that the motion alone does not give it."""
+        """True if the friction depends on the lateral reaction, so that the motion alone does not give it."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return the friction; None if it depends on the reaction, which the motion does not give."""
+        """Return the friction; None if it depends on the lateral reaction, which the motion does not give."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):

@@ -97,7 +97,7 @@ class Link(LinkBase):
         default=(),
     )
     length: float | None = quantity(
-        "m", above=0, default=None, doc="distance of the ends; with it one of them may be left out of the points"
+        "m", above=0, default=None, doc="distance of the ends; if it is given, `points` may leave out one end"
     )
     angle: float | None = field(
         Quantity("rad", -2 * pi, 2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'"),
@@ -130,7 +130,7 @@ class Link(LinkBase):
         return (self.start, self.end, *self.carries)
 
     def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
-        """Return the places [m] of carried points in the plane from those of the ends; without points given by name alone."""
+        """Return the places [m] of carried points in the plane from the places of both ends; none for points without a place."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
         if chord == 0:
             return {}
@@ -139,7 +139,7 @@ class Link(LinkBase):
         return {point: (start[0] + cos * x - sin * y, start[1] + sin * x + cos * y) for point, (x, y) in places.items()}
 
     def carried_places(self, chord: float) -> dict[str, tuple[float, float]]:
-        """Return the places [m] of carried points in the link's frame; without points given by name alone."""
+        """Return the places [m] of carried points in the link's frame; none for points given by name alone."""
         carried: Any = self.carries
         known = {point: at for point, at in carried.items() if at is not None}
         return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}

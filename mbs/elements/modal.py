@@ -88,10 +88,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes with two rigid interfaces: 6 static modes and `fixed` vibrations, combined to modes of the free link.
-
-    The 6 are the 12 motions of the interfaces less the 6 rigid motions of the link; a planar mesh has 3.
-    """
+    """Craig-Bampton modes with rigid interfaces, orthogonalised: `fixed` vibrations and 6 static modes, 12 - 6 rigid motions."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: without any of them statics is not exact",
@@ -162,7 +159,6 @@ class Modal(Body):
     """
 
     linear: ClassVar[bool] = True
-    """Modes assume small deformations; a check of each run tells whether they are small."""
 
     section: Section = part(Section, doc="thickness in the plane, width normal to it, material")
     modes: FreeModes | CraigBampton | BarModes = part(

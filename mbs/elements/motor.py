@@ -25,8 +25,8 @@ CREEP = 1e-3
 class Motor(Load):
     """A DC motor without inductance that drives a link through a gear; its stator is on the ground.
 
-    The rotor has the speed w, `gear` times that of the link. With the voltage u the current is i = (u - constant w)/resistance,
-    and the torque on the link gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the inertia of the link.
+    The rotor has the speed w, `gear` times the link's speed. The current is i = (u - constant w)/resistance, with the voltage u
+    less the dead band, and the link's torque gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the link.
 
     Examples
     --------
@@ -37,7 +37,7 @@ class Motor(Load):
     title: ClassVar[str] = "motor on '{link}'"
     label: ClassVar[str] = "motor.{link:body}"
 
-    link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
+    link: str = names(doc="any but a Strut; on a flexible link the motor acts at the start; 'beam:B' names another point")
     voltage: float | Callable[[float], float] = field(
         Either((Quantity("V"), Function("t", "V"))), "at its terminals, or a function of t, s, that returns it"
     )
@@ -45,10 +45,10 @@ class Motor(Load):
     constant: float = quantity("N m/A", above=0, doc="torque constant, which is the voltage constant in V s/rad")
     inertia: float = quantity("kg m^2", low=0, doc="of the rotor", default=0.0)
     gear: float = quantity(
-        "1", nonzero=True, doc="turns of the rotor for one of the link; negative if they turn in opposite senses", default=1.0
+        "1", nonzero=True, doc="turns of the rotor per turn of the link; negative if they turn in opposite senses", default=1.0
     )
     friction: float = quantity(
-        "N m", low=0, doc="torque that opposes the rotor's turning; below 1e-3 rad/s of the rotor it falls to zero", default=0.0
+        "N m", low=0, doc="torque against the rotation of the rotor; below 1e-3 rad/s it falls linearly to zero", default=0.0
     )
     dead_band: float = quantity("V", low=0, doc="subtracted from the magnitude of the voltage, down to zero", default=0.0)
 
@@ -57,7 +57,7 @@ class Motor(Load):
         return kinks(self.voltage, duration)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless its link has an angle."""
+        """Raise a ValueError unless the link has an angle."""
         check_turning(mechanism, self.link, self.where)
 
     def at(self, mechanism: Parts) -> str:
@@ -71,7 +71,7 @@ class Motor(Load):
 
     @property
     def rubs(self) -> str:
-        """Name of its link; '' without friction of the rotor."""
+        """Name of the driven link; '' without friction of the rotor."""
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:

@@ -1,7 +1,4 @@
-"""Checks of the points and links that elements name, and the bodies on which their loads act.
-
-Point references are texts such as 'coupler:A'; see `buckler.mbs.elements.element`.
-"""
+"""Checks of point references, such as 'A' or 'coupler:A', and of links that elements name; bodies on which loads act."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from ..declare import declarations
 from .element import GROUND, Element, Parts, Place, place
 
 FIXED = Place(GROUND, "")
-"""The ground, for angles, which need no point there."""
+"""Reference to the ground without a point, for angles, which are zero everywhere on the ground."""
 
 
 class UnknownError(ValueError):
@@ -46,7 +43,7 @@ def check_point_of(mechanism: Parts, name: str, point: str, where: str) -> None:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(mechanism.link(name).points)}")
 
 
-def refers(mechanism: Parts, at: str, where: str) -> None:
+def check_reference(mechanism: Parts, at: str, where: str) -> None:
     """Check a point reference: raise a ValueError for an unknown point or link, or a link without the point."""
     body, point = place(at)
     check_known("point", point, mechanism.points, where)
@@ -86,12 +83,12 @@ def holder(mechanism: Parts, at: str) -> str:
 
 
 def holder_reference(mechanism: Parts, at: str) -> str:
-    """Return the reference 'body:point' of the body that a load at a point reference acts on; see `holder`."""
+    """Return the reference 'body:point' at which a load at a point reference acts, on the body `holder` finds."""
     return f"{holder(mechanism, at)}:{place(at).point}"
 
 
 def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
-    """Return 'beam:B' as it is; complete 'beam' by the point `near` if it is on the link, or else by the link's start."""
+    """Return 'beam:B' unchanged; complete 'beam' by the point `near` if the link has that point, or else by its start."""
     if ":" in at:
         return at
     if at == GROUND:

@@ -17,7 +17,7 @@ from .signal import Energy, Kind, Signal
 
 @declared
 class Rigid(Body):
-    """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`).
+    """A rigid link: a uniform bar of a section, or a body of given mass, inertia and centre of mass (`Rigid.of`).
 
     Examples
     --------
@@ -27,7 +27,7 @@ class Rigid(Body):
     0.2
     """
 
-    section: Section | None = part(Section, doc="of a uniform bar; left out where mass and inertia are given", default=None)
+    section: Section | None = part(Section, doc="of a uniform bar; omitted where mass and inertia are given", default=None)
     mass: float | None = quantity("kg", above=0, doc="of a link without a section", default=None)
     inertia: float | None = quantity("kg m^2", above=0, doc="moment of inertia about the centre of mass", default=None)
     centre: tuple[float, float] | None = vector(
@@ -45,15 +45,14 @@ class Rigid(Body):
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
-        """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and that centre [m].
+        """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and centre of mass [m].
 
-        The frame of the link has its origin at the start and x towards the end, y is to the left of x. By default the centre is
-        half-way between the two points.
+        The frame of the link has its origin at the start and x towards the end. By default the centre is half-way between them.
         """
         return cls(None, mass, inertia, centre)
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre in the link's frame [m]."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and the centre of mass in the link's frame [m]."""
         if self.mass is None or self.inertia is None:
             return super().mass_properties(length)
         return self.mass, self.inertia, self.centre or (length / 2, 0.0)
@@ -84,7 +83,7 @@ class Mass(Element):
     point: str = names(doc="of a link; at the end of a strut it is fixed to the body pinned to the strut")
     mass: float = quantity("kg", above=0, doc="fixed at the point")
     inertia: float = quantity("kg m^2", low=0, doc="about the point; 0 on a guide's block, which does not turn", default=0.0)
-    link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
+    link: str | None = names(doc="link at the point that carries the mass; by default the first that has mass", default=None)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the point is on a body, and on a link where there is an inertia."""

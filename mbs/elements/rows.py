@@ -1,7 +1,7 @@
 """Constraints as rows: each is one scalar equation, from which both solvers build their constraints.
 
-The sum of coefficient times measure keeps its value of t = 0, or changes by the motion of a drive. There are three measures of a
-point of a first and a point of a second body: relative place along a direction, relative angle, and distance.
+A measure compares points of a first and a second body: relative place along a direction, relative angle, or distance.
+In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Along:
 
 @dataclass(frozen=True)
 class Turn:
-    """Relative angle: angle of first - angle of second [rad]. Both name a point, as the angle of a strip varies along it."""
+    """Relative angle: angle of first - angle of second [rad], each at a point, as the angle of a strip varies along it."""
 
     first: Place
     second: Place = FIXED
@@ -110,7 +110,7 @@ def find_pin(rows: Sequence[Row]) -> Along | None:
 
 
 def yield_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:
-    """Yield the row of a slot: a point of the first body stays on a line through it that is fixed in the second."""
+    """Yield the row of a slot: a point of the first body stays on a line fixed in the second, through its place at t = 0."""
     normal = (-along[1], along[0])
     yield row(Along(Place(first, point), Place(second, point), normal, turns=second != GROUND))
 

@@ -20,8 +20,8 @@ class Material(Declared):
     """Linear elastic, isotropic material with Kelvin-Voigt damping.
 
     The bending moment is E I (kappa + bending_damping dkappa/dt), the normal force E A (eps + axial_damping deps/dt), with the
-    curvature kappa and the axial strain eps. The two retardation times differ because measured losses in bending contain those
-    of air and joints.
+    curvature kappa and the axial strain eps. The two retardation times differ because measured losses in bending contain losses
+    in air and joints.
 
     Examples
     --------
@@ -70,10 +70,10 @@ class MaterialPart(Part):
 
 
 class SlenderSection:
-    """Base of sections: properties that follow from stiffness and mass per length."""
+    """Base of sections: properties that follow from stiffnesses and from mass and inertia per length."""
 
     def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and that centre [m] of a straight bar of a length [m]."""
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass [m] of a bar of a length [m]."""
         mass = self.mass_per_length * length
         return mass, mass * length**2 / 12 + self.inertia_per_length * length, (length / 2, 0.0)
 
@@ -96,8 +96,8 @@ class Section(SlenderSection, Declared):
     1.4558
     """
 
-    width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
-    thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion")
+    width: float = quantity("m", low=1e-9, high=1e6, doc="size normal to the plane of motion")
+    thickness: float = quantity("m", low=1e-9, high=1e6, doc="size in the plane of motion, across the link")
     material: Material = field(MaterialPart((Material,)), "a material, or the name of one", default=STEEL)
 
     @property

@@ -40,7 +40,7 @@ class Kind(StrEnum):
 class Trait(NamedTuple):
     """Properties of a signal other than its values and unit.
 
-    `group` names the vector of which the signal is a component: errors of all components are relative to the largest of them.
+    `group` names the vector of which the signal is a component: errors are relative to the largest component of the vector.
     `rate` names the signal of the time derivative. `scale` is the size to which errors are relative where the element gives it,
     such as the clearance of a joint. Only a running mean has a `period` [s] and a `source`, the signal that is averaged.
     """
@@ -54,7 +54,7 @@ class Trait(NamedTuple):
 
     @property
     def smooth(self) -> bool:
-        """True if it is a length or an angle, which cannot jump."""
+        """True for a length or an angle, which cannot jump."""
         return self.kind in (Kind.PLACE, Kind.STRETCH)
 
 
@@ -93,9 +93,9 @@ def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rat
 class Energy(NamedTuple):
     """Energy (times,) [J]: stored ('held'), dissipated since t = 0 ('taken'), or supplied since t = 0 ('given').
 
-    It is added to the entry `name` of the energy balance: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
-    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`. The kind 'single' is a signal of one
-    element, whose energy another entry contains already.
+    The energy balance adds it to the entry `name`: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
+    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`. The kind 'single' is a mere signal of one
+    element: another entry contains the energy already.
     """
 
     kind: str
@@ -104,7 +104,7 @@ class Energy(NamedTuple):
 
 
 class Depth(NamedTuple):
-    """Largest allowed depth of a contact [m], with its signal; a message reads '`what` is 0.001 m `where`'."""
+    """Largest allowed depth of a contact [m], and the name of the depth's signal; a message reads '`what` is 0.001 m `where`'."""
 
     signal: str
     allowed: float

@@ -14,12 +14,12 @@ from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
 from .load import Load, on_both, sample
-from .references import angle_reference, check_turning, distance, holder, holder_reference, refers
+from .references import angle_reference, check_reference, check_turning, distance, holder, holder_reference
 from .signal import Energy, Kind, Signal
 
 Law = Callable[[float, float], float]
 PIECES = 400
-"""Equal pieces of the quadrature of a law, between its extreme arguments; each has four Gauss points."""
+"""Equal pieces of the quadrature of a law, each with four Gauss points; enough for rounding where a law is smooth."""
 
 
 def potential(law: Law, values: Array) -> Array:
@@ -37,8 +37,8 @@ def potential(law: Law, values: Array) -> Array:
         """Integrate the force over intervals."""
         nodes, weights = np.polynomial.legendre.leggauss(4)
         half = (ends - starts)[:, None] / 2
-        at = starts[:, None] + half + half * nodes
-        force = sample(law, at.ravel(), np.zeros(at.size)).reshape(at.shape)
+        x = starts[:, None] + half + half * nodes
+        force = sample(law, x.ravel(), np.zeros(x.size)).reshape(x.shape)
         return np.asarray((force * weights * half).sum(axis=1))
 
     work = np.concatenate([[0.0], np.cumsum(integrate(grid[:-1], grid[1:]))])
@@ -48,7 +48,7 @@ def potential(law: Law, values: Array) -> Array:
 
 
 class Elastic(Load):
-    """Base of springs. Their coordinate is a distance or an angle, less the value without force.
+    """Base of springs, whose coordinate is a distance or an angle, less its value without force.
 
     The force is given by stiffness and damping, or by a law of the coordinate and its rate.
     """
@@ -72,7 +72,7 @@ class Elastic(Load):
         return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
     def dissipated_power(self, value: Array, rate: Array) -> Array:
-        """Return the power dissipated by damping (times,) [W]; with a law damping is the difference from the force at rest."""
+        """Return the power dissipated by damping (times,) [W]; damping of a law is its force less the force at rate 0."""
         if self.law is None:
             return self.damping * rate**2
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
@@ -105,14 +105,14 @@ class Spring(Elastic):
     label: ClassVar[str] = "spring.{a:point}-{b:point}"
 
     a: str = names(doc="a point reference: 'A', 'coupler:A' or 'ground:P'")
-    b: str = names(doc="the same of its other end")
+    b: str = names(doc="point reference of the other end")
     stiffness: float = quantity("N/m", doc="with a law it is not used and may be 0")
-    damping: float = quantity("N s/m", low=0, doc="of the damper", default=0.0)
-    free_length: float | None = quantity("m", low=0, doc="distance without force; that at t = 0 by default", default=None)
+    damping: float = quantity("N s/m", low=0, doc="force of the damper over the rate", default=0.0)
+    free_length: float | None = quantity("m", low=0, doc="distance without force; by default the distance at t = 0", default=None)
     law: Law | None = field(
         Function("x, v", "N"),
         "tension, which replaces stiffness and damping: a function of elongation (distance less free length), m, and rate, m/s; "
-        "its value at rest is the elastic force, the difference from it damping",
+        "its value at rate 0 is the elastic force, the rest is damping",
         default=None,
     )
 
@@ -120,7 +120,7 @@ class Spring(Elastic):
         """Raise a ValueError if both points are on the ground, or coincide though the spring has a length."""
         where = self.where
         for at in (self.a, self.b):
-            refers(mechanism, at, where)
+            check_reference(mechanism, at, where)
         if holder(mechanism, self.a) == holder(mechanism, self.b) == GROUND:
             raise ValueError(f"{where}: both its ends are on the ground")
         if self.free(mechanism) > 0 and distance(mechanism, self.a, self.b) == 0:
@@ -167,19 +167,19 @@ class TorsionSpring(Elastic):
     label: ClassVar[str] = "torsion.{first:body}-{second:body}"
 
     first: str = names(
-        doc="any link but a strut, or 'ground'; on a flexible one it acts at the joint of the two, or else at the start; "
-        "'beam:B' names another of its points"
+        doc="any link but a strut, or 'ground'; on a flexible link it acts at the joint of both links, or else at the start; "
+        "'beam:B' names another point"
     )
-    second: str = names(doc="the same of the other link")
+    second: str = names(doc="the other link, given likewise")
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
-    damping: float = quantity("N m s/rad", low=0, doc="of the damper", default=0.0)
+    damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
     free_angle: float | None = quantity(
         "rad", doc="angle of `second` relative to `first` since t = 0 without torque; 0 by default", default=None
     )
     law: Law | None = field(
         Function("x, v", "N m"),
         "torque on `first`, and its opposite on `second`, which replaces stiffness and damping: a function of the angle less "
-        "the free one, rad, and its rate, rad/s; its value at rest is the elastic torque, the difference from it damping",
+        "`free_angle`, rad, and its rate, rad/s; the torque at rate 0 is elastic, the rest is damping",
         default=None,
     )
 
@@ -200,7 +200,7 @@ class TorsionSpring(Elastic):
         return angle_reference(mechanism, self.first, shared), angle_reference(mechanism, self.second, shared)
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
-        """Return the angle of the second relative to the first less the free one [rad], and its rate [rad/s], each (times,)."""
+        """Return angle of the second link relative to the first, less the free angle [rad], and rate [rad/s], each (times,)."""
         (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 

@@ -25,8 +25,8 @@ PIERCED = 0.2
 class Stop(Element):
     """A straight face that limits the travel of a point, fixed to the ground or to a link.
 
-    At t = 0 the face is the line of all places whose dot product with `along` is `at`. The contact force acts on both bodies at
-    the point. Friction is the law's coefficient times the contact force, against the sliding of the point along the face.
+    At t = 0 the face is the line of all places whose dot product with its unit normal `along` is `at`. The contact force acts on
+    both bodies at the point. Friction, the law's coefficient times this force, opposes the sliding of the point along the face.
 
     Examples
     --------
@@ -39,15 +39,15 @@ class Stop(Element):
 
     point: str = names(doc="a guided point, or any point of a link")
     at: float = quantity(
-        "m", low=-1e6, high=1e6, doc="place of the face along its direction; the point stays on the side where it starts"
+        "m", low=-1e6, high=1e6, doc="place of the face along its normal; the point stays on the side where it starts"
     )
     law: NormalLaw = part(NormalLaw, example="CarvalhoMartins(...)", doc="contact law of `buckler.mbs.laws`")
     along: tuple[float, float] | None = direction(
         doc="normal to the face at t = 0; need not be a unit vector; the direction of the point's guide by default", default=None
     )
-    link: str | None = names(doc="link of the point; the guided one, or the first that has the point, by default", default=None)
+    link: str | None = names(doc="link of the point; by default the guided link, or the first that has the point", default=None)
     on: str = names(
-        doc="body with the face: 'ground', a rigid link, or the section at a point of a flexible one as 'link:point'",
+        doc="body with the face: 'ground', a rigid link, or the section at a point of a flexible link as 'link:point'",
         default=GROUND,
     )
     friction: FrictionLaw = part(
@@ -71,7 +71,7 @@ class Stop(Element):
         return place(self.on).body or self.on
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the face has a direction and its body is not that of the point."""
+        """Raise a ValueError unless the face has a normal and belongs to another body than the point."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
@@ -121,16 +121,16 @@ class Stop(Element):
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
 
-    def across(self, mechanism: Parts) -> tuple[float, float]:
+    def face_normal(self, mechanism: Parts) -> tuple[float, float]:
         """Return the unit vector normal to the face at t = 0."""
         return mechanism.guide(self.point).along if self.along is None else self.along
 
     def side(self, mechanism: Parts) -> float:
-        """Return +1 if the point starts before the face, seen along the face's direction, and -1 if it starts beyond."""
+        """Return +1 if the normal points from the start of the point to the face, -1 if it points away."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:
-        """Return the signed distance [m] from the initial place of the point to the face; ValueError if it starts on the face."""
+        """Return the distance [m] along the normal from the point's start to the face; ValueError if it starts on the face."""
         distance = self.at - self._start(mechanism)
         size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
         if abs(distance) <= NEAREST * max(size, abs(self.at)):
@@ -141,7 +141,7 @@ class Stop(Element):
         return distance
 
     def _start(self, mechanism: Parts) -> float:
-        return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
+        return float(np.dot(self.face_normal(mechanism), mechanism.points[self.point]))
 
     def approach(self, record: Recorded) -> tuple[Array, Array]:
         """Return depth [m], positive in contact, and its rate [m/s], each (times,)."""
@@ -150,12 +150,12 @@ class Stop(Element):
         if self.is_in_guide:
             block = record.blocks[self.point]
             return side * (block.travel - face), side * block.speed
-        travel, rate = self._travel(record, self.across(mechanism))
+        travel, rate = self._travel(record, self.face_normal(mechanism))
         return side * (travel - face), side * rate
 
     def sliding(self, record: Recorded) -> Array:
-        """Return the speed of the point along the face, positive to the left of its direction, (times,) [m/s]."""
-        x, y = self.across(record.mechanism)
+        """Return the speed of the point along the face, positive to the left of the normal, (times,) [m/s]."""
+        x, y = self.face_normal(record.mechanism)
         return self._travel(record, (-y, x))[1]
 
     def _travel(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
@@ -172,7 +172,7 @@ class Stop(Element):
         """Yield contact force and friction on the point, and their opposites on the body with the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
-        normal = rotate(angle, self.across(mechanism))
+        normal = rotate(angle, self.face_normal(mechanism))
         force = normal * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
         if self.rubs:
             force = force - rotate_left(normal) * self._drag(name, record)[0][:, None]
@@ -187,7 +187,7 @@ class Stop(Element):
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth: a share of the size of the mechanism, or of the way to the face if that is longer."""
+        """Yield the largest allowed depth: `PIERCED` times the mechanism's size or, if longer, the distance to the face."""
         lengths = [mechanism.length(link.name) for link in mechanism.links]
         size = max(abs(self.face(mechanism)), *lengths, *np.ptp(list(mechanism.points.values()), axis=0))
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
@@ -215,16 +215,17 @@ class Stop(Element):
         yield Energy("held", "contact", potential)
         yield Energy("taken", "contact", work - (potential - potential[0]))
         if self.rubs:
-            yield Energy("taken", "friction", record.work(np.prod(self._drag(name, record), axis=0)))
+            drag, sliding = self._drag(name, record)
+            yield Energy("taken", "friction", record.work(drag * sliding))
 
 
 SLOWEST_ONSET = 1e-4
-"""Least approach speed in dissipative laws [m/s], as they divide by it and a contact from rest has none."""
+"""Least approach speed in dissipative laws [m/s]: they divide by the speed, which is 0 for a contact from rest."""
 GRAZE = 0.05
-"""Least approach speed of an impact, over the fastest one so far.
+"""Least approach speed of an impact, over that of the fastest impact so far.
 
 After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
-Finer runs reduce the share, so that the difference of two runs shows its effect."""
+Finer runs reduce this ratio, so that the difference of two runs shows the effect."""
 
 
 @dataclass

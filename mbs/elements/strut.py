@@ -23,7 +23,7 @@ POINTS = 400
 
 @declared
 class Strut(Body):
-    """A massless pinned strip: straight and stiff up to the Euler load, beyond it with the force of the exact elastica.
+    """A massless pinned strip: straight and stiff up to the Euler load, buckled with the force of the exact elastica beyond.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class StrutLaw:
     def __init__(self, strut: Strut, length: float) -> None:
         section = strut.section
         self.load, self.length = strut.load, length
-        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2
+        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2  # unit: E I/L^2
         self.damping = self.rigidity * section.material.axial_damping
         self.compliance = self.unit / section.axial_stiffness  # compression over length, for each unit of p
         self.critical = float(self.load(0.0))
@@ -94,7 +94,7 @@ class StrutLaw:
         return -self.unit * float(self.load(u))
 
     def force(self, elongation: float, rate: float) -> float:
-        """Return the tension [N], which is not negative in a taut strut."""
+        """Return the tension [N]; damping does not make a taut strut push."""
         if elongation > 0:
             return max(0.0, self.rigidity * elongation + self.damping * rate)
         return self.elastic(elongation)
@@ -105,7 +105,7 @@ class StrutLaw:
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
 
     def stored_energy(self, elongation: Array) -> Array:
-        """Compute the work of the elastic force [J]: in closed form while straight, by a cubic spline of the force beyond."""
+        """Compute the work of the elastic force [J]: in closed form if straight, by a cubic spline of the force if buckled."""
         straight = 0.5 * self.rigidity * np.maximum(elongation, self.kink) ** 2
         deepest = float(elongation.min())
         if deepest >= self.kink:

@@ -22,7 +22,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     face, side = stop.face(mechanism), stop.side(mechanism)
     if stop.is_in_guide:
         return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
-    link, along = stop.body(mechanism), stop.across(mechanism)
+    link, along = stop.body(mechanism), stop.face_normal(mechanism)
     node, size, position = scene.placed[link].place_node(stop.point)
     first, second = StopEnd(node, size, position, np.subtract(mechanism.points[stop.point], position)), StopEnd()
     inverse_mass = scene.placed[link].mobility(stop.point, along)

@@ -1,9 +1,9 @@
 """Edges of a function of time, found by sampling: jumps, kinks and quick changes, on which steps of a run shall end.
 
-The function is sampled at each `WIDTH` of the run. A second difference that is much larger than those near it is a jump or a
+The function is sampled at each `WIDTH` of the run. A second difference that is much larger than its neighbours is a jump or a
 kink, which bisection locates. The intervals between are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte,
-L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Ends of pieces that are
-shorter than the longest steps of a run are quick changes. Periodic jumps are completed, as pulses may be shorter than `WIDTH`.
+L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Ends of pieces shorter
+than a run's longest steps are quick changes. Jumps missing in a periodic series are added, as pulses may be below `WIDTH`.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from ..laws.compiled import evaluate_compiled
 WIDTH = 1e-5
 """Distance of samples, over the duration: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
 PIECE = 1 / 200
-"""Length of a piece, over the duration, above which any run resolves it: the longest steps are a fortieth of the run."""
+"""Length of a piece, over the duration, above which any run resolves the piece without a step on its end."""
 MOST = 20_000
-"""Most jumps and kinks that are located; each costs a run some steps, so that the search costs less than a tenth of it."""
+"""Most jumps and kinks that are located; the search then costs less than a tenth of a run that steps on them."""
 MOST_SMOOTH = 2000
 """Most quick changes: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over the largest of its neighbours."""
 REACHES = (6, 9)
-"""Distances of the neighbours [samples] with which a second difference is compared; another edge affects one of the two."""
+"""Distances of neighbours [samples] with which a second difference is compared: another edge spoils one of the two only."""
 DEGREE = 8
 """Degree of the polynomials that are fitted to pieces."""
 FEWEST = 4
 """Least number of sample intervals of a piece."""
 MISFIT = 1e-3
-"""Largest error of a polynomial over the range of the function, or over its integral in the run if that is stricter."""
+"""Largest error of a polynomial relative to the function's range, and of its integral relative to that over the run."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -45,7 +45,7 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time."""
 JUMP_ERROR = 2e-9
-"""Error of the time of a jump that follows from the period, over the duration: rounding of thousands of periods."""
+"""Error of the time of a jump predicted by the period, over the duration: rounding of thousands of periods."""
 RECURRING = 20
 """Least number of jumps from which a period is detected, and largest number of jumps in a period."""
 
@@ -54,7 +54,7 @@ Values = Callable[[Array], Array]
 
 
 class Edges(NamedTuple):
-    """Times [s] of edges, in order; `capped` is True if there were too many quick changes, or jumps, which are left out."""
+    """Times [s] of edges, in order; `capped` is True if quick changes or jumps were left out as there were too many."""
 
     times: tuple[float, ...] = ()
     capped: bool = False
@@ -88,7 +88,7 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
     integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation, in samples
-    # a and b are the first samples at or after two edges: from a + 1 to b - 1 the function is smooth
+    # samples a and b are the first at or after two neighbouring edges: the function is smooth from a + 1 to b - 1
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
     quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
@@ -100,13 +100,13 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
     """Evaluate a function for columns of arguments (times,), as (times, components).
 
-    It is called by machine code of an earlier run, or with arrays if a sample of single calls agrees, or once for each row.
+    Machine code of an earlier run does so, or one call with arrays if a sample of single calls agrees, or a call for each row.
     """
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
     if count >= AT_ONCE:
-        some = slice(None, None, count // 7)
+        some = slice(None, None, count // 7)  # some seven rows
         single = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
             values = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *single.shape[1:]))
@@ -129,7 +129,7 @@ def count_others(function: Callable[..., object]) -> int:
 
 
 def _find_outstanding(values: Array) -> Array:
-    """Find the samples whose second difference is much larger than those of neighbours at `REACHES`."""
+    """Find the samples whose second difference is much larger than at the neighbours at `REACHES`."""
     second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
     padded = np.pad(second, pad := max(REACHES), mode="edge")
 
@@ -154,10 +154,10 @@ def _locate(values_at: Values, times: Array, values: Array, samples: Array) -> A
 
 
 def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: Array) -> tuple[Array, Array]:
-    """Locate the last times before jumps by bisection; return them, and a mask of those at which there is a jump.
+    """Locate the last times before jumps by bisection; return them, and a mask of the times with a jump.
 
     A step that ends at such a time evaluates the function before the jump only. There is a jump where a tenth or
-    more of the first difference of values is left at the end; at a kink it vanishes with the interval.
+    more of the first difference of values is left at the end; at a kink the difference vanishes with the interval.
     """
     initial = np.abs(after - before).max(axis=1)
     for _ in range(HALVINGS):
@@ -185,9 +185,9 @@ def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
 
 
 def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Array:
-    """Add the missing ones to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
+    """Add missing jumps to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
 
-    The period is the median distance of jumps upwards, improved by their number; phases are the times of jumps in a period.
+    The period is the median distance of upward jumps, refined by their mean distance; phases are times of jumps in a period.
     """
     if len(jumps) < RECURRING:
         return jumps

@@ -1,6 +1,6 @@
-"""Edges (jumps, kinks, quick changes) of a user's functions along a run, which is then repeated with steps on them.
+"""Edges (jumps, kinks, quick changes) of a user's functions along a run, which is then repeated with steps that end on edges.
 
-Edges of a function of time are known before the run. For a function of states they are found along the run, with the states
+Edges of a function of time are known before the run. Edges of a function of states are found along the run, with the states
 interpolated by cubics between the samples. If the function depends on one state only, its edges are values of that state.
 """
 
@@ -16,35 +16,35 @@ import numpy as np
 from ..geometry import Array
 from .breaks import WIDTH, Edges, breaks, evaluate, search
 
-ON = 1e-9
-"""Distance of an edge from a sample, over the run, below which a step ends on the edge."""
+ON_SAMPLE = 1e-9
+"""Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
 MISFIT = 0.1
 """Error of a cubic through the samples of a run, over the range of a function, beyond which the run does not resolve it."""
-SHARE = 0.01
-"""Share of the run that may have such an error: near jumps it is there at any number of samples."""
-NARROW = 0.025
-"""Distance of two edges, over the run, below which one step may pass both: the longest step."""
-AHEAD = 1e-5
-"""Distance of the steps' ends before and after an edge, over that between two edges, so that a short step crosses the edge. Finer
-runs halve it, so that the difference of runs shows its effect."""
+MISFIT_SHARE = 0.01
+"""Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
+CLOSE = 0.025
+"""Distance of two edges, over the run, below which one step may pass both: the longest step is as long."""
+STOP_DISTANCE = 1e-5
+"""Distance from an edge to the ends of steps before and after it, over the distance of two edges: a short step crosses the edge.
+Finer runs halve this distance, so that the difference of runs shows its effect."""
 SETTLED = 1e-5
-"""Shift of an edge from one run to the next, over its distance from another one, below which no further run is made."""
-FEW = 200
-"""Most edges along a run on which the next run steps: friction with sticking has one at each sample."""
+"""Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
+MOST_EDGES = 200
+"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample."""
 SCANNED = 1e-4
-"""Distance of samples over the range of a state: this search costs a tenth of that along the run."""
+"""Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
 SAME_EDGE = 1e-12
 """Distance of two edges, over the run, below which they are the same edge."""
 TIME = -1
-"""Index that represents the time among the states: edges that do not move from run to run are times."""
+"""Index of the time among the states, for edges at fixed times."""
 BEYOND = 1e-3
-"""Distance by which a state may leave the range in which edges were searched, over that range: finer runs differ by less."""
-ACROSS = 1e-6
-"""Distance at which values on both sides of an edge are compared, over the range of the state."""
-STANDS_OUT = 1e-8
-"""Least second difference across an edge, over the range of the function: a kink's is 1e-6, that of a curve 1e-12."""
+"""Distance by which a state may leave the range in which edges were searched, over the range: finer runs differ less."""
+PROBE_DISTANCE = 1e-6
+"""Distance from an edge, over the range of the state, at which values on both sides are compared."""
+LEAST_KINK = 1e-8
+"""Least second difference across a kink, over the range of the function: a kink has some 1e-6, a smooth curve 1e-12."""
 PROBES = 50
-"""Arguments at which a function that depends on one state only does not change with the others."""
+"""Number of times in a run at which a function is compared with its value where all states but one are zero."""
 
 
 class Argument(NamedTuple):
@@ -66,24 +66,24 @@ Curve = Callable[[Array], Array]
 
 
 class Passed(NamedTuple):
-    """Edges [s] that a run passed between samples; shift of close edges; True if there are too many to locate.
+    """Edges [s] that a run passed between samples; `too_many` is True if there are too many to locate.
 
-    The shift is the largest one from the last run, over the distance of the edge from another one.
+    `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge.
     """
 
     edges: Array
     shift: float
-    many: bool
+    too_many: bool
 
 
 Called = tuple[Callable[..., object], Sequence[Argument]]
-"""A function of time and states, and these states over a run."""
+"""A function of time and states, and the states over a run."""
 MEASURE = 0
 """Index of the state whose values steps can end on: elongation or angle. Speeds have kinks where bodies stick."""
 
 
 class _Known(NamedTuple):
-    """Edges of a function of one state, or of the time, as values of it, and the range in which they were searched."""
+    """Edges of a function of one state or of the time: values of that state, and the range in which edges were searched."""
 
     state: int
     values: Array
@@ -91,14 +91,14 @@ class _Known(NamedTuple):
     high: float = np.inf
 
     @classmethod
-    def of(cls, state: int, way: Array, values: Array) -> _Known | None:
-        """Take values that are alike as one; None if they are too many, or a speed passes its own too often."""
-        low, high, values = float(way.min()), float(way.max()), np.sort(values)
-        distinct = values[np.diff(values, prepend=-np.inf) > ON * (high - low)]
-        return cls(state, distinct, low, high) if len(distinct if state == MEASURE else values) <= FEW else None
+    def of(cls, state: int, course: Array, values: Array) -> _Known | None:
+        """Merge nearly equal values of a state with a course (times,); None for too many edges, or passages by a speed."""
+        low, high, values = float(course.min()), float(course.max()), np.sort(values)
+        distinct = values[np.diff(values, prepend=-np.inf) > ON_SAMPLE * (high - low)]
+        return cls(state, distinct, low, high) if len(distinct if state == MEASURE else values) <= MOST_EDGES else None
 
     def covers(self, time: Array, curves: Sequence[Curve]) -> bool:
-        """Return True if the state stays in that range in a run, up to `BEYOND`."""
+        """Return True if the state stays in the searched range in a run, up to `BEYOND`."""
         if self.state == TIME:
             return True
         values, margin = curves[self.state](time), BEYOND * (self.high - self.low)
@@ -114,7 +114,7 @@ class EdgeMemory:
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
-        self._ahead, self._confirmed = AHEAD, False
+        self._distance, self._confirmed = STOP_DISTANCE, False
         self._known: dict[int, _Known] = {}
         self._names: list[str] = []
         self._located: dict[str, Array] = {}
@@ -125,17 +125,17 @@ class EdgeMemory:
         """Find the edges of a function of time, once for each duration [s]."""
         key = id(function), duration
         if key not in self._kept:
-            self._kept[key] = function, breaks(function, duration)  # the function is kept, so that its id stays its own
+            self._kept[key] = function, breaks(function, duration)  # a reference to the function keeps its id unique
         return self._kept[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
-        """Return, by element, the values of the first state at which functions have edges; steps end on them."""
+        """Return, by element, the values of the first state at which functions have edges; the caller lets steps end there."""
         known = {self._names[k]: known for k, known in self._known.items()}
         self._located = {name: known[name].values for name in names if name in known and known[name].state == MEASURE}
         return self._located
 
     def find_passed(self, time: Array, functions: Iterable[tuple[str, Called]]) -> Passed:
-        """Find the edges that a run passed between its samples [s], of functions by element; the next run steps onto them."""
+        """Find the edges [s] of elements' functions that a run passed between its samples, on which the next run will step."""
         time, first = np.unique(time, return_index=True)
         self._names, every_function = [], []
         for name, (function, arguments) in functions:
@@ -147,16 +147,16 @@ class EdgeMemory:
             found, many = self._find(time, every_function)
         shift, every, spacing = self._compare(time, found)
         self._located = {}
-        passed = _merge([_between(each, time, ON * float(time[-1])) for each in found], time)
+        passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
         settled = shift <= SETTLED and not len(passed)
         self._confirmed = self._confirmed or settled
-        self._ahead /= 2 if settled else 1
-        self.edges, self.stops = every, np.unique([every - self._ahead * spacing, every + self._ahead * spacing])
+        self._distance /= 2 if settled else 1
+        self.edges, self.stops = every, np.unique([every - self._distance * spacing, every + self._distance * spacing])
         self.stops = self.stops if len(every) else passed
         return Passed(passed, shift, many)
 
     def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
-        """Find the edges [s] of each function along a run; return also True if one has too many to locate."""
+        """Find the edges [s] of each function along a run; return them, and True if a function has too many to locate."""
         end, found, many = float(time[-1]), [], False
         for k, (function, curves) in enumerate(called):
             if k in self._known and self._known[k].covers(time, curves):
@@ -169,11 +169,11 @@ class EdgeMemory:
             if edges.capped:  # too many to be known
                 many = many or not _is_resolved(function, time, curves)
                 continue
-            some = times[:: 1 + len(times) // FEW]
-            only = _only_state(function, time, curves, some)
-            if only is None and len(times) and _has_fixed_edges(function, time, curves, some):
-                only = MEASURE
-            known = None if only is None else _Known.of(only, curves[only](time), curves[only](times))
+            probes = times[:: 1 + len(times) // MOST_EDGES]
+            state = _only_state(function, time, curves, probes)
+            if state is None and len(times) and _has_fixed_edges(function, time, curves, probes):
+                state = MEASURE
+            known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
             if known is not None:
                 self._known[k] = known
             elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
@@ -188,14 +188,14 @@ class EdgeMemory:
             return False
         state, values, low, high = self._known[k]
         distance = np.abs(values[:, None] - self._located[self._names[k]]).min(axis=1, initial=np.inf)
-        return state == MEASURE and bool((distance <= ON * (high - low)).all())
+        return state == MEASURE and bool((distance <= ON_SAMPLE * (high - low)).all())
 
     def _compare(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
-        """Return the shift of close edges since the last run, edges to step onto, and their distances from each other."""
-        every, narrow = _merge(found, time), NARROW * float(time[-1])
-        every = every if len(every) <= FEW else np.empty(0)
-        spacing = np.minimum(_spacings(every), narrow)
-        return float(_shift(every, self.edges, spacing)[spacing < narrow].max(initial=0.0)), every, spacing
+        """Return the largest shift of close edges since the last run, edges to step onto, and distances to the nearest edges."""
+        every, close = _merge(found, time), CLOSE * float(time[-1])
+        every = every if len(every) <= MOST_EDGES else np.empty(0)
+        spacing = np.minimum(_spacings(every), close)
+        return float(_shift(every, self.edges, spacing)[spacing < close].max(initial=0.0)), every, spacing
 
 
 _MEMORY: ContextVar[EdgeMemory | None] = ContextVar("edge_memory", default=None)
@@ -241,7 +241,7 @@ def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve])
             return evaluate(function, np.zeros_like(x), *others[:k], low + x, *others[k + 1 :])
 
         edges = search(along_state, high - low, SCANNED) if high > low else Edges()
-        found.append(low + np.array(edges.times) if len(edges.times) <= FEW else np.empty(0))
+        found.append(low + np.array(edges.times) if len(edges.times) <= MOST_EDGES else np.empty(0))
     return found
 
 
@@ -254,23 +254,23 @@ def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> 
 
 
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
-    """Return True if all edges lie at values of the first state, whatever the others are.
+    """Return True if all edges [s] lie at values of the first state, whatever the other states are.
 
-    The second difference across each of them stands out both on the way and with the other arguments zero.
+    The second difference across each edge is that of a kink, both along the run and with the other arguments zero.
     """
-    states, nothing = [curve(edges) for curve in curves], np.zeros_like(edges)
-    way, step = states[MEASURE], ACROSS * float(np.ptp(curves[MEASURE](time)))
+    states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
+    values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))
     size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
-    for t, others in ((edges, states[1:]), (nothing, [nothing] * len(states[1:]))):
-        before, here, after = (evaluate(function, t, way + side * step, *others) for side in (-1, 0, 1))
-        if (np.abs(after - 2 * here + before).max(axis=1) <= STANDS_OUT * size).any():
+    for t, others in ((edges, states[1:]), (zero, [zero] * len(states[1:]))):
+        before, here, after = (evaluate(function, t, values + side * step, *others) for side in (-1, 0, 1))
+        if (np.abs(after - 2 * here + before).max(axis=1) <= LEAST_KINK * size).any():
             return False
     return True
 
 
 def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
     """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
-    near = ON * float(time[-1])
+    near = ON_SAMPLE * float(time[-1])
     times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
     states = [curve(times) for curve in curves]
     known, zero = evaluate(function, times, *states), np.zeros_like(times)
@@ -288,23 +288,23 @@ def _merge(found: Sequence[Array], time: Array) -> Array:
 
 
 def _is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Callable[[Array], Array]]) -> bool:
-    """Return True if a cubic through the samples of a run fits a function nearly everywhere between them."""
+    """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
     from scipy.interpolate import PchipInterpolator
 
     fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)
     known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))
     error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
-    return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < SHARE)
+    return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)
 
 
 def _spacings(edges: Array) -> Array:
-    """Return the distances of edges from the nearest others."""
+    """Return the distance of each edge from the nearest other edge."""
     gaps = np.diff(edges)
     return np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps))[: len(edges)]
 
 
 def _shift(edges: Array, before: Array, spacings: Array) -> Array:
-    """Return the distances of edges from the nearest ones of the run before, over those from their neighbours."""
+    """Return the distances of edges from the nearest edges of the run before, over their `spacings`."""
     known = np.concatenate([[-np.inf], before, [np.inf]])
     place = np.searchsorted(known, edges)
     return np.asarray(np.minimum(edges - known[place - 1], known[place] - edges) / spacings)
@@ -313,6 +313,7 @@ def _shift(edges: Array, before: Array, spacings: Array) -> Array:
 def _between(edges: Array, time: Array, near: float) -> Array:
     """Return the edges that lie in the same interval between samples as another edge, except those on a sample."""
     place = np.searchsorted(time, edges)
-    on = np.minimum(np.abs(edges - time[np.minimum(place, len(time) - 1)]), np.abs(edges - time[np.maximum(place - 1, 0)])) < near
-    edges, place = edges[~on], place[~on]
+    before, after = time[np.maximum(place - 1, 0)], time[np.minimum(place, len(time) - 1)]
+    off_samples = np.minimum(np.abs(edges - after), np.abs(edges - before)) >= near
+    edges, place = edges[off_samples], place[off_samples]
     return edges[np.bincount(place, minlength=len(time) + 1)[place] > 1]

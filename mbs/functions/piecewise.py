@@ -23,7 +23,7 @@ class Piecewise(UserFunction, Declared):
 
     value: Callable[..., Any] = field(Callables(), "function of time, or of time and states, or a formula")
     breaks: Sequence[float] = quantities("s", least=1, doc="times of jumps and kinks")
-    period: float | None = quantity("s", above=0, doc="after which the breaks recur", default=None)
+    period: float | None = quantity("s", above=0, doc="time after which the breaks recur", default=None)
 
     def agree(self) -> None:
         """Raise a ValueError unless all breaks lie within one period."""
@@ -32,11 +32,11 @@ class Piecewise(UserFunction, Declared):
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Variables of the value, if that is a formula."""
+        """Variables of the value, which must be a formula here."""
         return tuple(self.value.variables)  # type: ignore[attr-defined]
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:
-        """Return the breaks in (0, duration) [s], or all without a duration; for a jump the last time before it."""
+        """Return the breaks in (0, duration) [s], at a jump the last time before it; all breaks for an infinite duration."""
         breaks = np.array(self.breaks, dtype=float)
         if self.period is not None and duration < inf:
             breaks = (breaks % self.period + self.period * np.arange(ceil(duration / self.period) + 1)[:, None]).ravel()

@@ -1,6 +1,6 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). A kink here is also a jump or a quick change; see `breaks`.
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). Kinks here include jumps and quick changes.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ and its rate; time, angle and speed of a link; time, place and velocity of a poi
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 """Names of states in formulas."""
 OURS = "buckler."
-"""First part of the names of Buckler's modules."""
+"""Beginning of the names of Buckler's modules."""
 PIECES = 128
-"""Pieces of a run whose integrals are stored, so that an integral up to any time costs one piece."""
+"""Number of pieces of a time span whose integrals are stored: an integral up to any time costs at most one new piece."""
 MOST = 10_000
 """Largest number of intervals in the adaptive quadrature of a piece."""
 EXACT = 1e-11
@@ -38,7 +38,7 @@ EXACT = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Return the kinks [s] of a function of time: the times of a table, or those that `breaks` finds by sampling.
+    """Return the kinks [s] of a function of time: the times of a table, or the edges that `breaks` finds by sampling.
 
     Sampling needs the duration of the run [s]; without it, a function that has to be sampled has no kinks.
     """
@@ -66,10 +66,10 @@ _function_of = lru_cache(maxsize=256)(function_of)
 
 @declared
 class Expression(UserFunction, Declared):
-    """A formula of time t, s, or of the variables of one of `SIGNATURES`.
+    """A formula of the time t [s], or of the variables of one of `SIGNATURES`.
 
-    `buckler.mbs.functions.formulas` lists what is allowed. The variables are those of the first signature that has all names in
-    the formula, and its states.
+    `buckler.mbs.functions.formulas` lists the allowed syntax. The variables are those of the first signature that has all names
+    in the formula, then the states in the formula.
     """
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
@@ -104,7 +104,7 @@ class Expression(UserFunction, Declared):
             with np.errstate(all="ignore"):
                 shape = np.broadcast_shapes(*map(np.shape, values))
                 found = np.zeros(shape) + self._on_arrays(*values[:count])  # type: ignore[attr-defined]
-            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # raises with the place
+            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # raises, with arguments
         try:
             return self._value(*values[:count])  # type: ignore[attr-defined]
         except (ArithmeticError, ValueError) as error:
@@ -122,7 +122,7 @@ class Table(UserFunction, Declared):
 
     times: Sequence[float] = quantities("s", doc="increasing, two at least")
     values: Sequence[float] = quantities("", doc="one for each time")
-    smooth: bool = flag(doc="joined by a cubic spline rather than by straight lines", default=False)
+    smooth: bool = flag(doc="whether a cubic spline joins the values, not straight lines", default=False)
 
     def agree(self) -> None:
         """Raise a ValueError unless times increase and there is one value for each."""
@@ -145,7 +145,7 @@ class Table(UserFunction, Declared):
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """All times [s]; of a smooth table the first and the last."""
+        """All times of the table [s]; the first and the last of a smooth table."""
         return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
     def integral(self) -> Integral:
@@ -188,7 +188,7 @@ class Integral(UserFunction):
             return np.vectorize(self, otypes=[float])(t)
         if t == 0:
             return 0.0
-        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]  # beyond the span, not by rounding
+        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]  # beyond the span by more than rounding
             self.span(2.0 ** ceil(log2(abs(t))))
         sums: list[float] = self._sums  # type: ignore[attr-defined]
         width: float = self._span / PIECES  # type: ignore[attr-defined]

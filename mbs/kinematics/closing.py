@@ -1,6 +1,6 @@
 """Loop closure of a linkage at given times by Newton's method, and detection of singular poses.
 
-C(q, t) = 0 are the constraints and J their Jacobian; see `mbs.scene.linkage`. A branch is one of the poses that close the loops.
+C(q, t) = 0 are the constraints and J = dC/dq. A branch is a family of poses that close the loops as time goes on.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ MAX_ITERATIONS = 30
 ROUNDING = 2e-15
 """Residual, over the longest link or in rad, at which loops are closed to rounding."""
 CLOSED = 1e-9
-"""Largest residual of closed loops, over the longest link or in rad; above it redundant rows contradict the others."""
+"""Largest residual of closed loops, over the longest link or in rad; a larger one means that redundant rows contradict others."""
 
 
 class Course(NamedTuple):
@@ -73,9 +73,9 @@ def choose_independent_rows(jacobian: Array) -> Array:
 
 
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
-    """Return True if a singular pose lies between two times, beyond which the motion is not determined.
+    """Return True if between two times lies a singular pose, beyond which the motion is not determined.
 
-    There the determinant of independent rows changes its sign. If rows are redundant, another branch must exist as well.
+    In such a pose the determinant of independent rows changes its sign. If rows are redundant, another branch must exist, too.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
@@ -87,8 +87,8 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
 def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
     """Return True if a second pose closes the loops at a time, close to the pose q.
 
-    Newton's method searches it from six starts in the direction of the least singular value of the Jacobian. The starts are up to
-    four times as far away as `distance`, that of q from a singular pose.
+    Newton's method starts from six poses, displaced from q along the right singular vector of the least singular value of the
+    Jacobian, by up to four times `distance`: the distance of q from a singular pose.
     """
     jacobian = linkage.system(q, np.zeros_like(q))[1]
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)

@@ -1,8 +1,9 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt. The multipliers mu of the
-rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the start: each begins
-with a prediction by q, q_t and q_tt. The poses at their ends, called anchors, are interpolated to close loops at other times.
+Coordinates q at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt, as in
+`mbs.scene.linkage`. The multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to
+stay on the branch of the start: each begins with a prediction by q, q_t and q_tt. The poses at the ends of steps, called anchors,
+are interpolated for a guess from which loops are closed at other times.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from .diagnosis import explain_singularity
 FIRST_TURN = 0.02
 """Angle by which the fastest link turns in the first step [rad]."""
 LARGEST_ERROR = 0.05
-"""Largest error of the prediction of a step, over the longest link; beyond it the step is halved."""
+"""Largest error of the prediction of a step, over the longest link; a step with a larger error is halved."""
 SMALL_ERROR = 0.01
 """Error of the prediction of a step, over the longest link, below which the next step is longer."""
 SPEED_ERROR = 0.3
@@ -37,11 +38,11 @@ SPEED_ERROR = 0.3
 SLOW = 0.01
 """Speed, in lengths of the longest link per run, below which errors of speeds do not shorten a step."""
 SHORTEST = 1e-9
-"""Shortest step, over the duration; a motion that needs a shorter one ends there."""
+"""Shortest step, over the duration; a motion that needs a shorter step ends early."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
 LOCKED_GROWTH = 20.0
-"""Last speed over the median speed above which a singular pose counts as locked: there speeds grow beyond bounds."""
+"""Last speed over the median speed above which a singular pose is a locked one, where speeds grow beyond bounds."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Follower:
         return float(np.abs(course.q_t * self.lengths).max())
 
     def _diagnose_end(self, anchors: list[Course]) -> Ended:
-        """Diagnose the end at the last anchor: a locked pose, where speeds grow beyond bounds, or another singular pose."""
+        """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
         speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
         t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
         if speeds[-1] > LOCKED_GROWTH * float(np.median(speeds)):
@@ -133,7 +134,7 @@ class Follower:
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
 
-    # --- at many times at once --------------------------------------------------------------------------------------------
+    # --- sampling ---------------------------------------------------------------------------------------------------------
 
     def at(self, times: Array) -> Course:
         """Return the motion at times before the end [s]."""
@@ -141,7 +142,7 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _at(self, times: Array) -> Course:
-        """Close the loops at times; where that fails, halve the times to find the one at fault."""
+        """Close the loops at times; if this fails, halve the set of times until the failing time is found."""
         found = close_loops(self.linkage, times, _quintic(self.anchors, times))
         if found is not None:
             return found
@@ -164,7 +165,7 @@ class Follower:
         return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
-        """Compute arm, place, velocity and acceleration of a point of link i, by its arm at t = 0, each (times, 2)."""
+        """Compute arm, place, velocity, acceleration (times, 2) of a point of link i from its arm at t = 0, a complex number."""
         turned = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
         arms, omega, alpha = np.column_stack([turned.real, turned.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         place, velocity, acceleration = (values[:, i, :2] for values in (course.q, course.q_t, course.q_tt))
@@ -184,7 +185,7 @@ class Follower:
         return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Compute the channels of constrained elements from the least multipliers mu with J^T mu = M q_tt - f."""
+        """Compute the reactions of constrained elements from the least-norm multipliers mu with J^T mu = M q_tt - f."""
         right = self._inertia(course) - self._applied_forces(record)
         multipliers = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
@@ -208,7 +209,7 @@ class Follower:
         return total
 
     def _applied_forces(self, record: Record) -> Array:
-        """Compute forces of friction in guides and of loads about the links' start points, (times, links, 3)."""
+        """Compute forces of guide friction and loads, and moments about the links' starts, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}

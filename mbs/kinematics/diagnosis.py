@@ -15,11 +15,13 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value of the Jacobian by lengths, and by angles times the longest link, below which a pose may be singular."""
+"""Least singular value below which a pose may be singular; the Jacobian is by lengths and angles times the longest link."""
 LEAST_RATIO = 0.2
-"""Least singular value over that at the start below which a pose may be singular."""
+"""Least singular value, over the least singular value at t = 0, below which a pose may be singular."""
 IN_LINE = 0.3
-"""Sine of the angle between two links below which they count as in line: a run ends before it reaches the pose itself."""
+"""Sine of the angle between two links below which they count as in line; a run ends shortly before the pose."""
+NEGLIGIBLE = 0.05
+"""Share of a row in the dependence of rows, over the largest share, below which a message leaves out the row."""
 
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
@@ -42,13 +44,13 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     matrix = linkage.system(q, np.zeros_like(q))[1]
     rows = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[rows])[0][:, -1]
-    large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)
+    large = np.where(np.abs(weights) > NEGLIGIBLE * np.abs(weights).max(), weights, 0.0)
     names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
 def diagnose_stop(record: Record) -> tuple[Status, str] | None:
-    """Diagnose the pose in which a run of rigid links stopped, by the least singular value; None if the pose is regular."""
+    """Diagnose the last pose of a run that failed, from its rigid links, by the least singular value; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]

@@ -22,9 +22,9 @@ from .determined import Ended, Follower, UnclosedError
 SAMPLES_PER_TURN = 400
 """Number of samples in a turn of the drive."""
 SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the `Follower`, over `contact_resolution`."""
+"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`."""
 BEFORE_KINK = 1e-12
-"""Time from the sample before a kink of a drive to the kink, over the duration: both sides of a jump are sampled."""
+"""Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
@@ -83,7 +83,7 @@ def _summary(follower: Follower) -> dict[str, int]:
 
 
 def _find_failed_load(record: Record) -> Ended | None:
-    """Find the first time at which the function of a load raises, or returns no number."""
+    """Find the first time at which the function of a load raises an error or does not return a number."""
     found = None
     for name, load in Scene.of(record.mechanism).elements.items():
         if isinstance(load, Load):
@@ -98,9 +98,9 @@ def _find_failed_load(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Return the times of samples [s]: equal steps, or 400 in each turn and both sides of each kink of a drive or load.
+    """Return sample times [s]: equal steps, or 400 in each turn of the drive, and both sides of each kink of a drive or load.
 
-    If more steps are needed than allowed, one too many is returned.
+    If more than `max_steps` steps are needed, `max_steps` + 1 steps are returned.
     """
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.number(duration) + 1)
@@ -117,9 +117,9 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 
 
 def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
-    """Replace the samples in a step of the closure with fewer than the least number of them by equidistant ones.
+    """Replace the samples between two anchors [s], if they form fewer than `least` intervals, by equidistant samples.
 
-    Steps are short near a dead centre, or where the drive reverses. Old and new samples together would be uneven, which spoils
+    Anchors are close near a dead centre, or where the drive reverses. Old and new samples together would be uneven, which spoils
     the energy balance. Pairs of samples at kinks stay.
     """
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])

@@ -1,4 +1,4 @@
-"""Slider-crank in closed form; tests compare its places with the general loop closure."""
+"""Slider-crank in closed form, an independent check of the general loop closure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..laws.pieces import Reals
 
 
 class SliderCrank(NamedTuple):
-    """Slider-crank with a crank of length r and a coupler of length L [m], its slider at negative x.
+    """Slider-crank with a crank of length r, a coupler of length L [m] and a slider at negative x.
 
     The crank pin is at r (cos theta, sin theta), the slider on the x axis. At theta = pi the slider is farthest from the crank
     pivot. Equations are those of Demirel et al. 2008, doi 10.1115/IMECE2008-68796.

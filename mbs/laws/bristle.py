@@ -72,8 +72,8 @@ class LuGre(_Bristle):
 class Stiction(_Bristle):
     """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v clipped to [-g, g], plus beta v.
 
-    While |s0 z| < g the bristle follows the displacement, dz/dt = v, unlike that of LuGre. So a body at rest does not drift,
-    however long or often the load on it changes below the limit g. It comes to rest again under any smaller force.
+    While |s0 z| < g the bristle follows the displacement, dz/dt = v, unlike the bristle of LuGre. So a stuck body does not drift,
+    however long or often the load changes below the limit g. A sliding body comes to rest under any load below the limit.
 
     References
     ----------

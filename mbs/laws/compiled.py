@@ -1,8 +1,8 @@
 """Compilation of users' functions and laws by Numba, to functions or to addresses of machine code.
 
-The compiled solver has the laws of this package as numbers in a table. A user's law is compiled once, its numbers being
-constants of the machine code. A law that does more than arithmetic on its arguments and numbers is a callback into Python, with
-the same result and some fifty times slower; `Pointer.compiled` is then False. `jit` is the decorator `numba.njit` or one like it.
+The compiled solver has the laws of this package as numbers in a table. A user's law is compiled once, with its numbers as
+constants in the machine code. A law that does more than arithmetic on its arguments and numbers is a callback into Python, with
+the same result but some fifty times slower; `Pointer.compiled` is then False. `jit` stands for a decorator such as `numba.njit`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
 
 
 def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function after the plain functions that it calls; `outer`, if given, is the decorator of the first."""
+    """Compile a plain function, after the plain functions that it calls; `outer`, if given, compiles `function` itself."""
     if not isinstance(function, types.FunctionType):
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
@@ -112,7 +112,7 @@ _COMPILED: dict[Hashable, Pointer | None] = {}
 
 
 def _identify(thing: object, depth: int = 0) -> Hashable:
-    """Return a key of the code of a function and the values it uses, equal for equal machine code; None if there is none."""
+    """Return a key of a function's code and the values it uses, equal for equal machine code; None if values are not known."""
     if isinstance(thing, types.FunctionType):
         used = {name: thing.__globals__[name] for name in _global_names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]

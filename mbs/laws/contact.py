@@ -1,8 +1,8 @@
 """Laws as rows of the compiled table, and the contact kernel of joints with clearance in Exudyn.
 
-The kernel computes the forces of all joints with the same pair of laws. Laws of this package are rows of numbers, so that it is
-compiled once for all of them. A user's law is compiled separately, and its row has the address of the machine code. The kernel of
-a law that does more than arithmetic runs in plain Python.
+The kernel computes the forces of all joints with the same pair of laws. Laws of this package are rows of numbers, so that one
+compiled kernel serves them all. A user's law is compiled separately, and its row has the address of the machine code. The kernel
+of a law that does more than arithmetic runs in plain Python.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ FRICTION_KINDS: RowForms = {
 
 
 def _row_of(law: object, forms: RowForms) -> tuple[int, list[float]] | None:
-    """Return kind and numbers of a law of this package, or of a user's hysteresis law with another chi; None for others."""
+    """Return kind and numbers of a law of this package, or of a user's subclass of `HysteresisLaw`; None for other laws."""
     has_form = type(law).__module__.startswith(laws.__name__)
     if isinstance(law, laws.HysteresisLaw):
         has_form = type(law).force is laws.HysteresisLaw.force
@@ -104,10 +104,10 @@ LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 
 @dataclass(frozen=True)
 class Kernel:
-    """Functions that compute forces and report of joints with the same pair of laws; see `journal`.
+    """Functions that compute generalised forces, and the report (normal force, depth, ...) of joints with a pair of laws.
 
-    Both take time, coordinates, rates, memory, offsets, numbers and the array to fill. `constants` are the columns after the
-    geometry in each joint's row of numbers; `owners` keep the machine code at their addresses alive.
+    Both functions take time, coordinates, rates, memory, offsets, numbers and the array to fill, as in `journal`. `constants` are
+    the columns after the geometry in each joint's row of numbers; `owners` keep the machine code at their addresses alive.
     """
 
     forces: Callable[..., None]
@@ -184,7 +184,7 @@ def _bristle(numbers: Array, bristle: float, speed: float, time: float) -> float
 
 
 def _report(*_: object) -> None:
-    """Raise an error: `_with_report` replaces this function by the report of joints."""
+    """Raise NotImplementedError: `_with_report` replaces this function by the report of joints."""
     raise NotImplementedError
 
 

@@ -1,12 +1,12 @@
 """Contact of a pin in a bush with clearance c: kinematics and forces, as functions of floats and arrays.
 
 The pin of radius R belongs to the first body, the bush to the second. Let r_p and r_b be their centres, e = r_p - r_b,
-n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin is F = -(F_N n + mu F_N t). Force and opposite act
+n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c, the force on the pin F = -F_N n - mu F_N t. F and its opposite act
 at the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
 at which the surface of the pin slides over that of the bush at P.
 
-`MEMORY` has values of the last accepted step, among them the onset speed and the bristle of the laws. From that step on, the
-bristle bends at the mean of the sliding speeds then and now.
+`MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From that step on, the
+bristle is bent at the mean of the sliding speeds at the step and now.
 
 Laws are functions of the numbers of a joint and of its state, so that `contact` compiles this module once for all laws.
 """
@@ -43,9 +43,9 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: index of the first of the body's coordinates (x, y, theta), -1 for ground; `place` and `arm` at t = 0.
+    """One side of a joint: `offset`, index of the body's first coordinate of (x, y, theta), -1 for ground, and its place.
 
-    `place` is that of the body's node, or of the point on the ground [m]; `arm` leads from there to the joint's centre [m].
+    `place` [m] is the body's node, or the point on the ground, at t = 0; `arm` [m] leads from `place` to the joint's centre.
     """
 
     offset: int

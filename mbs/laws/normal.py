@@ -1,10 +1,10 @@
 """Normal contact laws without a prescribed restitution, and Hertzian stiffness from material and radii.
 
-Depth [m] is positive in contact, rate [m/s] positive when penetrating, onset [m/s] > 0 is the approach speed at contact
-onset. A force pushes the bodies apart or is zero: no law here ever pulls.
+The depth d [m] is positive in contact, its rate d' [m/s] positive when penetrating, onset [m/s] > 0 is the approach speed at
+contact onset. A force pushes the bodies apart or is zero: no law here ever pulls.
 
 Hertzian stiffness is K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 +
-1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. This is the rule for spheres; studies of clearance joints use it for pins too.
+1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. The rule is that for spheres; studies of clearance joints use it for pins too.
 A pin that nearly fills its bush has contact over a wide arc: K d^1.5 then fails (K. L. Johnson, Contact Mechanics, Cambridge
 University Press (1985), doi 10.1017/CBO9781139171731).
 """
@@ -65,7 +65,7 @@ class Hertz(PowerLaw, Declared):
 class KelvinVoigt(PowerLaw, Declared):
     """F = max(0, k d + c d'): spring and dashpot that do not pull.
 
-    The force jumps to c d' at onset. It returns to zero at a positive depth, and the body leaves freely from there. So the
+    The force jumps to c d' at onset. It returns to zero at a positive depth, from which the body leaves freely. So the
     restitution is that of ``restitution_linear``, which depends on the mass and not on the speed.
 
     References

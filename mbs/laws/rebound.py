@@ -1,7 +1,7 @@
 """Restitution of contact laws, and the damping that gives a prescribed restitution.
 
 A body of mass m meets a contact at speed v0 and leaves at e v0. The force is F = K d^n (1 + chi d'/v0) at the depth d.
-Separation of the variables d and d' in m d'' = -F gives a relation without K, n, m and v0:
+Separation of the variables d and d' in m d'' = -F gives a relation that does not contain K, n, m or v0:
 
     chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
 
@@ -24,7 +24,7 @@ from ..validate import non_negative, number, positive
 from .pieces import NormalLaw
 
 _LONGEST = 1e6
-"""Time over depth/speed after which a body that is still in contact counts as one that does not rebound."""
+"""Time over depth/speed after which a body in contact counts as not rebounding."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
 """Relative tolerance of roots: four roundings."""
 
@@ -36,10 +36,10 @@ def restitution(chi: float) -> float:
     convex and increasing and the start is above the root, the iteration converges monotonically.
     """
     chi = non_negative("chi", chi, "1")
-    if chi < 1e-6:  # the series, with an error of order chi^3
+    if chi < 1e-6:  # Taylor series, with an error of order chi^3
         return 1.0 - 2.0 / 3.0 * chi * (1.0 - 2.0 / 3.0 * chi)
     target = -_log1p_minus(chi)
-    y = min(-math.expm1(-1.0 - target), math.sqrt(2.0 * target))  # g(y) > y^2/2 and g(y) > -ln(1 - y) - 1
+    y = min(-math.expm1(-1.0 - target), math.sqrt(2.0 * target))  # above the root: g(y) > y^2/2 and g(y) > -ln(1 - y) - 1
     while 1.0 - y > 0.0:
         change = (-_log1p_minus(-y) - target) * (1.0 - y) / y
         y -= change

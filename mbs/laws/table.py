@@ -1,8 +1,8 @@
 """Laws as rows of a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers.
 
-Each function has the equation of the law's class, which names the source. The numbers p of a law are in the order of
-`NORMAL_KINDS` and `FRICTION_KINDS` of `buckler.mbs.laws.contact`. That module compiles the functions for Exudyn's joints, and
-`buckler.mbs.spectral.lawtable` compiles them for the other solver.
+Each function has the equation of the law's class, whose docstring names the source. The numbers p of a law are in the order of
+`NORMAL_KINDS` and `FRICTION_KINDS` of `buckler.mbs.laws.contact`. This module compiles the functions for joints in Exudyn, and
+`buckler.mbs.spectral.lawtable` for the spectral solver.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ FrictionKind = IntEnum(
 LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
 """Columns of whole numbers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
 CODES = 4
-"""Number of columns of whole numbers of a law."""
+"""Number of columns of whole numbers of a law; the last one is spare."""
 NUMBERS = 8
-"""Number of columns of floats of a law, the longest of which has 7."""
+"""Number of columns of floats of a law; LuGre, the longest, has 7."""
 
 
 class Laws(NamedTuple):
@@ -75,7 +75,7 @@ class Laws(NamedTuple):
 
 
 def power(x: float, n: float) -> float:
-    """Return x^n for x >= 0; quick for n = 1.5 and 1."""
+    """Return x^n for x >= 0; faster than `x**n` for n = 1.5 and 1."""
     if n == 1.5:
         return x * np.sqrt(x)
     if n == 1.0:

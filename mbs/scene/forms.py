@@ -1,8 +1,8 @@
 """Constraints of elements as equations of rigid bodies, at one time or many: residual, Jacobian and convective term.
 
 A body has the coordinates (x, y, angle since t = 0) of one of its points, from which an arm leads to any other point. Vectors
-are complex numbers, x + i y. A row (see `elements.rows`) is a sum of terms, coefficient times measure. The same equations close
-the loops of a linkage and constrain bodies in the engine.
+are complex numbers, x + i y. A row is a sum of terms, each a coefficient times a measure: a place along a direction, an angle or
+a distance. The same equations close the loops of a linkage and constrain bodies in Exudyn.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..geometry import Array
 
 
 class Ends(NamedTuple):
-    """Functions of a `Place`: number of its body, the ground being the last; arm and position of its point at t = 0 [m]."""
+    """Functions of a `Place`: number of the body, the ground being the last; arm and position of the point at t = 0 [m]."""
 
     number: Callable[[Place], int]
     arm: Callable[[Place], complex]
@@ -26,7 +26,7 @@ class Ends(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of constraints as arrays, shape (terms,): number among all terms, numbers of two bodies, the ground being the last.
+    """Terms of constraints as arrays (terms,): number among all terms, numbers of two bodies and of a frame; ground is the last.
 
     Arms lead to the points of the term, at t = 0 [m]. The direction at t = 0 turns with the body `frame`. If `is_distance`, the
     term is the distance, and the direction leads from the second to the first point at any time.

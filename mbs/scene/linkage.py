@@ -1,8 +1,8 @@
 """Kinematics and masses of the mechanism with every link rigid, at one time or many.
 
-Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0, see
-`buckler.mbs.elements.rows`. Rates solve J q_t = -C_t, second rates J q_tt = gamma - C_tt. Here J is the Jacobian dC/dq, and the
-convective term gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
+Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows, scalar equations
+C(q, t) = 0. Rates solve J q_t = -C_t, second rates J q_tt = gamma - C_tt. Here J is the Jacobian dC/dq, and the convective term
+gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Linkage:
 
     @cached_property
     def names(self) -> list[str]:
-        """Element of each row."""
+        """Name of the element of each row."""
         return [name for name, _ in self.named_rows]
 
     @cached_property
@@ -148,7 +148,6 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
-
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.drive_rows:
@@ -162,7 +161,7 @@ class Linkage:
 
     @cached_property
     def general_pose(self) -> Array:
-        """Pose in general position, shape (links, 3): close to the pose at t = 0, with closed loops and other places of drives.
+        """Pose in general position (links, 3): closed loops close to the pose at t = 0, with drives moved.
 
         Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Rows that are
         redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
@@ -173,7 +172,7 @@ class Linkage:
         if not len(rows):
             return reference
         _, values, right = np.linalg.svd(self.system(reference, np.zeros_like(reference))[1][rows] * unit)
-        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # motions that the rows allow
+        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # small motions that the rows allow
         best, largest_rank = reference, -1
         for weights in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
             direction = free @ weights
@@ -181,9 +180,9 @@ class Linkage:
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
             if pose is None:
                 continue
-            of_pose = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting_rows])
-            if of_pose > largest_rank:
-                best, largest_rank = pose, of_pose
+            pose_rank = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting_rows])
+            if pose_rank > largest_rank:
+                best, largest_rank = pose, pose_rank
         return best
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
@@ -204,11 +203,9 @@ class Linkage:
 
 def solve_rates(jacobian: Array, right: Array) -> Array:
     """Solve J x = right for rates x, (times, n), with J of shape (times, rows, n) and right of (times, rows)."""
-    if jacobian.shape[-2] == jacobian.shape[-1]:
-        found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
-        return found
-    found = (invert(jacobian) @ right[..., None])[..., 0]
-    return found
+    is_square, column = jacobian.shape[-2] == jacobian.shape[-1], right[..., None]
+    found: Array = np.linalg.solve(jacobian, column) if is_square else invert(jacobian) @ column
+    return found[..., 0]
 
 
 def invert(matrix: Array) -> Array:
@@ -224,20 +221,20 @@ def rank(jacobian: Array) -> int:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements of rows, each once, whose weights are not negligible."""
+    """Return the elements, each once, whose rows have weights above 1e-6 of the largest weight."""
     weighty = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
     return list(dict.fromkeys(name for name, counts in zip(names, weighty, strict=True) if counts))
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
-    """Return the largest speed of a driven link within a duration [s], at 101 times [rad/s]; 0 if no link is driven."""
+    """Return the largest speed [rad/s] of a driven link, sampled at 101 times of a duration [s]; 0 if no link is driven."""
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
 
 
 class LinkMass(NamedTuple):
-    """Mass [kg] with its inertia [kg m^2] on a link, given by its number; the arm leads from the link's start, at t = 0 [m]."""
+    """Mass [kg] and inertia [kg m^2] on the link of a number; the arm [m] leads from the link's start to the mass at t = 0."""
 
     link: int
     mass: float

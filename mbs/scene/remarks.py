@@ -17,7 +17,7 @@ UNDETERMINED = 1e-6
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
-    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, and what seems to be missing."""
+    """List remarks on a mechanism, in sentences: redundant constraints, too many drives, joints that seem to be missing."""
     mechanism, found = linkage.mechanism, []
     if redundant:
         shared = ", ".join(map(repr, undetermined))
@@ -99,7 +99,7 @@ def find_undetermined(linkage: Linkage) -> list[str]:
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return the elements and the scaled derivatives of lasting rows, in general position; rows of drives come first."""
+    """Return elements and scaled derivatives of the rows that hold throughout, in general position; rows of drives first."""
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
     order = sorted(linkage.lasting_rows, key=lambda k: linkage.named_rows[k][1].motion is None)
@@ -108,7 +108,7 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
 
 
 def independent_rows(matrix: Array) -> list[int]:
-    """Find the rows that do not depend on rows before them, by Gram-Schmidt orthogonalisation, done twice against rounding."""
+    """Find the rows that do not depend on rows before them, by Gram-Schmidt orthogonalisation, repeated against rounding."""
     independent: list[int] = []
     basis = np.empty((0, matrix.shape[1]))
     for k, row in enumerate(matrix):

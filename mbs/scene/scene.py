@@ -19,13 +19,13 @@ from .remarks import find_redundant, find_undetermined, remarks
 from .start import Start, start
 
 STIFF_RATE = 1e5
-"""Decay rate of contact damping from which the implicit integrator is the faster one [1/s]."""
+"""Decay rate of contact damping above which the implicit integrator is faster than the explicit one [1/s]."""
 DEPTH = 1e-5
 """Depth at which contact damping is evaluated [m]: between the depths of light and hard impacts."""
 SPEED = 1e-3
-"""Speed at which the damping force is evaluated [m/s]: contact laws are linear in the speed up to it."""
+"""Speed at which the damping force is evaluated [m/s]: up to this speed contact laws are linear in it."""
 ONSET_SPEED = 0.1
-"""Onset speed with which contact damping is evaluated [m/s], that of a moderate impact."""
+"""Onset speed with which contact damping is evaluated [m/s], as in a moderate impact."""
 
 
 class Scene:
@@ -83,7 +83,7 @@ class Scene:
 
     @cached_property
     def redundant(self) -> list[str]:
-        """Elements whose rows depend on other rows in general position, where flexible links may deform."""
+        """Elements whose rows depend on other rows in a pose in general position; flexible links may deform."""
         return find_redundant(self.linkage)
 
     @cached_property
@@ -148,7 +148,7 @@ class Scene:
 
     @cached_property
     def axial_period(self) -> float:
-        """Upper bound of the periods of axial vibration [s]: the whole mass on a flexible link as a spring; 0 without any."""
+        """Upper bound of axial periods [s]: all mass on one flexible link as a spring; 0 without flexible links."""
         bodies: list[tuple[Any, float]] = [(link.body, self.mechanism.length(link.name)) for link in self.mechanism.links]
         springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
         return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)

@@ -201,7 +201,7 @@ def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float]
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     """Yield a stop's wall, moved by the drawn size of its point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
-    along, side = stop.across(mechanism), stop.side(mechanism)
+    along, side = stop.face_normal(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
     frame, start = sheet.at(*place(origin)), mechanism.points[place(origin).point]
     (x, y), (x0, y0) = mechanism.points[stop.point], start

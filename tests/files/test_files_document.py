@@ -93,7 +93,7 @@ def test_speeds_by_formula_and_table():
         assert motion.position(t) == pytest.approx(2 / 3 * np.sin(3 * t), abs=1e-13)
         assert motion.speed(t) == 2 * np.cos(3 * t)
     rigid["drives"] = [{"target": "arm", "speed": {"kind": "Motion", "position": "sin(3*t)/3"}}]
-    assert refused(arm(**rigid)) == "drives[0].speed: lacks 'speed' (its derivative by t)"
+    assert refused(arm(**rigid)) == "drives[0].speed: lacks 'speed' (derivative of the position by t)"
     rigid["drives"] = [{"target": "arm", "speed": {"kind": "Table", "times": ["0 s", "1 s", 2], "values": [0, 2, 2]}}]
     motion = Mechanism.from_dict(arm(**rigid)).drives[0].motion
     assert (motion.speed(0.5), motion.position(2.0)) == (1.0, pytest.approx(3.0, rel=1e-12))

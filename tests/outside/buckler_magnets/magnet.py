@@ -16,7 +16,7 @@ class Magnet(Load):
     title = label = "magnet.{a:point}-{b:point}"
 
     a: str = names(doc="a point reference")
-    b: str = names(doc="the same of the other pole")
+    b: str = names(doc="point reference of the other pole")
     strength: float = quantity("N m^2", above=0, doc="force at 1 m")
 
     def check(self, mechanism):

@@ -12,7 +12,7 @@ class Parallel(Coupling):
     """Two links that turn alike, wherever they are."""
 
     first: str = names(doc="link and point, such as 'one:A'")
-    second: str = names(doc="the same of the other")
+    second: str = names(doc="the other link, given likewise")
 
     def rows(self, mechanism):
         yield row(Turn(place(self.first), place(self.second)))
