@@ -4,7 +4,7 @@ import numpy as np
 
 from buckler.mbs.declare import declared, names, quantity
 from buckler.mbs.elements.load import Load, on_both
-from buckler.mbs.elements.references import holder_reference, refers
+from buckler.mbs.elements.references import check_reference, holder_reference
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import unit
 
@@ -21,7 +21,7 @@ class Magnet(Load):
 
     def check(self, mechanism):
         for at in (self.a, self.b):
-            refers(mechanism, at, self.where)
+            check_reference(mechanism, at, self.where)
 
     def apart(self, record):
         """Distance, m, and direction from a to b."""
