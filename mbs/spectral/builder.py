@@ -32,7 +32,7 @@ class BuiltBody(Protocol):
     """Body of a link, with its coordinates in the lists."""
 
     def marker(self, builder: Builder, point: str) -> int:
-        """Return the marker of a point on it."""
+        """Return the marker of a point on the body."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Attached:
 
 @dataclass
 class ConstraintRow:
-    """Constraint on the sum of consecutive measures, each times its coefficient."""
+    """Constraint on the sum of consecutive measures, each times its factor in `Directions`."""
 
     name: str
     measure: int  # index of the first measure
@@ -103,15 +103,13 @@ class Builder:
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
     separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first place, link, point, is a rotor
-    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, which are rates, by place
+    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, by place: rates of coordinates
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     units: dict[int, float] = field(default_factory=dict)  # by place, where it is not the mechanism's length
     elastic: list[tuple[int, ...]] = field(default_factory=list)
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
     _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first place
-
-    # --- coordinates and masses ---------------------------------------------------------------------------------------
 
     def add_coordinates(self, values: Sequence[float]) -> int:
         """Add coordinates with these values at t = 0; return the index of the first."""
@@ -138,12 +136,10 @@ class Builder:
             self.data += np.ravel(value).astype(float).tolist()
         return first
 
-    # --- markers and measures -----------------------------------------------------------------------------------------
-
     def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
         """Mark coordinates as deformations of one body, which share a unit: single ones, or x and y of vectors.
 
-        Vectors have that unit across the chord from (x, y) to (x, y) of two ends.
+        Vectors have this unit across a chord only; `chord` are the places of x and y of its start and of its end.
         """
         group = self._next_group()
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
@@ -200,7 +196,7 @@ class Builder:
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
-        """Replace a marker on a Kirchhoff strip by one at the same point without angle, which depends on fewer coordinates."""
+        """Replace a marker on a Kirchhoff strip by one without angle, which depends on fewer coordinates."""
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
@@ -225,8 +221,6 @@ class Builder:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
                 self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, a, b, direction))], value=0.0)
 
-    # --- laws, drives, forces -----------------------------------------------------------------------------------------
-
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
@@ -250,17 +244,17 @@ class Builder:
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
             functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
-            if has_user_code(motion) and not all(p.compiled for p in functions):  # our own integrals need no note
+            if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
                 self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.pointers += functions
             self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
-            self.ramps.append((0.0, 0.0, 1.0))
+            self.ramps.append((0.0, 0.0, 1.0))  # not used
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
-        """Add a force or torque whose law has states, which become rates of new coordinates of unit mass (`stateful`).
+        """Add a force or torque whose law has states, which become rates of new coordinates of unit mass.
 
-        `column` of the marker's `State` is the first on which it acts, X or ANGLE; `offset` its value at t = 0.
+        It acts on x and y of the marker if `column` is State.X, or on its angle if State.ANGLE, from `offset` at t = 0 on.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
@@ -281,7 +275,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # more numbers: a fixed line of action, so a moment
+        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # with six, its line of action is fixed: there is a moment
             a = self._without_angle(a)
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

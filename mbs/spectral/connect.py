@@ -15,7 +15,7 @@ from .strut import StrutBody
 from .tables import MeasureKind
 
 NOWHERE = (0.0, 0.0)
-"""Place of the origin, and direction of measures without one."""
+"""Position of the origin; also stands for the direction of a measure that has none."""
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
@@ -30,7 +30,7 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 
 def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield coefficient and measure of the kernel; nothing if both ends of a length or distance have one marker."""
+    """Yield factor and arguments of `add_measure`; nothing for a length or distance whose ends have the same marker."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
@@ -48,7 +48,7 @@ def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[flo
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Return the marker of a point on a body; rigid links and the ground have one wherever the point is at t = 0."""
+    """Return the marker of a point on a body. Rigid links and the ground reach any point; others only their own."""
     if link == GROUND:
         return builder.add_ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]
@@ -71,7 +71,7 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 
 
 def marker_at(builder: Builder, reference: str) -> int:
-    """Return the marker of a reference; 'ground:ground' is the origin, as all places on the ground turn alike."""
+    """Return the marker of a point reference. 'ground:ground' is the ground as a body, whose marker is the origin."""
     link, point = link_of(builder, reference)
     if link == GROUND and point == GROUND:
         return builder.add_ground((0.0, 0.0))

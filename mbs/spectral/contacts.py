@@ -1,4 +1,4 @@
-"""Contacts and edges of laws over a step, compiled: onsets, releases, memories, errors of depths.
+"""Contacts, and edges of laws (where a law has a jump or kink), over a step, compiled: onsets, releases, errors of depths.
 
 Reports are arrays (forces, 8) of the columns `Report`. `start` are those at the step's start, `end` those at its end; depth is
 positive inside a face. Onsets and edges are zeros of the cubic through both values and rates.
@@ -19,9 +19,10 @@ def is_contact(tables, k):
 
 @draft
 def has_smooth_onset(tables, k):
-    """Return True if a contact's force begins without a kink and without onset speed: no step need end at its onset."""
+    """Return True if no step need end at the onset of contact k: its force has no kink there and no onset speed in its law."""
     law = tables.forces[k, Forces.LAW]
-    return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and tables.law_numbers[law, 1] > 1.0
+    exponent = tables.law_numbers[law, 1]
+    return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
 @draft
@@ -56,7 +57,7 @@ def find_zero(h, start, start_rate, end, end_rate):
     elif start_rate > 0.0 and end_rate < 0.0:
         # both ends are negative: ternary search for the maximum between them
         a, b = 0.0, 1.0
-        for _ in range(40):
+        for _ in range(40):  # to (2/3)^40 = 1e-7: the maximum is flat
             m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
             if evaluate_cubic(m1, h, start, start_rate, end, end_rate) < evaluate_cubic(m2, h, start, start_rate, end, end_rate):
                 a = m1
@@ -67,7 +68,7 @@ def find_zero(h, start, start_rate, end, end_rate):
     if high > 1.0:
         return 2.0
     low = 0.0
-    for _ in range(60):
+    for _ in range(60):  # bisection down to rounding
         middle = 0.5 * (low + high)
         if evaluate_cubic(middle, h, start, start_rate, end, end_rate) > 0.0:
             high = middle
@@ -77,17 +78,18 @@ def find_zero(h, start, start_rate, end, end_rate):
 
 
 @draft
-def find_first_onset(tables, start, end, h, landing, outside, smooth):
+def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step shall end `outside` before the face, with an error up to `outside`, or `landing` if that is 0: a last node inside
-    the face would have the contact's force. Smooth onsets count if `smooth`, or if the contact also opens in the step.
+    The step shall end the distance `outside` of the controls before the face, with an error up to this distance, or `landing`
+    if it is 0. Smooth onsets count if the contact also opens in the step, or if the controls say so.
     """
+    landing, outside = controls.landing, controls.outside
     first, allowed = 2.0, outside if outside > 0.0 else landing
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             d0, d1 = get_depth(tables, start, k), get_depth(tables, end, k)
-            is_wanted = smooth or d1 <= 0.0 or not has_smooth_onset(tables, k)
+            is_wanted = controls.located or d1 <= 0.0 or not has_smooth_onset(tables, k)
             if is_wanted and d0 < -landing and abs(d1 + outside) > allowed:
                 rates = get_depth_rate(tables, start, k), get_depth_rate(tables, end, k)
                 first = min(first, find_zero(h, d0 + outside, rates[0], d1 + outside, rates[1]))
@@ -95,17 +97,14 @@ def find_first_onset(tables, start, end, h, landing, outside, smooth):
 
 
 @draft
-def find_first_edge(tables, start, end, h, landing, outside):
-    """Find the fraction of the step at which a measure first reaches an edge of its law, from either side; 2 if none does.
-
-    The step shall end at the distance `outside` before the edge, as at a contact's face.
-    """
-    first = 2.0
+def find_first_edge(tables, start, end, h, controls):
+    """Find the fraction of the step at which a measure is first `outside` before an edge of its law; 2 if none comes there."""
+    first, outside = 2.0, controls.outside
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
         d0, d1 = start[k, Report.LENGTH] - edge, end[k, Report.LENGTH] - edge
         side = -1.0 if d0 > 0.0 else 1.0
-        if abs(d0) > landing and abs(side * d1 + outside) > outside:
+        if abs(d0) > controls.landing and abs(side * d1 + outside) > outside:
             rates = side * start[k, Report.RATE], side * end[k, Report.RATE]
             first = min(first, find_zero(h, side * d0 + outside, rates[0], side * d1 + outside, rates[1]))
     return first
@@ -120,11 +119,12 @@ def _measure_past_edge(tables, reports, i):
 
 
 @draft
-def is_at_edge(tables, start, end, landing, near):
-    """Return True if a measure has come within `near` of an edge of its law, and moves towards it."""
+def is_at_edge(tables, start, end, controls):
+    """Return True if a measure has come near an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        if abs(start[k, Report.LENGTH] - edge) > landing and -near <= _measure_past_edge(tables, end, i)[0] <= 0.0:
+        is_near = -controls.near <= _measure_past_edge(tables, end, i)[0] <= 0.0
+        if is_near and abs(start[k, Report.LENGTH] - edge) > controls.landing:
             return True
     return False
 
@@ -153,14 +153,15 @@ def compute_time_to_faces(tables, reports, near):
 
 
 @draft
-def has_released(tables, start, end, largest, share, landing):
-    """Return True if the step must be shortened to a kink.
+def has_released(tables, state, end, controls):
+    """Return True if the step must be shortened to a kink: a contact with a noticeable force opens, or one closes and opens.
 
-    Either a contact whose force was above `share` of its largest one opens, or a contact closes and opens in the step.
+    Forces are noticeable above the contact's tolerance times its largest force.
     """
+    start, landing = state.start_reports, controls.landing
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
-            if end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > share * largest[k]:
+            if end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > controls.contact_tolerance * state.largest_force[k]:
                 return True
             old, rate = get_depth(tables, start, k), get_depth_rate(tables, start, k)
             if abs(old) <= landing and rate > 0.0 and get_depth(tables, end, k) < -landing:
@@ -169,18 +170,18 @@ def has_released(tables, start, end, largest, share, landing):
 
 
 @draft
-def update_onset(tables, start, end, k, m, controls, near):
+def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step: return 1 if it closed, -1 if it opened, else 0.
 
     Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. A
-    contact also counts as closed within `near` before the face if it is about to close.
+    contact also counts as closed near its face if it is about to close.
     """
     old, new, rate = get_depth(tables, start, k), get_depth(tables, end, k), get_depth_rate(tables, end, k)
     if new > -old >= 0.0:
         rate = get_depth_rate(tables, start, k)
     if new <= 0.0 or old <= 0.0:
         m[Memory.ONSET] = max(rate, controls.least_onset, controls.graze * m[Memory.FASTEST])
-    is_about_to_close = old < -near <= new and rate > 0.0 and near > 0.0
+    is_about_to_close = old < -controls.near <= new and rate > 0.0 and controls.near > 0.0
     if new > 0.0 >= old or is_about_to_close:
         if tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
             m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
@@ -190,9 +191,9 @@ def update_onset(tables, start, end, k, m, controls, near):
 
 @draft
 def find_face_row(tables, start, end, least):
-    """Return the time from a step's start, or, negative, from its end, to a row beside the face of a closing contact; else 0.
+    """Return the time of a row just past the face of a closing contact, from the step's start, or, negative, its end; else 0.
 
-    The row lies at twice the time from that end to the face, plus `least` [s].
+    The contact passes the face near one end of the step. The row is twice as far from this end, plus `least` [s].
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
@@ -207,23 +208,22 @@ def find_face_row(tables, start, end, least):
 
 @draft
 def compute_depth_bending(tables, start, end, h):
-    """Return the largest deviation of closed contacts' depths over a step from a straight line, over the depth."""
+    """Return the largest deviation of closed contacts' depths from a line over a step, h/8 |change of rate|, over the depth."""
     largest = 0.0
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             deep = max(get_depth(tables, start, k), get_depth(tables, end, k))
             if deep > 0.0:
-                change = get_depth_rate(tables, end, k) - get_depth_rate(tables, start, k)
-                largest = max(largest, 0.125 * h * abs(change) / deep)
+                rate_change = get_depth_rate(tables, end, k) - get_depth_rate(tables, start, k)
+                largest = max(largest, 0.125 * h * abs(rate_change) / deep)
     return largest
 
 
 @draft
-def estimate_depth_error(tables, state, shifted, h, k, least, noise):
-    """Return the error of contact k's depth, relative to the largest of the depth, its change in the step, and `least`.
+def estimate_depth_error(tables, state, shifted, h, k, controls):
+    """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and landing distance.
 
-    It is 0 below `noise` [m]. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those
-    without.
+    It is 0 if it is rounding. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those without.
     """
     start, end = state.start_reports, state.end_reports
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)
@@ -232,4 +232,4 @@ def estimate_depth_error(tables, state, shifted, h, k, least, noise):
         return 0.0
     change = h * max(abs(get_depth_rate(tables, start, k)), abs(get_depth_rate(tables, end, k)))
     error = abs(get_depth(tables, shifted, k) - new)
-    return error / max(deep, change, least) if error > noise else 0.0
+    return error / max(deep, change, controls.landing) if error > controls.rounding else 0.0

@@ -41,17 +41,17 @@ class Fronts(NamedTuple):
 
 
 class _Front(NamedTuple):
-    """Front before numbering: its pivots, its unknowns eliminated later, and whether the pivots are constraints."""
+    """Front before numbering."""
 
     pivots: list[int]
-    later: list[int]
-    has_constraints: bool
+    later: list[int]  # its unknowns that are eliminated in other fronts
+    has_constraints: bool  # all pivots are constraints, else none
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a matrix of `unknowns`, of which the first `coordinates` are no constraints.
+    """Return the fronts of a matrix of so many `unknowns`, of which the first `coordinates` are no constraints.
 
-    `row` and `col` (slots,) are the places of its nonzeros; those not `filled` (slots,) are zero.
+    `row` and `col` (slots,) are the places of the slots; those not `filled` (slots,) are always zero.
     """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _build_fronts(*pattern, coordinates, unknowns)
@@ -71,9 +71,9 @@ def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unkn
     places: list[int] = []
     table, size = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0
     local = np.full(unknowns, -1, dtype=np.int64)  # index of each unknown in the front at hand
-    home = np.minimum(owner[row], owner[col])  # front in which a nonzero stands
-    turn = np.argsort(home, kind="stable")
-    entries, row, col, home = entries[turn], row[turn], col[turn], home[turn]
+    home = np.minimum(owner[row], owner[col])  # front in which a nonzero is eliminated
+    by_front = np.argsort(home, kind="stable")
+    entries, row, col, home = entries[by_front], row[by_front], col[by_front], home[by_front]
     position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(fronts) + 1))
     for k, front in enumerate(fronts):
         later = sorted(front.later, key=order.__getitem__)
@@ -96,7 +96,7 @@ def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unkn
 
 
 def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
-    """Return the groups of unknowns with the same neighbours in the matrix, and the neighbouring groups of each."""
+    """Return the groups of unknowns with the same nonzeros in the matrix, and the set of neighbouring groups of each."""
     neighbours: list[set[int]] = [set() for _ in range(unknowns)]
     for i, j in zip(row.tolist(), col.tolist(), strict=True):
         neighbours[i].add(j)
@@ -119,7 +119,10 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 
 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
-    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is changed."""
+    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is overwritten.
+
+    A group of constraints waits for all its coordinates. A heap gives the group with fewest neighbours.
+    """
     size = [len(members) for members in groups]
     is_constraint = [members[0] >= coordinates for members in groups]
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]

@@ -1,7 +1,8 @@
 """Compiled functions that Python calls, besides the integrators: equations of motion at a state, states of markers.
 
-The equations are M(q) a = f(q, v, t) - G^T lambda and g(q, t) = 0, with G = dg/dq: n coordinates q, r constraints. Differentiated
-in time g = 0 gives G v = speed and G a = change. Slots are the nonzeros of all matrices, see `packing`.
+They are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0, G = dg/dq: n coordinates q, r multipliers lambda, on which
+the friction of guides depends. Differentiated in time, g = 0 gives G v = speed and G a = change. Slots are the places of a matrix
+that can be nonzero. Arrays over them have one entry more, to which the zeros of small blocks are added.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from .compiling import jit
 from .elimination import FrontColumn
 from .fronts import factor, solve
 from .kernel import add_multiplier_stiffness, add_rows, compute_changes, compute_forces, compute_rows, compute_tangents, fill_mass
-from .lawtable import AFTER
+from .lawtable import JUST_AFTER
 from .markers import compute_hessian, compute_measure, place_markers
 from .strips import advance_stresses
 
@@ -25,7 +26,10 @@ def place(tables, work, q, v):
 
 @jit
 def measure_at(tables, work, k, grad, hess):
-    """Return measure k at the markers' present states; fill its gradient (6,) and Hessian (6, 6) by (x, y, angle) of both."""
+    """Return measure k, a length or angle between markers a and b as `place` left them.
+
+    Fills its gradient (6,) and Hessian (6, 6) by (x, y, angle) of a, then b.
+    """
     value, _ = compute_measure(tables, work, k, grad)
     compute_hessian(tables, work, k, grad, hess)
     return value
@@ -33,31 +37,31 @@ def measure_at(tables, work, k, grad, hess):
 
 @jit
 def mass_at(tables, work, q, mass):
-    """Fill mass, (slots + 1,), with the nonzeros of M(q)."""
+    """Fill mass, (slots + 1,), with the nonzeros of M(q); markers need not be placed."""
     fill_mass(tables, work, q, mass)
 
 
 @jit
 def assemble(tables, work, now, matrices, force, sides):
-    """Compute the terms of the equations of motion at the instant `now`.
+    """Place the markers and compute the terms of the equations of motion at the instant `now`.
 
-    Fills force (n,) with f, and sides (3, r) with g, speed, change. Matrices, (4, slots + 1), get the nonzeros of -df/dlambda,
-    C = -df/dv, K = -df/dq + d(G^T lambda)/dq, and G with its transpose; a `matrices` of one row gets the last alone.
+    Fills force (n,) with f, and sides (3, r) with g, speed, change, at a jump of a drive the values after it. Matrices, (4,
+    slots + 1), get the nonzeros of -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, and G with G^T; one row gets these.
     """
     compute_forces(tables, work, now, force)
     with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
     if with_tangents:
         compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
     compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
-    compute_changes(tables, work, now.time, AFTER, sides[2])
+    compute_changes(tables, work, now.time, JUST_AFTER, sides[2])
     if with_tangents:
         add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
     add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
 
 
 @jit
-def carry(tables, work, shift):
-    """Update the strips' stresses, which are unknowns, for a change `shift` of q since forces were last assembled."""
+def update_stresses(tables, work, shift):
+    """Update the stresses of strips, unknowns beside q, for a change `shift` (n,) of q since the last `assemble`."""
     advance_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
 
 
@@ -71,6 +75,6 @@ def accelerate(tables, order, work, q, x):
     fill_mass(tables, work, q, values)
     add_rows(tables, jacobian, values)
     last, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
-    factors = np.zeros(last[FrontColumn.ENTRIES] + last[FrontColumn.SIZE] ** 2)
+    factors = np.zeros(last[FrontColumn.ENTRIES] + last[FrontColumn.SIZE] ** 2)  # up to the end of the last front
     factor(order, values, factors, swaps, np.zeros(x.size))
     solve(order, factors, swaps, x, np.zeros(x.size))

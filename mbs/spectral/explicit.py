@@ -16,7 +16,7 @@ from .contacts import find_first_onset, has_smooth_onset, is_contact, update_ons
 from .forces import add_one
 from .fronts import factor, solve
 from .kernel import add_modal, compute_change, compute_row, couple_modes, multiply_row, renew_mass, renew_rows
-from .lawtable import AFTER, bristle_rate
+from .lawtable import JUST_AFTER, bristle_rate
 from .markers import place_marker
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
 from .strips import add_strips
@@ -37,14 +37,14 @@ WEIGHTS = np.array(
 )
 """Coefficients of the stages; the last row is the solution of fifth order."""
 SHORTEST = 1e-15
-"""Shortest step, over the end of the run."""
+"""Shortest step, over the end of the run: rounding of times."""
 MOST_VIOLATION = 1e-4
 """Violation of constraints, over the tolerance, above which the state is projected onto them."""
 INFINITE = 1e300
 """Error over the tolerance from which on a state counts as not finite."""
 SAFETY = 0.9
 """Safety factor of the length of a step."""
-ORDER = 0.2
+EXPONENT = 1 / 5
 """One over the order of the local error."""
 ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
 """Coefficients of the error estimate: those of the fifth order less those of the fourth."""
@@ -52,7 +52,7 @@ ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -
 
 @inline
 def _has_changed(tables, state):
-    """Return True if the matrix differs from the one factored last, by modal links or by the Jacobian of the constraints."""
+    """Return True if the matrix differs from the one factored last, by modal links or by G; keep G to compare next time."""
     changed = (tables.modal.shape[0] > 0 and state.free_modes[0] == 0) or state.has_factors[0] == 0
     for i in range(state.jacobian.size):
         changed = changed or state.jacobian[i] != state.factored_jacobian[i]
@@ -69,19 +69,20 @@ def compute_rates(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
-        place_marker(tables, work, m, q, v, False)
+        place_marker(tables, work, m, q, v, with_rates=False)
+    gravity = tables.factors[-1]
     for i in range(n):
-        state.right_side[i] = tables.factors[-1] * tables.weight[i]
+        state.right_side[i] = gravity * tables.weight[i]
     if tables.strips.shape[0] > 0:
         add_strips(tables, work, q, v, state.right_side)
     if tables.modal.shape[0] > 0:
         add_modal(tables, q, v, state.right_side)
-    now = Instant(t, -1.0, q, v, state.lam, state.memory)
+    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # time since the memory below 0: bristles are states
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, state.right_side)
     for k in range(r):
         compute_row(tables, work, k, t, state.violation, state.jacobian, state.speed)
-        compute_change(tables, work, k, t, AFTER, state.change)
+        compute_change(tables, work, k, t, JUST_AFTER, state.change)
         state.right_side[n + k] = state.change[k]
     if _has_changed(tables, state):
         if state.free_modes[0] > 0:
@@ -132,16 +133,16 @@ def _violates_constraints(tables, state, allowed):
 
 
 @inline
-def _project(tables, order, state):
+def _project(tables, fronts, state):
     """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
     n, r = state.force.size, state.lam.size
-    for level in range(2):
-        y = state.y_new[level * n : level * n + n]
+    for order in range(2):
+        y = state.y_new[order * n : order * n + n]
         state.right_side[:] = 0.0
         for k in range(r):
             rate = multiply_row(tables, k, state.jacobian, y) - state.speed[k]
-            state.right_side[n + k] = state.violation[k] if level == 0 else rate
-        solve(order, state.factors, state.swaps, state.right_side, state.front_work)
+            state.right_side[n + k] = state.violation[k] if order == 0 else rate
+        solve(fronts, state.factors, state.swaps, state.right_side, state.front_work)
         for i in range(n):
             y[i] -= state.right_side[i]
 
@@ -187,18 +188,16 @@ def _try_step(model, clock, h, last, controls, counts):
     """Try a step of length h; return True if accepted, else shorten the next. A `last` step ends just before its stop."""
     state = model.state
     _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
-    counts.iterations += 6
+    counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
     if not error <= 1.0 and not (controls.fixed and error < INFINITE):
-        clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-ORDER) if error < INFINITE else SMALLEST_RATIO)
+        clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-EXPONENT) if error < INFINITE else SMALLEST_RATIO)
         if not error < INFINITE:
             state.stage_rates[1:] = 0.0
         if clock.next_step < controls.shortest:
             counts.status = Ended.UNDERFLOW if error < INFINITE else Ended.NOT_FINITE
         return False
-    landing = max(1e-3 * controls.tolerance, 1e-12) * state.units.max()
-    reports, smooth = model.work.reports, controls.located
-    fraction = find_first_onset(model.tables, state.start_reports, reports, h, landing, 0.0, smooth)
+    fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, controls)
     if fraction < 1.0 and h * fraction > controls.shortest:
         clock.resumed_step, clock.next_step = max(clock.resumed_step, h), h * fraction
         return False
@@ -232,7 +231,7 @@ def _accept(model, clock, end, stop, controls, out, counts):
 
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until `out` is full; see `run_implicit`."""
+    """Integrate from the model's state to the end, or until `out` is full, with the arguments of `run_implicit`."""
     state = model.state
     counts.samples = 0
     if counts.steps == 0:
@@ -255,7 +254,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -ORDER))
+            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))
             clock.next_step = max(h * ratio, clock.resumed_step)
             clock.resumed_step = 0.0
 
@@ -268,7 +267,7 @@ def _update_memories(tables, work, state, controls, counts):
     for k in range(tables.forces.shape[0]):
         m = state.memory[k]
         if is_contact(tables, k):
-            event = update_onset(tables, state.start_reports, work.reports, k, m, controls, 0.0)
+            event = update_onset(tables, state.start_reports, work.reports, k, m, controls)
             is_event = is_event or (event != 0 and (controls.located or not has_smooth_onset(tables, k)))
             if event > 0:
                 counts.onsets += 1

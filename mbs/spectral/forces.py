@@ -17,7 +17,7 @@ from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 @draft
 def _get_normal_force(tables, work, k, now):
-    """Return the normal force of force k if it is friction: a constraint's multiplier or the force of a contact; else 0."""
+    """Return the force that presses if force k is friction: a constraint's multiplier or the force of a contact; else 0."""
     row = tables.forces[k, Forces.ROW]
     if row >= 0:
         return now.lam[row]
@@ -50,7 +50,7 @@ def _multiply_hessian(work, a, b):
 
 @draft
 def _add_tangents_along(tables, work, k, now, mass):
-    """Add derivatives of a force along a measure; of friction also those by its normal force."""
+    """Add derivatives of a force along a measure; of friction also those by the force that presses, `reaction`."""
     number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
     reaction = _get_normal_force(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
@@ -72,8 +72,11 @@ def _add_tangents_along(tables, work, k, now, mass):
         markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
         markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, stiffness)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and reaction != 0.0:
-        if tables.forces[k, Forces.ROW] >= 0:
-            _add_by_multiplier(tables, work, k, number, grad, -force / reaction, mass)
+        if tables.forces[k, Forces.ROW] >= 0:  # -df/dlambda, in the block's last column, of the constraint that presses
+            _, m, slot = tables.blocks[tables.rows.shape[0] + k]
+            markers.write_gradient(tables, work, number, grad, -force / reaction, work.scratch, 0)
+            for i in range(m - 1):
+                mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
         else:
             _add_contact_friction(tables, work, k, now, force / reaction)
 
@@ -90,7 +93,7 @@ def _add_derivatives(tables, work, a, b):
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add the derivatives of friction along a face, `ratio` times its contact's force.
 
-    They are the outer product of the gradient of its measure with those of the force, which `h[0]` and `c[0]` hold at first.
+    They are the outer product of the gradient of its measure with the derivatives of its force, at first in h[0] and c[0].
     """
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate
@@ -108,16 +111,6 @@ def _add_contact_friction(tables, work, k, now, ratio):
         for j in range(6):
             h[i, j], c[i, j] = grad[i] * h[0, j], grad[i] * c[0, j]
     _add_derivatives(tables, work, a, b)
-
-
-@draft
-def _add_by_multiplier(tables, work, k, number, grad, factor, mass):
-    """Add -df/dlambda of friction, `factor` times the gradient of its measure, in the column of the constraint that presses."""
-    block = tables.rows.shape[0] + k
-    _, m, slot = tables.blocks[block]
-    markers.write_gradient(tables, work, number, grad, factor, work.scratch, 0)
-    for i in range(m - 1):
-        mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
 
 
 @inline
@@ -148,7 +141,7 @@ def report_pin(tables, work, k, mem, since, out):
 
 @inline
 def _compute_pin_force(tables, k, number, out):
-    """Return the pin's radius, eccentricity, friction and total force (x, y) on the pin of a closed contact."""
+    """Return radius, eccentricity e, friction and total force (x, y) on the pin of a closed contact, from its report."""
     nx, ny = out[Report.FX], out[Report.FY]
     push, drag = tables.factors[k] * out[Report.VALUE], tables.factors[k] * out[Report.FRICTION]
     return tables.data[number], out[Report.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
@@ -198,7 +191,7 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
         push_x = factor * (by_depth * along + by_rate * across_rate * across / e)
         push_v = factor * by_rate * along
         drag_x, drag_v = coefficient * push_x + by_slide * slide_x, coefficient * push_v + by_slide * slide_v
-        turn = across / e  # n turns by it towards t
+        turn = across / e  # angle by which n turns towards t
         dx = -push_x * nx - drag_x * tx + turn * (drag * nx - push * tx)
         dy = -push_x * ny - drag_x * ty + turn * (drag * ny - push * ty)
         h[0, j], h[1, j], h[2, j] = dx, dy, -radius * drag_x
@@ -224,7 +217,7 @@ def _compute_moment(tables, work, k, push_x, push_y):
 def _add_push(tables, work, k, t, f):
     """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point.
 
-    Its numbers: force (x, y), angle of b at t = 0, 1 if there is a fixed point, else 0, and that point (x, y).
+    Numbers of the force: components (x, y), angle of b at t = 0, 1 if there is a fixed point, else 0, and this point (x, y).
     """
     a, b, number = tables.forces[k, Forces.A], tables.forces[k, Forces.B], tables.forces[k, Forces.NUMBERS]
     law = tables.forces[k, Forces.LAW]

@@ -21,7 +21,7 @@ class FrameBody:
 
     offset: int  # first coordinate
     centre: Array  # place of the frame at t = 0 [m], (2,)
-    angle: float  # direction of the link at t = 0: theta then [rad]
+    angle: float  # theta at t = 0, the direction of the link [rad]
     mass: float  # [kg]
     inertia: float  # about the centre of mass [kg m^2]
     start: Array  # place of the link's start at t = 0 [m], (2,)
@@ -42,7 +42,7 @@ class FrameBody:
         return builder.add_marker(MarkerKind.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
 
     def rigid_motion(self, builder: Builder) -> Array:
-        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the link's start and of its angle."""
+        """Return the rates of all coordinates (n, 3) for unit rates of x and y of the link's start and of theta."""
         out = np.zeros((len(builder.q), 3))
         arm = self.centre - self.start
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
@@ -59,12 +59,11 @@ def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
 def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia: float) -> FrameBody:
     """Add a rigid body with all masses attached to it; `centre` is its centre of mass at t = 0 without these masses."""
     start, _, _, angle = line_of(builder, link)
-    parts = [(mass, centre, inertia)]  # mass, place, inertia about it
-    attached = builder.attached.get(link.name, ())
-    parts += [(each.mass, np.array(builder.mechanism.points[each.point]), each.inertia) for each in attached]
-    total = sum(p[0] for p in parts)
-    middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre  # centre of mass of all
-    inertia = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
+    attached, points = builder.attached.get(link.name, ()), builder.mechanism.points
+    parts = [(mass, centre, inertia), *((each.mass, np.array(points[each.point]), each.inertia) for each in attached)]
+    total = sum(m for m, _, _ in parts)
+    middle = sum((m * place for m, place, _ in parts), np.zeros(2)) / total if total else centre  # centre of mass of all
+    inertia = sum(j + m * float(((place - middle) ** 2).sum()) for m, place, j in parts)  # Steiner's theorem
     o = builder.add_coordinates((*middle, angle))
     builder.mark_angles(o + 2)
     builder.add_mass((o, o + 1, o + 2), np.diag([total, total, inertia]))
@@ -73,7 +72,7 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
 
 
 def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
-    """Add a mass at a marker with coordinates of its own: a point pinned to the marker, a rotor that turns with it."""
+    """Add an attached mass with coordinates of its own: a point mass pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
         builder.separate_masses.append((len(builder.q), link, each.point, False))

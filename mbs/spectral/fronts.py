@@ -6,9 +6,9 @@ complement S is added to its parent front:
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
 
-Within a front, rows are exchanged for the largest pivot of a column. A constraint whose pivot is small is exchanged with that
-of the largest: of two nearly redundant constraints the better conditioned one is kept in every pose. A pivot below rounding
-counts as zero, and so does the multiplier of its redundant constraint.
+Within a front, rows are exchanged for the largest pivot of a column. A constraint whose pivot is small is first exchanged with
+the constraint of the largest: of two nearly redundant constraints the better conditioned one is kept in every pose. A pivot
+below rounding counts as zero, and so does the multiplier of its redundant constraint.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def factor(order, a, factors, swaps, magnitude):
 
 @inline
 def _get_front(order, f):
-    """Return number of pivots, number of unknowns, index of the first unknown and of the first entry of front f."""
+    """Return the number of pivots and of unknowns of front f, the index of its first unknown and of its first entry."""
     table = order.fronts
     return table[f, FrontColumn.PIVOTS], table[f, FrontColumn.SIZE], table[f, FrontColumn.UNKNOWNS], table[f, FrontColumn.ENTRIES]
 
@@ -62,11 +62,11 @@ def _add_to_parent(order, factors, magnitude, f):
     large, start, count = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES], size - pivots
     target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
-        left, sum = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + target[i] * large, large)
+        row, sums = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + target[i] * large, large)
         for j in range(count):
-            sum[target[j]] += left[j]
+            sums[target[j]] += row[j]
         if is_constraint == 0:
-            magnitude[unknowns[i]] += abs(left[i])
+            magnitude[unknowns[i]] += abs(row[i])
 
 
 @draft
@@ -76,8 +76,8 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
     is_constraint = order.fronts[f, FrontColumn.CONSTRAINTS] > 0
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = _exchange_small(order, factors, magnitude, f, c) if is_constraint else c
-        p, largest = c, abs(upper[c])
+        r = _exchange_small(order, factors, magnitude, f, c) if is_constraint else c  # constraint exchanged with c
+        p, largest = c, abs(upper[c])  # row exchanged with c
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
             if found > largest:
@@ -105,7 +105,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
 
 @draft
 def _exchange_small(order, factors, magnitude, f, c):
-    """Exchange pivot c, if it is small, with the largest on the diagonal, row and column; return the index of that."""
+    """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index."""
     pivots, size, first, at = _get_front(order, f)
     r, pivot = c, abs(factors[at + c * (size + 1)])
     largest = pivot

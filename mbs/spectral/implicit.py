@@ -10,7 +10,7 @@ import numpy as np
 
 from . import contacts, samples
 from .compiling import copy, draft, jit
-from .events import compute_landing, compute_outside, restart_past_event, update_memories
+from .events import restart_past_event, update_memories
 from .forces import add_forces
 from .kernel import compute_forces, compute_rows
 from .markers import place_markers
@@ -20,14 +20,12 @@ from .radau import REAL_EIGENVALUE, estimate_error, factor_saddle, integrate, me
 from .strips import MIXED, PLAIN, compute_stresses
 from .tables import Elastic, Instant, Report
 
-ORDER = 0.25
+EXPONENT = 1 / 4
 """One over the order of the local error, in the rule for the length of a step."""
 FORCE_TOLERANCE = 2.0
 """Relative error allowed of a contact's force, over that allowed of its depth."""
 LEAST_FORCE = 1e-2
-"""Least force with which the error of a force is compared, over the contact's largest: also the end of a long contact counts."""
-NOISE = 1e-15
-"""Error of a depth, over the longest link, that is rounding: no shorter step reduces it."""
+"""Least force with which the error of a force is compared, over the contact's largest. With 1 its end would not count."""
 SHORTEST = 1e-12
 """Shortest step, over the end of the run."""
 SAFETY = 0.85
@@ -64,7 +62,7 @@ def _begin(model, t, tolerance):
 
 
 @draft
-def _estimate_error(model, t, h, controls, least_depth):
+def _estimate_error(model, t, h, controls):
     """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance.
 
     The error is that of the coordinates, or of depth and force of a contact that is closed at either end; 0 for equal steps.
@@ -86,16 +84,15 @@ def _estimate_error(model, t, h, controls, least_depth):
             deepest = max(contacts.get_depth(tables, state.start_reports, k), contacts.get_depth(tables, work.reports, k))
             has_contact = has_contact or deepest > 0.0
     if has_contact:
-        noise = NOISE * state.full_unit.max()
         copy(work.reports, state.end_reports)
-        for i in range(q.size):  # error of the rates, by the first row of the error's equation
+        for i in range(q.size):  # state plus its error; dq[0] is the defect of the rates from `estimate_error`
             state.dv[0, i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
             state.dq[0, i] = q[i] + state.real_solution[i]
         place_markers(tables, work, state.dq[0], state.dv[0])
         add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
             if contacts.is_contact(tables, k):
-                depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, least_depth, noise)
+                depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, controls)
                 before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
                 scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)
                 error = max(error, depth_error / allowed)
@@ -107,11 +104,9 @@ def _estimate_error(model, t, h, controls, least_depth):
 
 @draft
 def _advance(state):
-    """Make the end of the step the present state, and its nodes those of the last step."""
-    for i in range(state.q.size):
-        state.past_v[0, i] = state.v[i]
-        state.past_v[1, i], state.past_v[2, i], state.past_v[3, i] = state.node_v[0, i], state.node_v[1, i], state.node_v[2, i]
-        state.q[i], state.v[i], state.a[i] = state.node_q[2, i], state.node_v[2, i], state.node_a[2, i]
+    """Make the end of the step, its third node, the present state, and keep the nodes for the first guess of the next step."""
+    copy(state.v, state.past_v[0]), copy(state.node_v, state.past_v[1:])
+    copy(state.node_q[2], state.q), copy(state.node_v[2], state.v), copy(state.node_a[2], state.a)
     copy(state.node_lam[1], state.past_lam), copy(state.node_stress[1], state.past_stress)
     copy(state.node_lam[2], state.lam), copy(state.node_stress[2], state.stress), copy(state.jacobian, state.start_jacobian)
 
@@ -149,8 +144,8 @@ def _try_step(model, clock, h, end, controls, counts):
     It is rejected, with a shorter next one, if Newton's method fails, the error is too large, or a contact closes within it.
     """
     tables, work, state = model.tables, model.work, model.state
-    shortest, near = controls.shortest, compute_landing(state, controls)
-    renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h
+    start, shortest = state.start_reports, controls.shortest
+    renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h  # equal but for rounding
     predict(state, h, clock.previous)
     integrate(state, h)
     ratio = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
@@ -160,20 +155,18 @@ def _try_step(model, clock, h, end, controls, counts):
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
-    clock.error = _estimate_error(model, end, h, controls, near)
-    distance = compute_outside(state, controls)
-    onset = contacts.find_first_onset(tables, state.start_reports, work.reports, h, near, distance, True)
-    fraction = min(onset, contacts.find_first_edge(tables, state.start_reports, work.reports, h, near, distance))
+    clock.error = _estimate_error(model, end, h, controls)
+    onset = contacts.find_first_onset(tables, start, work.reports, h, controls)
+    fraction = min(onset, contacts.find_first_edge(tables, start, work.reports, h, controls))
     if h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest and clock.error <= 1.0:
         clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
         return True
-    share, largest = controls.contact_tolerance, state.largest_force
-    if h > 10.0 * shortest and contacts.has_released(tables, state.start_reports, work.reports, largest, share, near):
+    if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
         clock.error = max(clock.error, RELEASE_ERROR)
     if clock.error > 1.0 and h > 4.0 * shortest:
-        clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
+        clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT), 2.0 * shortest), 1.0
         return False
     return True
 
@@ -183,7 +176,7 @@ def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
-    if samples.writes_within_steps(controls):
+    if controls.within:
         moment = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, bending)
@@ -207,11 +200,11 @@ def _accept(model, clock, h, target, controls, out, counts):
 @draft
 def _lengthen(clock, h, shortest):
     """Set the length of the next step after one of length h, by Gustafsson's rule from the last two errors."""
-    error = max(clock.error, 1e-8)
-    factor = min(clock.max_growth, SAFETY * error**-ORDER)
+    error = max(clock.error, 1e-8)  # not zero
+    factor = min(clock.max_growth, SAFETY * error**-EXPONENT)
     if clock.last_error > 0.0:
-        factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** ORDER)
-    clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h
+        factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** EXPONENT)
+    clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
     if factor < SHORTER or factor > LONGER:
         planned = clock.next_step if h < 0.5 * clock.next_step else 0.0  # after a step cut short by a stop
         clock.next_step = max(planned, h * factor, 2.0 * shortest)
@@ -221,22 +214,22 @@ def _lengthen(clock, h, shortest):
 def run_implicit(model, clock, controls, stops, out, counts):
     """Integrate from the model's state to the end, or until `out` is full; `stops` are times at which a step must end.
 
-    All samples, or every n-th step, are written to `out`. The model's state and the clock are kept for the next call.
+    Writes rows to `out` at every n-th step and, for n = 1, within steps. The next call goes on from the model and the clock.
     """
-    state, mixed = model.state, model.work.strip_form
+    state, strip_form = model.state, model.work.strip_form
     counts.samples = 0
     if counts.steps == 0:
         clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STOP_REACH
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
-    mixed[0], rows = MIXED, out.time.size - samples.MOST_SAMPLES - 3
+    strip_form[0], rows = MIXED, out.time.size - samples.MOST_SAMPLES - 3  # a step writes at most two rows at faces, one after
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
         stop = _find_next_stop(model, clock, controls, stops, out, counts)
         h = _choose_length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY
         is_last = h >= stop - clock.time
-        end = stop * (1.0 - 4e-16) if is_last else clock.time + h  # just before a drive's kink
+        end = stop * (1.0 - 4e-16) if is_last else clock.time + h  # two roundings before a drive's kink
         if not _try_step(model, clock, h, end, controls, counts):
             counts.rejected += 1
             continue
@@ -245,4 +238,4 @@ def run_implicit(model, clock, controls, stops, out, counts):
             clock.next_step = controls.first_step
         else:
             _lengthen(clock, h, controls.shortest)
-    mixed[0] = PLAIN
+    strip_form[0] = PLAIN

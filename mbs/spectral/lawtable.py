@@ -14,9 +14,9 @@ from .tables import ForceKind, Forces, Memory, MotionKind
 
 normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
 bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
-AFTER = 1e-6
+JUST_AFTER = 1e-6
 """Step [s] of the difference for a drive's acceleration just after a time, short compared with any motion."""
-BEFORE = -AFTER
+JUST_BEFORE = -JUST_AFTER
 """Step [s] of the difference for a drive's acceleration just before a time."""
 
 
@@ -68,7 +68,7 @@ def evaluate_motion(tables, k, t):
 
 @draft
 def evaluate_acceleration(tables, k, t, side):
-    """Return the acceleration of drive k at time t; at a jump the limit from the side AFTER or BEFORE.
+    """Return the acceleration of drive k at time t; at a jump the limit from the side JUST_AFTER or JUST_BEFORE.
 
     It is the one-sided difference of second order of the speed.
     """
@@ -79,7 +79,7 @@ def evaluate_acceleration(tables, k, t, side):
         return factor * factor * (end - start) / duration if t < duration else 0.0
     if kind == MotionKind.STEADY:
         return 0.0
-    speed, h = tables.motions[k, LawColumn.CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
+    speed, h = tables.motions[k, LawColumn.CALL_TOO], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 

@@ -1,8 +1,7 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-The Jacobian J of a marker's x, y and angle by its coordinates stands in work.jacobian (3, places) from column `first` on, its
-time derivative J' in work.jacobian_rate. Local names: j and dj for them, c and sn for cosine and sine, d for an index in
-tables.data.
+The Jacobian J of a marker's x, y and angle by its coordinates is in work.jacobian (3, places) from column `first` on, J' =
+dJ/dt in work.jacobian_rate. Local names: j and dj for J and J', c and sn for cosine and sine, d for an index in tables.data.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import draft, inline
-from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, Measures, State
+from .tables import BlockColumn, Directions, MarkerKind, Markers, MeasureKind, Measures, State
 
 
 @inline
@@ -90,7 +89,7 @@ def _place_curve(tables, work, m, q, v):
 
 @inline
 def place_marker(tables, work, m, q, v, with_rates):
-    """Compute the state of marker m at coordinates q and rates v, its Jacobian and, if `with_rates`, the rate of that."""
+    """Compute the state of marker m at coordinates q and rates v, J and, of frames only if `with_rates`, J'."""
     kind = tables.markers[m, Markers.KIND]
     if kind == MarkerKind.FRAME:
         _place_frame(tables, work, m, q, v, with_rates)
@@ -147,7 +146,7 @@ def add_geometric(tables, work, m, q, push, out, start):
 
 @draft
 def _multiply_jacobian(work, i, h, row, column, factor):
-    """Return factor times row i of J^T times the 3 x 3 block of a matrix (6, 6) at row and column."""
+    """Return factor times row i of J^T times the (3, 3) block of h, a matrix (6, 6), that begins at row and column."""
     jx, jy, ja = factor * work.jacobian[0, i], factor * work.jacobian[1, i], factor * work.jacobian[2, i]
     return (
         jx * h[row, column] + jy * h[row + 1, column] + ja * h[row + 2, column],
@@ -166,7 +165,7 @@ def compute_measure(tables, work, k, grad):
         grad[2], grad[5] = 1.0, -1.0
         return pa[State.ANGLE] - pb[State.ANGLE], pa[State.SPIN] - pb[State.SPIN]
     ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
-    dx, dy = tables.directions[k, 0], tables.directions[k, 1]
+    dx, dy = tables.directions[k, Directions.X], tables.directions[k, Directions.Y]
     grad[2], grad[5] = 0.0, 0.0
     if kind == MeasureKind.DISTANCE:
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
@@ -223,9 +222,9 @@ def write_gradient(tables, work, k, grad, factor, out, index):
 
 @draft
 def add_pair(tables, work, pair, matrix, factor, right, out):
-    """Add factor J^T H R of two markers to the block of their coordinates, H the `matrix` of shape (6, 6).
+    """Add factor J^T H R of two markers to `out`, H the `matrix` (6, 6) by their (x, y, angle), `right` R being J or J'.
 
-    R is J itself, work.jacobian, or work.jacobian_rate. The `pair` is (marker, marker, first row of the block).
+    The `pair` is (marker a, marker b, row and column of `out` at which their coordinates begin).
     """
     first_row, size = pair[2], tables.markers[pair[0], Markers.COUNT]
     for i in range(2):
@@ -261,14 +260,14 @@ def add_entries(tables, block, entries, values):
 
 
 @inline
-def get_rate(work, one, other, k):
-    """Return component k of the six rates of markers a and b."""
-    return work.state[one, State.VX + k] if k < 3 else work.state[other, State.VX + k - 3]
+def get_rate(work, a, b, k):
+    """Return component k of the six rates of markers a and b: of (x, y, angle) of a, then of b."""
+    return work.state[a, State.VX + k] if k < 3 else work.state[b, State.VX + k - 3]
 
 
 @inline
 def compute_bias(tables, work, k, grad, hess):
-    """Return the second time derivative of measure k at zero coordinate acceleration, from its gradient."""
+    """Return the second time derivative of measure k, from its gradient, at zero second rates of the coordinates."""
     a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
         total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]

@@ -22,7 +22,7 @@ class Piece:
     """Polynomial piece of a strip."""
 
     start: float  # stress-free arc length at its start [m]
-    end: float  # and at its end [m]
+    end: float  # stress-free arc length at its end [m]
     places: Array  # indices of its coefficients among the coordinates, (fields, p + 1)
 
     @property
@@ -74,7 +74,7 @@ class SpectralStrip:
         return np.asarray((q[:, piece.places] @ members.T).swapaxes(1, 2))
 
     def point(self, name: str) -> tuple[Array, Array]:
-        """Return position and velocity of one of its points, each (times, 2)."""
+        """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""
         piece, xi = self._locate(self.stations[name])
         position, velocity = (self._fields(q, piece, np.array([xi]))[:, 0, :2] for q in (self.q, self.q_t))
         return position, velocity
@@ -194,7 +194,7 @@ def reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
 
 
 def kirchhoff(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Compute the same of Kirchhoff's strip, r = (x, y): eps = |r'| - 1, kappa = (x' y'' - y' x'')/|r'|^2, no shear."""
+    """Compute Kirchhoff's strains and rates, r = (x, y): eps = |r'| - 1, no shear, kappa = (x' y'' - y' x'')/|r'|^2."""
     d, dd, d_t, dd_t = q[1], q[2], v[1], v[2]
     square = (d**2).sum(axis=-1)
     norm, curvature = np.sqrt(square), cross(d, dd) / square

@@ -25,7 +25,10 @@ SLOW = 0.3
 
 @draft
 def renew_matrices(tables, orders, work, state, t, h, counts):
-    """Compute and factor the real and the complex Newton matrix at the middle node; return False if they are not finite."""
+    """Compute and factor the Newton matrices M + k C + k^2 K with G and G^T at the middle node; return False if not finite.
+
+    There is a real and a complex one, with k = h/eigenvalue of A^-1.
+    """
     q, lam = state.node_q[1], state.node_lam[1]
     since = NODES[1] * h
     copy(state.node_stress[1], work.stress)
@@ -55,7 +58,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
 
 @draft
 def _compute_residuals(tables, work, state, t, h):
-    """Compute the residuals of motion and of G v = speed at the nodes, and those of the strips' stresses."""
+    """Compute the residuals M a - f + G^T lambda and G v - speed at the nodes, and those of the strips' stresses."""
     n, r = state.q.size, state.lam.size
     for i in range(3):
         since, residual, lam = NODES[i] * h, state.residual[i], state.node_lam[i]
@@ -74,17 +77,16 @@ def _compute_residuals(tables, work, state, t, h):
 
 @draft
 def _apply_increment(tables, orders, work, state, h):
-    """Add one Newton increment to rates, multipliers and stresses at the nodes; return its largest component in two norms.
+    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate in two kinds of units.
 
-    The norms are that of the error control and that of full units. Multipliers are scaled by k = h/eigenvalue of A^-1, so that
-    G stands in the matrices without a factor.
+    These are the units of the error control, and full units. Multipliers are scaled by k = h/eigenvalue of A^-1, so that G stands
+    in the matrices without a factor.
     """
-    n, m, size, full_size = state.q.size, state.real_solution.size, 0.0, 0.0
+    n, m, size, full_size, b = state.q.size, state.real_solution.size, 0.0, 0.0, T_INVERSE
     real, complex_ = state.real_solution, state.complex_solution
     k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
     for k in range(m):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
-        b = T_INVERSE
         one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
         two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
         real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
@@ -112,15 +114,15 @@ def _apply_increment(tables, orders, work, state, h):
 
 
 @draft
-def solve_nodes(model, t, h, allowed, new, counts):
+def solve_nodes(model, t, h, allowed, renew, counts):
     """Solve the equations at the nodes to an `allowed` error; return the ratio of the last two increments, or 2 if this fails.
 
-    If `new`, the matrices are computed first. Kept matrices are renewed once, at the present nodes, if the iterations left
-    would not suffice. With the ratio theta the error after an increment is theta/(1 - theta) times it, the `error_ratio`.
+    The matrices are computed first if `renew`. Kept ones are renewed once, at the present nodes, if the iterations left would not
+    suffice. With the ratio theta the error after an increment is `error_ratio` = theta/(1 - theta) times this increment.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last, ratio, left = 0.0, 0.0, MOST_ITERATIONS
-    if new and not renew_matrices(tables, orders, work, state, t, h, counts):
+    if renew and not renew_matrices(tables, orders, work, state, t, h, counts):
         return 2.0
     error_ratio = max(state.error_ratio[0], LEAST_ERROR_RATIO)
     while left > 0:
@@ -136,9 +138,9 @@ def solve_nodes(model, t, h, allowed, new, counts):
                 error_ratio = ratio / (1.0 - ratio)
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             if full_size > ROUNDING and (ratio > 2.0 or is_slow):
-                if new or not renew_matrices(tables, orders, work, state, t, h, counts):
+                if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
-                new, last, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
+                renew, last, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
                 continue
         if full_size <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio

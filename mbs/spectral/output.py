@@ -57,11 +57,16 @@ CONTROLS = _record_type(
     max_steps="f8",  # largest number of tried steps
     least_onset="f8",  # least onset speed of a contact [m/s]
     graze="f8",  # least onset speed over the fastest onset so far
+    landing="f8",  # distance from a face or edge at which a contact or measure counts as at it [m]
+    outside="f8",  # distance before a face or edge at which a step to it ends [m]
+    near="f8",  # distance before a face or edge at which a motion towards it counts as arrived [m]
+    rounding="f8",  # rounding of a distance [m]
     contact_tolerance="f8",  # local error allowed of a contact's depth, relative to it
     newton_share="f8",  # error that Newton's method may leave, over the local error allowed
     every="i8",  # steps per row
     fixed="?",  # all steps have the same length, without error control
-    located="?",  # explicit steps also end at onsets of contacts whose force begins smoothly
+    located="?",  # steps also end at onsets of contacts whose force begins smoothly
+    within="?",  # rows are also written within steps, by the implicit method
 )
 """Options of an integrator, constant during a run."""
 
@@ -88,12 +93,6 @@ class Output(NamedTuple):
     a: Array  # second rates, (times, n)
     lam: Array  # multipliers, (times, r)
     memory: Array  # (times, k, 4): columns of `Memory`, with STEP_START as the last
-
-
-def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
-    """Allocate rows of n coordinates, r multipliers, memories of shape k."""
-    q, v, a = (np.zeros((rows, n)) for _ in range(3))
-    return Output(np.zeros(rows), q, v, a, np.zeros((rows, r)), np.zeros((rows, *k)))
 
 
 RadauState = namedtuple(

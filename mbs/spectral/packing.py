@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .builder import Builder, ConstraintRow, ForceRow
+from .builder import Builder, ConstraintRow
 from .tables import ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
@@ -30,7 +30,7 @@ def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
     pairs: list[Array] = [np.empty(0, dtype=np.int64)]
     member, slot = 0, 0
     for number, block in enumerate(blocks):
-        own = np.asarray(block.unknowns, dtype=np.int64)
+        own = np.asarray(block.unknowns, dtype=np.int64)  # its unknowns
         table[number] = member, len(own), slot
         pair = own[:, None] * unknowns + own  # row and column as one integer
         filled = np.zeros(pair.shape, dtype=bool)
@@ -49,22 +49,17 @@ def _blocks(builder: Builder) -> list[Block]:
     """List the blocks of constraints, forces, strips, modal links, masses, in this order."""
     n = len(builder.q)
     rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
-    forces = [
-        Block([*_places(builder, a), *_places_of_force(builder, force, b), *([n + force.row] if force.row >= 0 else [])])
-        for force in builder.forces
-        for a, b in [builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)]
-    ]
+    forces = []
+    for force in builder.forces:
+        a, b = builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)
+        count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1  # markers of states, from b on
+        places = [place for marker in (a, *range(b, b + count)) for place in _places(builder, marker)]
+        forces.append(Block([*places, *([n + force.row] if force.row >= 0 else [])]))
     strips = [
         Block(builder.places[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips
     ]
     modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
-
-
-def _places_of_force(builder: Builder, force: ForceRow, marker: int) -> list[int]:
-    """List the coordinates of a force's marker b; of a force with states, of the markers of all states."""
-    count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
-    return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
 def _row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
@@ -110,30 +105,26 @@ def pack(builder: Builder) -> Tables:
         mass_col=col[nonzero],
         mass_value=mass[nonzero],
         weight=weight,
-        modal=_integers(builder.modal, 3),
-        strips=_integers(builder.strips, 5),
-        markers=_integers(builder.markers, 7),
+        modal=_table(builder.modal, 3),
+        strips=_table(builder.strips, 5),
+        markers=_table(builder.markers, 7),
         places=np.array(builder.places, dtype=np.int64),
-        measures=_integers(builder.measures, 3),
-        directions=_floats(builder.directions, 3),
-        rows=_integers([(r.measure, r.motion, r.count) for r in builder.rows], 3),
+        measures=_table(builder.measures, 3),
+        directions=_table(builder.directions, 3, float),
+        rows=_table([(r.measure, r.motion, r.count) for r in builder.rows], 3),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_integers(builder.motions, 3),
-        ramps=_floats(builder.ramps, 3),
-        forces=_integers(forces, 7),
+        motions=_table(builder.motions, 3),
+        ramps=_table(builder.ramps, 3, float),
+        forces=_table(forces, 7),
         factors=np.ones(len(forces) + 1),
         time_factor=np.ones(1),
-        elastic=_integers(builder.elastic, 7),
-        laws=_integers(builder.laws, 4),
-        law_numbers=_floats(builder.law_numbers, 8),
+        elastic=_table(builder.elastic, 7),
+        laws=_table(builder.laws, 4),
+        law_numbers=_table(builder.law_numbers, 8, float),
         edges=np.empty((0, 2)),
         data=np.array(builder.data, dtype=float),
     )
 
 
-def _integers(rows: Sequence[Sequence[float]], columns: int) -> Array:
-    return np.array(rows, dtype=np.int64).reshape(-1, columns)
-
-
-def _floats(rows: Sequence[Sequence[float]], columns: int) -> Array:
-    return np.array(rows, dtype=float).reshape(-1, columns)
+def _table(rows: Sequence[Sequence[float]], columns: int, kind: type = np.int64) -> Array:
+    return np.array(rows, dtype=kind).reshape(-1, columns)

@@ -14,7 +14,7 @@ import numpy as np
 from .compiling import draft
 from .fronts import factor, solve
 from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
-from .lawtable import BEFORE
+from .lawtable import JUST_BEFORE
 from .markers import place_markers
 from .tables import STATE, Elastic, Instant
 
@@ -22,8 +22,7 @@ from .tables import STATE, Elastic, Instant
 def _coefficients() -> tuple[Any, ...]:
     """Compute the nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, and the weights of the error.
 
-    The columns of T are the real eigenvector, and real and imaginary part of the complex one. Weights: Hairer and Wanner 1996,
-    IV.8.
+    T has the real eigenvector, and real and imaginary part of the complex one as columns. Weights: Hairer and Wanner 1996, IV.8.
     """
     root = np.sqrt(6.0)
     nodes = np.array([(4 - root) / 10, (4 + root) / 10, 1.0])
@@ -57,7 +56,10 @@ MOST_EXTRAPOLATION = 100.0
 
 @draft
 def measure_change(state, elastic, u):
-    """Compute the largest component of a change u (n,) of the coordinates, in the units of the error control."""
+    """Compute the largest component of a change u (n,) of the coordinates, in the units of the error control.
+
+    Pairs of inner coordinates have one unit along the chord of their strip piece, and another across it.
+    """
     worst = 0.0
     for i in range(u.size):
         worst = max(worst, abs(u[i]) * state.inverse_unit[i])
@@ -134,7 +136,7 @@ def _combine_nodes(nodes, start, k):
 
 @draft
 def estimate_error(tables, orders, state, h):
-    """Compute the local error of the coordinates, in state.real_solution; return its norm in their units.
+    """Compute the local error of the coordinates, in state.real_solution; return its largest component in their units.
 
     The embedded formula of third order is filtered by the real Newton matrix: docs/theory-spectral.md, error.
     """
@@ -183,7 +185,7 @@ def project(tables, orders, work, state, t, h):
         solve(orders.newton, state.real_factors, state.real_swaps, state.right_side, state.front_work)
         for i in range(n):
             q[i] -= state.right_side[i]
-    compute_changes(tables, work, t, BEFORE, state.change)
+    compute_changes(tables, work, t, JUST_BEFORE, state.change)
     for k in range(r):
         state.speed[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
         state.change[k] = multiply_row(tables, k, state.jacobian, a) - state.change[k]
@@ -239,8 +241,7 @@ def measure_deformation(state, elastic, k):
 def update_units(state, elastic, tolerance):
     """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, up to the full unit.
 
-    They are not below a share of the full unit, where rounding decides. The unit of a law's state is 1 or its largest value so
-    far.
+    Their least value is a share of the full unit, below which errors are rounding. A law's state has 1 or its largest value.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):

@@ -27,7 +27,7 @@ from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
 UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals follow from their memories and states, without reports."""
+"""Kinds of forces whose signals follow from their memories and states: without others no reports are computed."""
 
 
 @inline
@@ -41,9 +41,9 @@ def compute_acceleration(tables, work, m, component, a):
 
 @jit
 def follow(tables, work, out, wanted, traces, reports):
-    """Fill the traces of some markers, (wanted, 3, 3, times), and the reports of all forces, (times, forces, 8).
+    """Fill the traces of the `wanted` markers, (wanted, 3, 3, times), and the reports of all forces, (times, forces, 8).
 
-    Reports of shape (times, forces, 0) are not filled.
+    The axes of a trace are rate (0 to 2), component of (x, y, angle), time. Reports of shape (times, forces, 0) are not filled.
     """
     unused_forces = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
@@ -107,12 +107,14 @@ def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[in
 
 
 def _modal(link: Link, body: Any, out: Output) -> ModalHistory:
+    """Return the motion of a modal link."""
     columns = slice(body.offset, body.offset + 3 + body.modes)
     stations = {link.start: "start", link.end: "end"}
     return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)
 
 
 def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
+    """Return the motion of a strip, with the coordinates of the strip alone."""
     places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
     pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
     states = (out.q[:, places], out.v[:, places], out.a[:, places])
@@ -120,6 +122,7 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
 
 
 def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
+    """Return the motion of a guide's block along the guide, from the trace of its point."""
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
     travel, rate, second = ((each[:, :2] - start) @ along for each, start in zip(trace, (origin, 0.0, 0.0), strict=True))

@@ -51,8 +51,17 @@ MOST_VIOLATION = 1e-6
 """Largest violation of constraints at the end, over the longest link, or in rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
 """Distance of two stops, over the end, below which they are one: a step between them would be rounding."""
-STEPS_PER_CALL = 2000
+ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, between looks at the clock and for Ctrl-C."""
+LANDING = 1e-2
+"""Distance from its face at which a contact counts as at it, over the tolerance and the longest link."""
+EXPLICIT_LANDING, LEAST_LANDING = 1e-3, 1e-12
+"""The same of the explicit method, whose onsets are found without Newton's method; its least value over the longest link."""
+OUTSIDE = 0.1
+"""Distance before a face at which an implicit step to an onset ends, over the landing distance: ten times the error left by
+Newton's method. A last node inside the face would already have the contact's force."""
+ROUNDING = 1e-15
+"""Rounding of a distance, over the longest link: no shorter step reduces an error below it."""
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
@@ -136,19 +145,21 @@ def integrate(
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
     run, model, shortest = _choose_integrator(scene, solver, state, start)
-    controls.located = take is None
+    controls.located = take is None or run is implicit.run_implicit
     controls.shortest, controls.every = shortest * end, every
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
         controls.first_step, controls.longest, controls.fixed = end, end, True
         controls.newton_share = NEWTON_EQUAL / solver.tolerance
+    controls.within = every == 1 and not controls.fixed
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     RAISED.clear()
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
-            out = output.output_for(STEPS_PER_CALL, scene.size, len(start.multipliers), state.memory.shape)
+            columns = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]
+            out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in columns))
             run(model, clock, controls, stops, out, counts)
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
@@ -215,9 +226,15 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
-    if is_explicit(scene, solver):
+    if explicit_run := is_explicit(scene, solver):
         shares = (CLEARANCE_SHARE * joint.gap / scene.source.size for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
+    size = scene.units.max()
+    out.landing, out.rounding = LANDING * out.tolerance * size, ROUNDING * size
+    out.outside = max(OUTSIDE * out.landing, out.rounding)
+    if explicit_run:
+        out.landing, out.outside = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
+    out.near = 2.0 * out.outside
     return out
 
 

@@ -101,9 +101,3 @@ def write_between(state, out, counts, t, h, parts):
                 out.lam[row, k] += factor * lam[k]
         _write_memory(state, out, row, t)
         counts.samples += 1
-
-
-@draft
-def writes_within_steps(controls):
-    """Return True if rows are written within steps."""
-    return not controls.fixed and controls.every == 1

@@ -1,10 +1,10 @@
 """Mechanism as arrays for the compiled kernel, with methods that assemble its equations and compute motions of points.
 
-    M(q) a = f(q, v, t) - G(q)^T lambda,    g(q, t) = 0.
+    M(q) a = f(q, v, lambda, t) - G(q)^T lambda,    g(q, t) = 0.
 
 Coordinates q (n,), rates v, accelerations a; multipliers lambda (r,); G = dg/dq (r, n). Differentiated in time, g = 0 gives
 G v = speed and G a = change. Slots are the nonzeros that M, C, K and G can have; arrays over them have one entry more, which
-is not used (see `packing`).
+is not used. C = -df/dv and K = -df/dq + d(G^T lambda)/dq.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..elements.element import Element
 from ..elements.stop import SLOWEST_ONSET
 from ..functions import EdgeMemory, locate
 from ..geometry import Array
@@ -72,13 +71,15 @@ class CompiledScene:
         for link in mechanism.links:
             builder.bodies[link.name] = add_body(builder, link)
         struts = [body for body in builder.bodies.values() if isinstance(body, StrutBody)]
-        for _ in struts:  # a strut pinned to a strut finds its marker after the other
+        for _ in struts:  # again: a strut pinned to a strut needs the marker that the other has found
             for body in struts:
                 find_hosts(builder, body)
         for body in struts:
             join_strut(builder, body)
-        for name, element in _elements_of(mechanism).items():
-            add_element(builder, name, element)
+        bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}  # equal ones may be different bodies
+        for name, element in Scene.of(mechanism).elements.items():
+            if id(element) not in bodies:
+                add_element(builder, name, element)
         tables = pack(builder)
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
@@ -86,7 +87,10 @@ class CompiledScene:
             list(dict.fromkeys(builder.notes)), allocate_work(tables),
         )  # fmt: skip
         scene._reset_turns()
-        scene._set_start_values()
+        for r, row in enumerate(builder.rows):
+            if row.value is None:  # that at t = 0
+                row.value = sum(builder.directions[i][Directions.FACTOR] * scene.measure(i, scene.q0) for i in row.measures)
+                tables.values[r] = row.value
         return scene
 
     @property
@@ -119,7 +123,7 @@ class CompiledScene:
 
     @cached_property
     def strip_places(self) -> list[tuple[Array, Array]]:
-        """Indices of the coordinates x and y of each strip element."""
+        """Indices of the coordinates x and y of each polynomial piece of the strips."""
         bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
         return [(element.places[0], element.places[1]) for body in bodies for element in body.elements]
 
@@ -136,7 +140,7 @@ class CompiledScene:
 
     @cached_property
     def constant_mass_fronts(self) -> Fronts:
-        """Order of elimination of the constant part of that matrix; modal links have a diagonal one."""
+        """Order of elimination of [M G^T; G 0] with the constant part of M, which is diagonal for modal links."""
         return self._find_mass_fronts(constant=True)
 
     def _find_mass_fronts(self, constant: bool) -> Fronts:
@@ -166,7 +170,7 @@ class CompiledScene:
         return out
 
     def sparse_matrix(self, values: Array) -> csr_array:
-        """Build the same as a sparse matrix."""
+        """Build the matrix of all unknowns from its entries as a sparse one."""
         s, unknowns = self.tables, self.size + len(self.tables.rows)
         return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
 
@@ -188,7 +192,7 @@ class CompiledScene:
         return self.at(Instant(float(t), 0.0, q, v, lam, self.memory() if memory is None else memory), tangents, sparse)
 
     def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
-        """Compute the same at an instant, which may be later than the bristles of its memory."""
+        """Compute the terms of `assemble` at an instant, which may be later than the bristles of its memory."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((4, len(self.tables.mass)))
         entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
@@ -257,13 +261,6 @@ class CompiledScene:
             parts["gravity"] += 1
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
 
-    def _set_start_values(self) -> None:
-        """Set the values of constraints that are None to those of their measures at t = 0."""
-        for r, row in enumerate(self.builder.rows):
-            if row.value is None:
-                row.value = sum(self.builder.directions[i][Directions.FACTOR] * self.measure(i, self.q0) for i in row.measures)
-                self.tables.values[r] = row.value
-
     def refresh(self) -> None:
         """Pack the tables again if markers were added to the builder since."""
         if len(self.builder.markers) == len(self.tables.markers):
@@ -282,22 +279,10 @@ class CompiledScene:
             self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
 
 
-def _elements_of(mechanism: Mechanism) -> dict[str, Element]:
-    """Return the joints, guides, stops, loads and drives of a mechanism by name."""
-    bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}  # equal ones may be different bodies
-    return {name: element for name, element in Scene.of(mechanism).elements.items() if id(element) not in bodies}
-
-
 def _attach_masses(builder: Builder) -> None:
     """List in the builder the masses attached to each link: guided blocks, point masses, rotors."""
-    mechanism = builder.mechanism
-
-    def attach(link: str, point: str, mass: float, inertia: float) -> None:
-        """Attach a mass [kg] and an inertia [kg m^2] to a point of a link."""
+    masses = [(guide.link, guide.point, guide.mass, 0.0) for guide in builder.mechanism.guides]
+    masses += [(*link_of(builder, at), mass, inertia) for at, mass, inertia in Scene.of(builder.mechanism).burdens]
+    for link, point, mass, inertia in masses:
         if mass or inertia:
             builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
-
-    for guide in mechanism.guides:
-        attach(guide.link, guide.point, guide.mass, 0.0)
-    for at, mass, inertia in Scene.of(mechanism).burdens:
-        attach(*link_of(builder, at), mass, inertia)

@@ -15,7 +15,7 @@ from .frame_body import FrameBody
 from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import BlockColumn, Forces, Memory, Tables
+from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
 
 ROUNDING = 1e-12
 """Violation of G v = speed, over the largest speed, below which start rates are not corrected: rounding."""
@@ -35,8 +35,8 @@ class Balance(NamedTuple):
 def start_rates(scene: CompiledScene) -> Array:
     """Compute the rates of all coordinates at t = 0, (n,), from the velocities of links that the scene's start has.
 
-    Strips move as rigid bodies, and bend where the start asks for it. If that violates G v = speed (a pin inside a curved strip)
-    v is projected with least kinetic energy. Raises KinematicsError if drives and given velocities contradict each other.
+    Strips move as rigid bodies, and bend where the start asks for it. If these rates violate G v = speed (a pin inside a curved
+    strip), v is changed with least kinetic energy. Raises KinematicsError if drives and given velocities contradict each other.
     """
     found = scene.source.start  # velocities of links as rigid bodies, from the closure of the linkage
     v = np.zeros(scene.size)
@@ -62,7 +62,7 @@ def start_rates(scene: CompiledScene) -> Array:
 def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     """Compute the derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))
-    _, _, _, first, count, *_ = scene.tables.markers[marker]
+    first, count = scene.tables.markers[marker, [Markers.FIRST, Markers.COUNT]]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):
         out[:, scene.tables.places[i]] += scene.work.jacobian[:, i]
@@ -102,7 +102,7 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
     """Allocate the state and work arrays of an implicit run that starts from this state; `memory` (forces, 4)."""
     tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
-    n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
+    n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
     m, z, slots, g = n + r, np.zeros, len(tables.mass), _size_of_jacobian(tables)
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     return RadauState(

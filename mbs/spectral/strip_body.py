@@ -29,12 +29,12 @@ Line = Callable[[Array], tuple[Array, Array, Array]]
 
 @dataclass
 class StripBody:
-    """Strip: its pieces and where its points lie along the arc."""
+    """Strip: its polynomial pieces, and the arc lengths of its points."""
 
     offset: int  # first coordinate
     kind: int  # REISSNER or KIRCHHOFF
-    elements: list[Piece]  # its polynomial pieces
-    stations: dict[str, float]  # arc length from the start to each point on it [m]
+    elements: list[Piece]
+    stations: dict[str, float]  # arc length from the start to each point of the strip [m]
     length: float  # stress-free arc length [m]
     start: Array  # place of its start at t = 0 [m], (2,)
     rigid: Array  # rates of its coordinates for unit rates of start and angle, (coordinates, 3)
@@ -66,7 +66,7 @@ class StripBody:
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
-        """Return the rates of all coordinates (n,) with which bending starts, if the start of the mechanism requires it."""
+        """Return the rates of all coordinates (n,) by bending, where the mechanism's start bends the strip."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
@@ -105,7 +105,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                     continue
                 places[i, j] = builder.add_coordinates((turned[i, j],))
                 x, y = turned[:2, j] - (start if j < 2 else 0.0)
-                rate = float(j < 2)  # 1 for coefficients that are values at an end
+                rate = float(j < 2)  # 1 for the coefficients that are values at an end: only these move with the start
                 if i == 2:
                     builder.mark_angles(int(places[i, j]))
                 rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])

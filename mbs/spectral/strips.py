@@ -16,14 +16,14 @@ import numpy as np
 
 from .compiling import copy, draft, inline
 from .markers import add_entries, clear_block
-from .tables import StripData, StripKind
+from .tables import StripColumn, StripData, StripKind
 
 PLAIN = 0.0
 """Form of the strips' forces: stresses from the strains."""
 MIXED = 1.0
 """Form with stresses as unknowns."""
 RENEWED = 2.0
-"""Form with stresses as unknowns whose B0 is set to the gradients at this state."""
+"""Form with stresses as unknowns, in which B0 is set to the gradients at this state: for new Newton matrices."""
 
 
 @draft
@@ -70,7 +70,7 @@ def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
 
 @draft
 def _index_fields(kind, count):
-    """Return the number of a strip's coordinates, the first coordinate of each argument, and its derivative of the basis."""
+    """Return the number of a strip's coordinates; for each argument its first coordinate and its derivative of the basis."""
     if kind == StripKind.REISSNER:
         return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
@@ -123,7 +123,7 @@ def _compute_stresses(data, moduli, free, strain, b, rate, lag):
 
 @inline
 def _replace_stresses(work, p, gradients, n):
-    """Return the stresses that are unknowns, and B0^T times the stresses n of the strains less these."""
+    """Return the stresses that are unknowns, and B0^T slack; slack are the stresses n of the strains less the unknown ones."""
     if work.strip_form[0] == RENEWED:
         copy(gradients, work.b0[p])
     given, b0, slack = work.stress[p], work.b0[p], work.slack[p]
@@ -179,14 +179,11 @@ def _add_strip(tables, work, place, q, v, gradients, f):
 
 @draft
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, in the form work.strip_form.
-
-    Stresses that are unknowns are in work.stress, their residuals in work.slack.
-    """
+    """Add elastic and damping forces of all strips to f, in the form work.strip_form; the mixed one fills work.slack."""
     gradients, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
         _add_strip(tables, work, (strip, point), q, v, gradients, f)
-        point += tables.strips[strip, 2]
+        point += tables.strips[strip, StripColumn.POINTS]
 
 
 @draft
@@ -195,12 +192,12 @@ def add_strips_tangents(tables, work, v, damp, stiff):
     point = 0
     for strip in range(tables.strips.shape[0]):
         _add_strip_tangents(tables, work, strip, point, v, damp, stiff)
-        point += tables.strips[strip, 2]
+        point += tables.strips[strip, StripColumn.POINTS]
 
 
 @draft
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
-    """Add a strip's tangents; its arguments and weighted stresses stand in work from Gauss point `point` on."""
+    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on."""
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
     gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))

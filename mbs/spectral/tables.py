@@ -2,7 +2,7 @@
 
 A marker is a point of a body with an angle. A measure is a length or an angle between two markers a and b. A row of constraints
 holds a sum of measures to a value. A force acts along a measure or at markers. Elements of a mechanism do not appear here.
-Places are indices of coordinates; numbers of varying count stand in one array, `data`, from an index in the row's last column on.
+Places are indices of coordinates. Numbers of varying count are in one array, `data`, from an index in the row's last column on.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
 """Kinds of measures: d.(a - b) with a direction d that is fixed, or turns with b; angle of a less that of b; distance."""
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 """Kinds of strips: with shear, and without."""
+StripColumn = IntEnum("StripColumn", "KIND MEMBERS POINTS FIRST NUMBERS", start=0)
+"""Columns of strips: kind; number of members of the basis, of Gauss points; indices of its first place and first number."""
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
 """Numbers of a strip: moduli, damping times [s], Gauss weights (ng,), stress-free strains (3, ng), N, N', N'' there."""
 MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
@@ -59,7 +61,7 @@ class Markers(IntEnum):
     FIRST = 3  # index of its first place in `places`
     COUNT = 4  # number of its places
     DATA = 5  # index of its first number
-    TWIN = 6  # first marker on the same frame, whose sine and cosine it copies; -1 if it is the first
+    TWIN = 6  # first marker on the same frame, whose cosine and sine this one copies; -1 for the first
 
 
 Measures = IntEnum("Measures", "KIND A B", start=0)
@@ -88,15 +90,15 @@ StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
 """Numbers of a force whose law has states: first column of its marker's state on which it acts, number of these columns, number
 of states of its law, value of the first column at t = 0."""
 Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
-"""Columns of `elastic`: place; place of y if that is x of a vector, else -1; group that shares a unit; for vectors the places of
-both ends of their chord."""
+"""Columns of `elastic`: place of a coordinate, or of x of a vector; place of y of the vector, else -1; group that shares a unit;
+for vectors the places of both ends of their chord."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
 """Columns of modal links: place of the first coordinate, number of modes, index of the first number."""
 STATE = -2
 """Mark in the column `Elastic.SECOND`: the coordinate is the integral of a law's state."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
-"""Columns of a marker's state: position, angle; their rates; their second rates where second rates of coordinates are zero;
-cosine and sine of the frame's angle."""
+"""Columns of a marker's state: position and angle; their rates; their second rates without those of the coordinates; cosine and
+sine of the frame's angle."""
 
 
 class Report(IntEnum):
@@ -105,7 +107,7 @@ class Report(IntEnum):
     VALUE = 0  # force along the measure or normal force, magnitude of others [N or N m]
     FRICTION = 1  # friction force of a pin in its bush [N]
     LENGTH = 2  # measure, or depth of a pin in its bush [m or rad]
-    RATE = 3  # its rate
+    RATE = 3  # rate of the measure or depth
     SLIP = 4  # sliding speed [m/s]
     BRISTLE = 5  # deflection of the bristle [m]
     FX = 6  # force at a marker [N]; of a pin the direction of the normal
@@ -113,7 +115,7 @@ class Report(IntEnum):
 
 
 class Memory(IntEnum):
-    """Columns of a force's memory, kept from step to step."""
+    """Columns of a force's memory, which a step leaves to the next."""
 
     ONSET = 0  # onset speed of a contact [m/s]
     BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
@@ -140,7 +142,7 @@ class Tables(NamedTuple):
     mass_value: Array  # floats: entries
     weight: Array  # floats (n,): generalised forces of gravity
     modal: Array  # (k, 3): columns of `Modal`
-    strips: Array  # (k, 5): kind; numbers of members of the basis, of Gauss points; indices of its first place and first number
+    strips: Array  # (k, 5): columns of `StripColumn`
     markers: Array  # (k, 7): columns of `Markers`
     places: Array  # coordinates on which markers and strips depend; of a strip 3 or 2 fields, one after the other
     measures: Array  # (k, 3): columns of `Measures`
@@ -195,11 +197,11 @@ class Work(NamedTuple):
 
 def allocate_work(tables: Tables) -> Work:
     """Allocate the work arrays for these tables."""
-    strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
-    block = int(tables.blocks[:, 1].max(initial=1))
+    members, points = int(tables.strips[:, StripColumn.MEMBERS].max(initial=1)), int(tables.strips[:, StripColumn.POINTS].sum())
+    block = int(tables.blocks[:, BlockColumn.WIDTH].max(initial=1))
     markers, places, forces = len(tables.markers), len(tables.places), len(tables.forces)
     shapes: list[tuple[int, ...]] = [(markers, 11), (3, places), (3, places), (6,), (6, 6), (6,), (6, 6), (6, 6)]
-    shapes += [(max(9 * strip, block),), (block, block), (block, block), (1,)]
+    shapes += [(max(9 * members, block),), (block, block), (block, block), (1,)]  # three lists of three fields
     shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, 8)]
     work = Work(*(np.zeros(shape) for shape in shapes))
     for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):

@@ -16,7 +16,7 @@ from scipy.sparse import block_array
 
 from ..geometry import Array
 from ..progress import USER_STOPS, watching
-from ..spectral.entry_points import carry, place
+from ..spectral.entry_points import place, update_stresses
 from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody
@@ -169,7 +169,7 @@ class Problem:
         work.stress[:], work.strip_form[0] = 0.0, RENEWED
         try:
             self.assemble(origin, False)
-            carry(scene.tables, work, q - origin.q)
+            update_stresses(scene.tables, work, q - origin.q)
             yield
         finally:
             work.strip_form[0] = PLAIN
@@ -192,7 +192,7 @@ class Problem:
         share = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
         q = rest.q + share * step[:n] * self.units
         if self.scene.work.strip_form[0] != PLAIN:
-            carry(self.scene.tables, self.scene.work, q - rest.q)
+            update_stresses(self.scene.tables, self.scene.work, q - rest.q)
         return Rest(q, rest.multipliers + share * step[n : n + r] * force_unit, rest.parameter + share * change_p), largest
 
     def is_balanced(self, rest: Rest) -> bool:
