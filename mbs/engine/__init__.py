@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["Callback", "System", "pinned_strip"]
 __getattr__ = lazy_attributes(__name__, {"pinned_strip": "pressed"})
 
-os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
+os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")  # so that runs do not depend on a file in the home directory
 System = Any
 """Exudyn's `MainSystem`, without its type, as its stubs declare lists instead of arrays."""
 Callback = Callable[..., Any]

@@ -47,16 +47,16 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.TorsionSpring: loads.add_torsion_springs,
     elements.Mass: lambda _scene, _masses: None,  # built with the bodies
 }
-"""Functions that add all elements of a class, after the bodies: (scene, elements by name)."""
+"""Functions that add all elements of a class to a scene that has the bodies: (scene, elements by name) -> None."""
 
 
 def connect(scene: EngineScene) -> None:
-    """Add elements in the order of `CONNECTORS`, then those of extensions; a kind without a function by its rows."""
+    """Add the elements, class by class in the order of `CONNECTORS`; a class without a function, by its constraint rows."""
     by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
-        body = type(element.body) if isinstance(element, elements.Link) else None
-        if body is None or body in CONNECTORS:
-            by_kind.setdefault(body or type(element), {})[name] = element
+        kind = type(element.body if isinstance(element, elements.Link) else element)
+        if kind not in BODIES or kind in CONNECTORS:  # a strut is a link, and connects other bodies
+            by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
         function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
         if function is None and not all(any(element.rows(scene.mechanism)) for element in named.values()):
@@ -73,9 +73,9 @@ def build(mechanism: Mechanism) -> EngineScene:
     Raises
     ------
     ValueError
-        If no body or block gives mass to the end of a strut.
+        If an end of a strut is on no body or block with mass.
     KinematicsError
-        If the drive cannot move the linkage from its initial pose.
+        If the drive cannot move the linkage from its pose at t = 0.
     """
     container = exu.SystemContainer()
     system = container.AddSystem()

@@ -30,8 +30,6 @@ PATIENCE = 1_000_000
 The engine's explicit integrator can reject one step for ever, and calls nothing but the forces meanwhile."""
 PYTHON_PATIENCE = PATIENCE // 10
 """`PATIENCE` for laws in plain Python, whose calls are slower."""
-DEPTH, RATE, SPEED, DEFLECTION = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
-"""Columns of the report of a kernel."""
 
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
@@ -44,24 +42,24 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
-    `places` and `numbers` are tables for the kernel. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
+    `offsets` and `numbers` are the kernel's `tables`. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
     `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends
-    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since then, infinite if too large.
+    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since it grew, infinite above `PATIENCE`.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
         self.names, self.joints, self.nodes = names, joints, nodes
         law, friction = joints[0].law, joints[0].friction
         self.kernel: Kernel = kernel_of(law, friction)
-        self.places, self.numbers = tables(joints, ends)
+        self.offsets, self.numbers = tables(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.latest = np.zeros(2)
         self.columns = np.empty((0, 3), dtype=int)
-        depends_on_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)  # at onset speeds of 1 and 2 m/s
+        depends_on_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)  # depth, rate, onset speeds 1 and 2 m/s
         self.has_memory = isinstance(friction, BristleLaw) or depends_on_onset
         self._report = np.zeros((len(joints), len(COLUMNS)))
-        self._previous: Array | None = None
+        self._previous: dict[str, Array] | None = None
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""
@@ -69,25 +67,27 @@ class ClearanceGroup:
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
-        columns, memory, report = self.columns.ravel(), self.memory, self._report
-        self.kernel.report(t, q[columns], q_t[columns], memory, self.places, self.numbers, report)
-        depth, rate = report[:, DEPTH], report[:, RATE]
+        columns, memory = self.columns.ravel(), self.memory
+        self.kernel.report(t, q[columns], q_t[columns], memory, self.offsets, self.numbers, self._report)
+        report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
+        depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
         memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous
-            for j in np.flatnonzero(~is_free & (previous[:, DEPTH] <= 0)):
-                speed = _crossing_speed(h, [previous[j, DEPTH], depth[j]], [previous[j, RATE], rate[j]])
+            for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
+                speed = _crossing_speed(h, [previous["depth"][j], depth[j]], [previous["rate"][j], rate[j]])
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
-        memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = report[:, [DEFLECTION, SPEED]], t
-        self._previous = report.copy()
+        memory[:, BRISTLE], memory[:, SLIDING], memory[:, SINCE] = report["bristle"], report["sliding"], t
+        self._previous = report
         return memory.copy()
 
 
 def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
     """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
     step = np.array([0.0, h]), np.array(depths), np.array(rates)
-    return float(hermite(*step, onsets(*step))[1][0])
+    _, rates_at_onset = hermite(*step, onsets(*step))
+    return float(rates_at_onset[0])
 
 
 def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
@@ -108,7 +108,12 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
                 f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
                 "it is no plain arithmetic, or Numba is missing"
             )
-        add_clearances(scene, group)
+        size = 3 * len(nodes)
+        forces = user_function(group, np.zeros(size))
+        if not group.kernel.compiled:
+            forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)
+        item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
+        scene.system.AddObject(item)
         for k, name in enumerate(names):
             scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])  # type: ignore[misc]
 
@@ -127,36 +132,26 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
 
 
 def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack input of the kernel: first coordinates of pins and bushes (joints, 2); places, radii and constants of laws."""
-    places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
+    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, n): places, arms, radii, constants of laws."""
+    offsets = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
         [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel_of(joint.law, joint.friction).constants]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
-    return places, np.array(numbers, dtype=float)
-
-
-def add_clearances(scene: EngineScene, group: ClearanceGroup) -> None:
-    """Add a group of joints as one user element on the nodes of their bodies."""
-    size = 3 * len(group.nodes)
-    forces = user_function(group, np.zeros(size))
-    if not group.kernel.compiled:
-        forces = watch(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
-    item = eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
-    scene.system.AddObject(item)
+    return offsets, np.array(numbers, dtype=float)
 
 
 def user_function(group: ClearanceGroup, out: Array) -> Callback:
     """Make the engine's function of time, coordinates and rates of a group; `out` is the array for generalised forces."""
-    most, latest = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE, group.latest
+    most_calls, latest = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE, group.latest
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
         """Compute the generalised forces, unless the engine repeats one step for ever."""
         latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
-        if latest[1] > most:
+        if latest[1] > most_calls:
             latest[1] = np.inf
             raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
-        group.kernel.forces(t, np.array(q), np.array(q_t), group.memory, group.places, group.numbers, out)
+        group.kernel.forces(t, np.array(q), np.array(q_t), group.memory, group.offsets, group.numbers, out)
         return out
 
     return forces

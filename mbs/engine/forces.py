@@ -21,15 +21,15 @@ class StopContact(Striking):
 
     The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
     `mass` [kg] is the effective mass of the point, without joined bodies a lower bound. `columns` are indices of the coordinates
-    in the engine's vector. `touching` is true in contact, `pressing` is the force [N], at the last accepted step.
+    in the engine's vector. `is_touching` and `last_force` [N] are of the last accepted step.
     """
 
     face: float = 0.0
     side: float = 1.0
     mass: float = 0.0
     columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
-    touching: bool = False
-    pressing: float = 0.0
+    is_touching: bool = False
+    last_force: float = 0.0
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
@@ -43,17 +43,16 @@ class StopContact(Striking):
     def step(self, q: Array, q_t: Array) -> float:
         """Update the state after an accepted step; return the contact force [N]."""
         depth, rate = self.state(q, q_t)
-        self.touching = self.accept(depth, rate)
-        self.pressing = self.force(depth, rate) if self.touching else 0.0
-        return self.pressing
+        self.is_touching = self.accept(depth, rate)
+        self.last_force = self.force(depth, rate) if self.is_touching else 0.0
+        return self.last_force
 
 
 @dataclass
 class StopEnd:
-    """Node of a body of a stop, with `size` coordinates; 0 for the ground.
+    """Node of one of the two bodies of a stop, with `size` coordinates; the ground has `size` 0.
 
-    `place` is the position of the node at t = 0 [m]; `arm` leads from the node to the contact point and turns with the third
-    coordinate.
+    `place` is the position of the node at t = 0 [m]; `arm` leads from the node to the contact point and turns with the node.
     """
 
     node: int = -1
@@ -71,8 +70,8 @@ class FreeContact(StopContact):
 
         depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq.
 
-    So the force acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction acts in
-    the same way on the coordinate R(phi) (-along_y, along_x) . (p - o).
+    So the force F acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction acts in
+    the same way on the coordinate R(phi) (-along_y, along_x) . (p - o), along the face.
     """
 
     first: StopEnd = field(default_factory=StopEnd)
@@ -122,7 +121,7 @@ class FreeContact(StopContact):
         return ux * px + uy * py, rate, gradient
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
-        """Return the generalised forces on the nodes [N and N m], as the engine's callback."""
+        """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
         depth, rate, normal = self.depth(q, q_t)
         force = self.force(depth, rate)
         if not (force and self.stop.rubs):
@@ -133,7 +132,7 @@ class FreeContact(StopContact):
 
 
 class StrutSpring(StrutLaw):
-    """Force law of a strut as a callback, with `elongation` [m] and `rate` [m/s] of the engine's last call."""
+    """Force law of a strut as a callback; `elongation` [m] and `rate` [m/s] are those of the engine's last call."""
 
     def __init__(self, strut: Strut, length: float) -> None:
         super().__init__(strut, length)

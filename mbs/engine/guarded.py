@@ -36,7 +36,10 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
 
 
 def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
-    """Guard a function, or a constant: the result takes the time for messages first, and returns `size` finite numbers."""
+    """Return a function (t, *arguments) that calls a function of the arguments, with t [s] for messages; see `watch`.
+
+    The value of the function must be `size` finite numbers. A constant is returned as it is.
+    """
     if not callable(function):
         return lambda _t, *_: function
     what = f"the function of '{name}'"

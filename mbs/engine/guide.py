@@ -1,4 +1,4 @@
-"""Guides in the engine: a block whose coordinate is its travel [m] along the guide since t = 0, and the block's friction."""
+"""Guides in the engine: the block that slides in a guide, with its travel [m] since t = 0 as coordinate, and its friction."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LARGEST_FACTOR = 5.0
 
 @dataclass(frozen=True)
 class PlacedBlock(EngineBody):
-    """Block of a guide, at `origin` [m] at t = 0."""
+    """Block of a guide; its position at t = 0 is `origin` [m]."""
 
     origin: tuple[float, float]
 
@@ -85,13 +85,13 @@ def _weight(scene: EngineScene, guide: Guide) -> float:
 
 
 def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
-    """Return the force of the guide on the block, to the left of the direction [N], from the forces of pin and weight."""
+    """Return the force of the guide on the block, to the left of the guide [N], (times, 1), from the forces of pin and weight."""
     force = run.multipliers[:, scene.multipliers(name)]
     return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
 
 
 def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
-    """Return the force of the guide on a block at the end of a strut, from the forces of strut and weight."""
+    """Return the same force of the guide on a block at the end of a strut, from the forces of strut and weight."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
     law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
@@ -118,7 +118,7 @@ class ReactionFriction:
     """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
     `memory` (1, 4) has the columns `laws.journal.MEMORY`, with the travel instead of the sliding speed; `has_memory` is true for
-    a law with a bristle. `column` and `rows` are indices of coordinate and multipliers.
+    a law with a bristle. `column` is the index of the block's coordinate, `rows` are those of the pin's two multipliers.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
@@ -126,14 +126,14 @@ class ReactionFriction:
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
-        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # of `normal`
+        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # used by `normal`
 
     def normal(self, t: float, reaction: float) -> float:
-        """Return the normal force [N], the same for all calls of a Newton iteration, by Aitken's relaxation.
+        """Return the normal force [N] by Aitken's relaxation of the reaction; it is the same in all calls of a Newton iteration.
 
         The engine's Jacobian lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only
-        if the reaction depends weakly on friction, and slowly near self-locking. A new value of the reaction begins a new
-        iteration: relaxed += factor (reaction - relaxed).
+        if the reaction depends weakly on friction, and slowly near self-locking. A new value of the reaction shows a new Newton
+        iteration, in which relaxed += factor (reaction - relaxed).
         """
         if t != self.time:
             self.time, self.reaction, self.relaxed, self.residual = t, reaction, reaction, 0.0

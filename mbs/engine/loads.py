@@ -30,7 +30,7 @@ DRIVEN_INERTIA = 1e12
 
 
 def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
-    """Add forces on points. A force whose line of action goes through a fixed place also has a moment about its point."""
+    """Add forces on points. A force whose line of action goes `through` another place has a moment about its point, too."""
     for name, load in loads.items():
         point = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
@@ -54,7 +54,7 @@ def _refuse_states(load: Force | Torque) -> None:
 def _moment_of(
     scene: EngineScene, point: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
 ) -> Callback:
-    """Make the callback of the moment [N m] about a point (body, point) of a force whose line of action meets a place."""
+    """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
 
     def moment(_time: float, t: float, *_: float) -> float:
         """Return the moment about the point [N m]."""
@@ -66,8 +66,8 @@ def _moment_of(
 
 
 def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    """Make the callback of a force [N] that turns with the section at the place `follows`, if any."""
-    value = guard(scene, name, load.value, 2)
+    """Make the callback of a force [N] that turns with the section at the point reference `follows`, if any."""
+    value = guard(scene, name, load.value, 2)  # called as value(time for messages, argument of the user's function)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
         """Return the force in axes of the ground [N]."""
@@ -165,7 +165,9 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
         options = spring_parameters(scene, name, load)
         if "springForceUserFunction" in options:
             law = options["springForceUserFunction"]  # the engine passes the angle without the offset
-            options["springForceUserFunction"] = lambda s, t, k, angle, *u, law=law, free=free: law(s, t, k, angle - free, *u)
+            options["springForceUserFunction"] = lambda system, time, item, angle, *rest, law=law, free=free: law(
+                system, time, item, angle - free, *rest
+            )
         else:
             options["offset"] = free
         markers = [scene.turning(*place(end)) for end in load.ends(scene.mechanism)]
@@ -190,7 +192,7 @@ def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
 
 
 def attach(scene: EngineScene, burden: Burden) -> None:
-    """Add a point mass with inertia to a body, and its weight unless the weight of the body includes it."""
+    """Add a mass and inertia to a body at a point, and the weight of this mass unless the weight of the body includes it."""
     body, point = place(burden.at)
     placed = scene.placed[body]
     if not placed.attach(point, burden.mass, burden.inertia):
@@ -203,20 +205,21 @@ def attach(scene: EngineScene, burden: Burden) -> None:
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate by a constraint.
 
-    The explicit integrator has no constraints: there a huge inertia keeps the speed of the driven link constant.
+    With the explicit integrator, which has no constraints, a huge inertia keeps the speed of the driven link constant.
     """
     for name, drive in drives.items():
         if scene.source.is_loose:
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
             scene.reads(name, "effort", partial(_effort, drive))
         else:
-            coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
+            is_block = drive.target in scene.mechanism.points
+            coordinate = scene.coordinate(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
             scene.constraints[name] = _add_drive(scene, drive, coordinate)
             scene.reads(name, "effort", scene.multiplier(name))
 
 
 def _effort(drive: Drive, _run: History, record: Record) -> Array:
-    """Return the torque [N m], (times, 1), that balances contacts and loads on a link of constant speed."""
+    """Return the torque [N m], (times, 1), with which contacts and loads on a link of constant speed are in balance."""
     total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
     for name, element in Scene.of(record.mechanism).elements.items():
         for point, force, torque in element.pushes(name, record) or ():
@@ -226,7 +229,7 @@ def _effort(drive: Drive, _run: History, record: Record) -> Array:
 
 
 def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
-    """Prescribe a coordinate: by its velocity if that is constant, without callbacks, else by position and velocity."""
+    """Prescribe a coordinate: by its velocity, without callbacks, if the velocity is constant, else by position and velocity."""
     markers = [scene.ground, coordinate]
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))

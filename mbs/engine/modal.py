@@ -1,7 +1,7 @@
 """Modal links in the engine: a native body with a floating frame of reference, constrained to the plane.
 
-The engine gets no mesh, but inertia integrals and five virtual mesh points at each joint, a cross that moves as the interface.
-So forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
+The engine gets no mesh, but inertia integrals and, at each joint, a cross of five virtual mesh points that moves rigidly with the
+joint's section. So forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -96,7 +96,8 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
 def add_anchor(placed: PlacedModal, point: str) -> int:
     """Add a node (x, y, theta) without mass that moves with an end's cross-section, for joints that act on nodes.
 
-    A pin constrains its place, and a linear constraint its angle: theta + sum psi_k q_k, where psi_k is the rotation in mode k.
+    A pin constrains the node's position. A linear constraint sets the node's angle to that of the frame + sum psi_k q_k, where
+    psi_k is the rotation of the section in mode k.
     """
     if point in placed.anchors:
         return placed.anchors[point]
@@ -108,11 +109,11 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
     rotations = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
-    row = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *rotations]
+    section_angle = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *rotations]  # factors of the frame's six coordinates, then of the modal ones
     body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))
     anchor = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
     system.AddObject(eii.ObjectConnectorCoordinateVector(
-        markerNumbers=[body, anchor], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
+        markerNumbers=[body, anchor], scalingMarker0=np.array([section_angle]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
     ))  # fmt: skip
     placed.anchors[point] = int(node)
     return int(node)
@@ -120,7 +121,7 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
 
 def _position_marker(system: System, body: int, station: str) -> int:
     """Add a position marker at the centre of a joint."""
-    joint = [len(CROSS) * ENDS.index(station)]
+    joint = [len(CROSS) * ENDS.index(station)]  # number of the first point of the cross, its middle
     item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
     return int(system.AddMarker(item))
 
@@ -144,9 +145,10 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
 def _integrals(model: PlanarModel) -> dict[str, Any]:
     """Return the engine's inertia integrals with in-plane parts only, so that the link stays in the plane.
 
-    Matrices named "Tilde" are made of S(phi_k), with S(a) b = a x b: S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
+    Names with "Tilde" are integrals of the matrices S(phi_k), where S(a) b = a x b. So S(a)^T S(b) = (a.b) 1 - b a^T, of which
+    only the component about z stays, and S(a)^T b = b x a.
     """
-    m, axis = len(model), np.diag([0.0, 0.0, 1.0])
+    m, about_z = len(model), np.diag([0.0, 0.0, 1.0])
     return {
         "massMatrixReduced": _container(np.eye(m)),
         "stiffnessMatrixReduced": _container(np.diag(model.stiffness)),
@@ -155,11 +157,11 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
         "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],
         "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),
-        "mPsiTildePsiTilde": np.kron(model.gram, axis),
+        "mPsiTildePsiTilde": np.kron(model.gram, about_z),
         "mPhitTPsi": np.zeros((3, m)),  # modes are orthogonal to rigid motions
         "mPhitTPsiTilde": np.zeros((3, 3 * m)),
         "mXRefTildePsi": np.zeros((3, m)),
-        "mXRefTildePsiTilde": np.kron(model.radial, axis),
+        "mXRefTildePsiTilde": np.kron(model.radial, about_z),
     }
 
 

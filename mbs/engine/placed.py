@@ -27,9 +27,9 @@ class EngineStates(NamedTuple):
 
 @dataclass(frozen=True)
 class EngineBody:
-    """A link or block in the engine: numbers of its `nodes` and `objects`; `ends` maps its points to position markers.
+    """A link or block in the engine, with the engine's numbers of its `nodes`, `objects` and position markers at points, `ends`.
 
-    `reference` (nodes, coordinates of a node) are the coordinates in the undeformed link at t = 0.
+    `body` is the link's body or the guide. `reference` (nodes, coordinates of a node) has the undeformed coordinates at t = 0.
     """
 
     system: System
@@ -55,7 +55,7 @@ class EngineBody:
         raise NotImplementedError
 
     def weights(self) -> Array:
-        """Return the displacement of the link per unit of each coordinate [m], shape as `columns`: weights of step errors."""
+        """Return the displacement of the link by a unit of each coordinate [m], to weight errors of steps; shape as `columns`."""
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
@@ -64,12 +64,12 @@ class EngineBody:
             node, size = self.contact_node(point)[0], 3
         else:
             node, size, _ = self.place_node(point)
-        attached = np.diag([mass, mass, inertia, 0.0][:size])
+        attached = np.diag([mass, mass, inertia, 0.0][:size])  # a block has 1 coordinate, a beam 3, a cable 4
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
         return True
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node that moves with a point, its number of coordinates (x, y first), and its place at t = 0."""
+        """Return the node that moves with a point, its number of coordinates (x, y first), and its position at t = 0 [m]."""
         node, place = self.contact_node(point)
         return node, 3, place
 
@@ -78,13 +78,13 @@ class EngineBody:
         raise NotImplementedError
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return the node (x, y, theta) at a point, and its place at t = 0; a ValueError says that the body has no angle."""
+        """Return the node (x, y, theta) at a point, and its position at t = 0 [m]; a ValueError if the body has no angle."""
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
 
 
 @dataclass(frozen=True)
 class History:
-    """History of the engine's steps: times, coordinates, multipliers (times, constraints), `contact` forces [N] (times, stops).
+    """Values at the accepted steps: times, coordinates, multipliers (times, constraints), `contact` forces [N] (times, stops).
 
     `memory` has an array (times, joints, 4) for each of the scene's `with_memory`, with the columns of `laws.journal.MEMORY`.
     """
@@ -97,12 +97,12 @@ class History:
 
 
 class WithMemory(Protocol):
-    """Protocol of forces that depend on the last accepted step."""
+    """Protocol of forces that depend on the last accepted step, if `has_memory`, by the `memory`; see `History`."""
 
     memory: Array
     has_memory: bool
     latest: Array
-    """Latest time of all calls [s], and number of calls since then, infinite if too large."""
+    """Latest time of all calls [s], and number of calls since it grew, infinite if so many that the run must end."""
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""

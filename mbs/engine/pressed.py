@@ -19,7 +19,7 @@ from .scene import SPARSE_FROM, EngineScene
 OFF_BRANCH = 0.5
 """Relative difference from the exact force above which an equilibrium is not on the buckled branch."""
 MESH = 1e-2
-"""Relative difference from the exact force above which there are too few elements, beyond shear and compression."""
+"""Relative difference from the exact force that a strip with enough elements has at most, beyond shear and compression."""
 
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
@@ -51,7 +51,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("A", "ground", "strip")],
         guides=[Guide("B", "strip")],
-        drives=[Drive("B", Motion(lambda _t: travel[0], lambda _t: 0.0))],
+        drives=[Drive("B", Motion(position=lambda _t: travel[0], speed=lambda _t: 0.0))],
     )
     scene = build(mechanism)
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
@@ -72,8 +72,9 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
 
 
 def _check_branch(body: Beam | Cable, length: float, u: Array, loads: Array) -> None:
-    """Raise an ArithmeticError unless all loads are those of the buckled branch, up to shear and compression."""
+    """Raise an ArithmeticError if a load differs from the elastica's by more than shear, compression and mesh explain."""
     section, exact = body.section, pinned.load(u)
+    # twice the relative change of the buckling load, to first order
     shear_and_compression = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
     error = np.abs(loads / exact - 1)
     k = int(np.argmax(error))
@@ -88,7 +89,7 @@ def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Arra
     columns, length = strip.columns(), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))
     x, y, theta = pinned.shape(u[:, None], s)
-    rotation = [theta] if body.turns else [np.cos(theta), np.sin(theta)]
+    rotation = [theta] if body.turns else [np.cos(theta), np.sin(theta)]  # beams have angles at nodes, cables slopes
     total = np.stack([x * length, y * length, *rotation], axis=-1)
     guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
     guesses[:, columns] = total - strip.reference

@@ -37,7 +37,7 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack the values as arrays; with `starts_smooth` the multipliers of the first step replace those at t = 0."""
+        """Stack the values as arrays; if the scene `starts_smooth`, the multipliers of the first step replace those at t = 0."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.starts_smooth and count > 1:
@@ -65,7 +65,7 @@ class Recorder:
         self.progress: Callable[[float], None] | None = progress
         self.failure: tuple[Status, str] | None = None
         self.raised: BaseException | None = None
-        self.interrupted: Callable[[], bool] = bool
+        self.interrupted: Callable[[], bool] = bool  # bool() is False
         self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:
@@ -78,7 +78,7 @@ class Recorder:
             return False
 
     def _accept(self, t: float) -> None:
-        """Record a step. What the mechanism does not have is skipped, as a step of a rigid mechanism takes little time."""
+        """Record a step; without constraints, stops or memory skip these, as they would cost as much as a step of rigid links."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)

@@ -19,23 +19,23 @@ from .scene import EngineScene
 class PlacedRigid(EngineBody):
     """A rigid link in the engine.
 
-    `mass` [kg], `inertia` [kg m^2] and the centre of mass, without added masses, are recorded. `arms` lead from this centre to
-    all points at t = 0 [m], `own` leads from the node to this centre [m]. `radius` is half the length [m].
+    `mass` [kg], `inertia` [kg m^2] and the centre of mass are recorded without added masses. `arms` lead from this centre to all
+    points at t = 0 [m], `to_centre` leads from the node to this centre [m]. `half_length` is in m.
     """
 
     mass: float
     inertia: float
     arms: dict[str, Array]
-    radius: float
-    own: Array
+    half_length: float
+    to_centre: Array
 
     def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
-        if self.own.any():
-            arm = rotate(q[:, 2], self.own)
+        if self.to_centre.any():
+            arm = rotate(q[:, 2], self.to_centre)
             spin, spin_t = q_t[:, 2:3], q_tt[:, 2:3]
             q = np.column_stack([q[:, :2] + arm, q[:, 2]])
             q_tt = np.column_stack([q_tt[:, :2] + spin_t * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
@@ -44,14 +44,14 @@ class PlacedRigid(EngineBody):
 
     def weights(self) -> Array:
         """Return 1 for x and y, and half the length of the link for the angle."""
-        return np.array([[1.0, 1.0, self.radius]])
+        return np.array([[1.0, 1.0, self.half_length]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
         """Return False: `add` includes all added masses."""
         return False
 
     def mobility(self, point: str, along: Pair) -> float:
-        """Compute the inverse of the effective mass [1/kg] from mass and inertia."""
+        """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
@@ -68,22 +68,24 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     direction = float(np.arctan2(*(end - start)[::-1]))
     mass, inertia, centre = link.body.mass_properties(length)
     along = (end - start) / length
-    own = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
-    total, moment, middle = _with_burdens(scene, link, mass, inertia, own)
-    arm = middle - start
+    own_centre = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
+    total, moment, common_centre = _with_burdens(scene, link, mass, inertia, own_centre)
+    arm = common_centre - start
     rates = [velocity[0] - velocity[2] * arm[1], velocity[1] + velocity[2] * arm[0], velocity[2]]
-    reference = np.array([[*middle, direction]])
+    reference = np.array([[*common_centre, direction]])
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*reference[0]], initialVelocities=rates))
     body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
     to_link = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
-    arms = {point: np.subtract(position, own) for point, position in mechanism.points.items()}
-    local = {point: [*(to_link @ (arms[point] + own - middle)), 0.0] for point in link.points}
+    arms = {point: np.subtract(position, own_centre) for point, position in mechanism.points.items()}
+    local = {point: [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0] for point in link.points}
     ends = {
         point: system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
         for point, position in local.items()
     }
-    parts = mass, inertia, arms, length / 2, own - middle
-    return PlacedRigid(system, link.name, link.body, (node,), (body,), reference, ends, *parts)
+    return PlacedRigid(
+        system, link.name, link.body, (node,), (body,), reference, ends,
+        mass=mass, inertia=inertia, arms=arms, half_length=length / 2, to_centre=own_centre - common_centre,
+    )  # fmt: skip
 
 
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:

@@ -1,6 +1,7 @@
 """Constraints of elements in the engine: native items for pins and angles, user functions for other rows.
 
-A row is one scalar equation: a sum of factors times measures (turn, distance, coordinate along a line) of two bodies.
+A row is one scalar equation: a sum of factors times measures of two bodies keeps its value. A measure is a turn of one body
+relative to the other, a distance of two points, or a coordinate of a point along a line.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from .scene import EngineScene, Reader
 
 
 def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
-    """Add the rows of each element. Its channels are `reactions`, from the multipliers with opposite sign.
+    """Add the rows of each element; its `reactions`, from multipliers with opposite sign, are its channels in the record.
 
-    A strut acts directly on the bodies at its ends: rows with a strut are left out.
+    A strut has no coordinates and acts directly on the bodies at its ends: rows with a strut are left out.
     """
     for name, element in elements.items():
         rows = list(element.rows(scene.mechanism))
@@ -34,13 +35,13 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
-    """Add rows as native constraints, a pin and angles, if possible, else as one item; return the numbers of the items."""
+    """Add rows as native constraints, one for a pin and one for each turn, if possible, else as one item; return item numbers."""
     pin = find_pin(rows)
     if pin is None:
         return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
-    for row in rows[2:]:
+    for row in rows[2:]:  # `find_pin` returned a pin: the rows after its two are turns
         ((_, turn),) = row.terms
         markers = [scene.turning(*end) for end in (turn.second, turn.first)]
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
@@ -61,7 +62,7 @@ def _reader(scene: EngineScene, items: list[int], element: Element, channel: str
 class RowConstraint:
     """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
 
-    `nodes` maps node numbers to places at t = 0 [m], `at` maps ends of measures to nodes.
+    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to nodes; `forms` has residual and Jacobian.
     """
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
@@ -79,7 +80,7 @@ class RowConstraint:
         self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
 
     def _number(self, end: Place) -> int:
-        """Return the index of an end's node in `order`; of the ground, their number."""
+        """Return the index of an end's node in `order`; the ground has the index after the last."""
         return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
 
     def _place(self, end: Place) -> complex:
@@ -98,7 +99,7 @@ class RowConstraint:
         ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
         markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=element))]
         if self.is_linear:
-            matrix = forms.system(reference - angle)[1]
+            _, matrix = forms.system(reference - angle)
             options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
@@ -109,7 +110,8 @@ class RowConstraint:
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
             """Return the derivative of the rows by the coordinates."""
-            return forms.system(np.reshape(q, angle.shape) - angle)[1]
+            _, gradient = forms.system(np.reshape(q, angle.shape) - angle)
+            return gradient
 
         options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
         shape = np.zeros((forms.count, reference.size))  # tells the engine the number of equations

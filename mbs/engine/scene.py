@@ -34,9 +34,9 @@ class EngineScene:
 
     `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) and points of blocks to bodies,
     `constraints` maps elements to object numbers. `with_memory` are forces that depend on the last accepted step: joints with
-    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_smooth` is true if such a
-    guide has no bristle: the engine's forces at t = 0 then lack its friction. `notes` are sentences for the result. `stopped` is
-    the failure of a user's function. `readers` are (element, channel, function).
+    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_smooth` is true if the
+    friction of such a guide has no bristle: the engine's multipliers at t = 0 then lack this friction. `notes` are sentences for
+    the result. `stopped` is the failure of a user's function. `readers` are (element, channel, function).
     """
 
     mechanism: Mechanism
@@ -103,9 +103,9 @@ class EngineScene:
         return np.asarray(self._motion(body).point(point)[0][0])
 
     def _motion(self, body: str) -> MovingBody:
-        """Return the motion of a body at one time, the present; its rates are not valid."""
+        """Return the motion of a body at the present time alone, of which only positions and angles are valid."""
         q = self.system.systemData.GetODE2Coordinates()[None]
-        return self.placed[body].motion(EngineStates(q, q, q))
+        return self.placed[body].motion(EngineStates(q=q, q_t=q, q_tt=q))
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
@@ -116,7 +116,7 @@ class EngineScene:
         self.readers.append((element, channel, reader))
 
     def multiplier(self, name: str) -> Reader:
-        """Make the reader of the force of a constraint on its second body: minus the Lagrange multipliers."""
+        """Make the reader of the force of a constraint on its second body, which is the multipliers with opposite sign."""
         return lambda run, _record: -run.multipliers[:, self.multipliers(name)]
 
     def multipliers(self, name: str) -> Array:

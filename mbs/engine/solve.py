@@ -22,7 +22,7 @@ from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl
 
 EXPLICIT_TOLERANCE = 10.0
-"""Absolute tolerance of the explicit integrator, of order 5, over the position error allowed to the implicit one, of order 2."""
+"""Factor on the position error of the implicit integrator, of order 2, for the tolerance of the explicit one, of order 5."""
 UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 SMALLEST_STEP = 1e-15
@@ -91,7 +91,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # StepControl increases the step
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive  # until the step size changes
+    keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive  # until the size of the step changes
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
@@ -105,7 +105,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 
 def _reachable_residual(scene: EngineScene) -> float:
-    """Return the least residual [N] that Newton's method can reach, by rounding of the axial force of the stiffest link."""
+    """Return the least residual [N] that Newton's method can reach, by rounding of the largest axial stiffness; 1e-8 if rigid."""
     bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
 
@@ -120,11 +120,11 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     """Assemble a mechanism, integrate it with the engine, and record its motion."""
     scene = build(mechanism)
     steps = solver.steps
-    if steps.adaptive and steps.tolerance is None and scene.source.is_determined:
+    if steps.adaptive and steps.tolerance is None and scene.source.is_determined:  # constraints alone give the motion
         count = len(sample_times(mechanism, duration, steps)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
-    run = _run_explicit if scene.source.is_loose else _run_implicit
+    run = _run_explicit if scene.source.is_loose else _run_implicit  # loose: rigid links with clearance in all joints
     control, engine, failure = run(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
     history = control.record.history(scene)

@@ -37,7 +37,7 @@ IMPACT = 0.2
 
 
 class StepControl(Recorder):
-    """Callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the next."""
+    """Callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the size of the next."""
 
     def __init__(
         self, scene: EngineScene, solver: Exudyn, steps: Controlled, duration: float, engine: exu.MainSolverImplicitSecondOrder,
@@ -76,7 +76,7 @@ class StepControl(Recorder):
         self.error = max(
             [float(errors.max(initial=0.0)) / self.limit, *(control.excess(h, errors, q) for control in self.controls)]
         )
-        if self.error <= 2 or h <= MIN_STEP:
+        if self.error <= 2 or h <= MIN_STEP:  # below 2 the next step, made shorter, is better than a repetition
             return [0.0, -1.0]
         self.rejected += 1
         return [1e300, max(MIN_STEP, h * _factor(self.error))]
@@ -110,7 +110,7 @@ class StepControl(Recorder):
 
 
 class _StopSteps:
-    """Limits of steps by a stop: before the onset, in an impact, and in a lasting contact. `shortest` resolves an impact [s]."""
+    """Limits of steps by a stop: before the onset, in an impact (`shortest` [s]), and in a lasting contact."""
 
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution
@@ -118,13 +118,13 @@ class _StopSteps:
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
-        """Return the limit of a step: short before the onset and before a slow release, an impact's resolution, else none."""
+        """Return the limit of a step [s]: short before onset and slow release, `shortest` in an impact, else `step` itself."""
         depth, speed = self.contact.state(q, q_t)
         gap = -depth
-        if not self.contact.touching and not 0 < gap < speed * step:
+        if not self.contact.is_touching and not 0 < gap < speed * step:
             return step
         duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
-        if not self.contact.touching:
+        if not self.contact.is_touching:
             return _approach(gap, speed, duration / self.resolution, step)
         self.shortest = duration / self.resolution
         if abs(speed) * duration > IMPACT * abs(gap):
@@ -133,13 +133,13 @@ class _StopSteps:
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
-        if not self.contact.touching and self.contact.state(q, q)[0] > 0:
+        if not self.contact.is_touching and self.contact.state(q, q)[0] > 0:
             duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return REJECTED if h > 2 * duration / self.resolution else 0.0
-        if self.contact.pressing == 0 or h <= self.shortest:
+        if self.contact.last_force == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # for exponents above 1 an order of magnitude
-        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.pressing)
+        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.last_force)
 
 
 class _StrutSteps:
@@ -153,7 +153,7 @@ class _StrutSteps:
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
-        """Return the limit of a step: short before the strut becomes straight, then the resolution of its axial vibration."""
+        """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration."""
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         shortest = self.half_period / self.resolution
@@ -163,7 +163,7 @@ class _StrutSteps:
         return min(step, shortest) if vibrates else step
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Return the change of a straight strut's force in the step, over the Euler load, as small displacements matter there."""
+        """Return the change of a straight strut's force in the step over the Euler load; a straight strut is very stiff."""
         before, after = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, after) < self.spring.kink:
             return 0.0

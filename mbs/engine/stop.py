@@ -17,7 +17,7 @@ from .scene import EngineScene
 
 
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
-    """Make the contact of a stop with a guide's block, or between the bodies of point and face."""
+    """Make the contact of a stop: of a guide's block with a fixed face, or of a point of a body with a face of another."""
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
     if stop.is_in_guide:
@@ -30,7 +30,8 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].contact_node(origin)
         second = StopEnd(node, 3, np.array(position))
-        inverse_mass += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
+        contact_point = stop.point if stop.carrier == stop.on else origin
+        inverse_mass += scene.placed[stop.carrier].mobility(contact_point, along)
     reach = stop.at - float(np.dot(along, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
     return FreeContact(stop, face=face, side=side, mass=mass, first=first, second=second, along=along, reach=reach)

@@ -27,7 +27,8 @@ from .scene import EngineScene
 class PlacedStrip(EngineBody):
     """A strip in the engine: `pieces` are the stress-free lengths of the elements [m], `at` maps points to nodes of the strip.
 
-    `anchors` maps points of a cable to nodes (x, y, theta), for joints that act on angles.
+    Nodes of a beam, whose body `turns`, have an angle; those of a cable have slopes. `anchors` maps points of a cable to nodes
+    (x, y, theta), for joints that act on angles.
     """
 
     pieces: Array
@@ -61,18 +62,18 @@ class PlacedStrip(EngineBody):
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Compute the inverse of the effective mass [1/kg]: half the mass of the elements next to the node."""
+        """Compute the inverse of the effective mass [1/kg] of a point: half the mass of the elements next to its node."""
         arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))
-        step = self.body.nodes - 1 if self.body.turns else 1
+        step = self.body.nodes - 1 if self.body.turns else 1  # from a node to the same node of the next element
         k = self.at[point] // step
         length = arcs[min(k + 1, len(self.pieces))] - arcs[max(k - 1, 0)]
         return float(2 / (self.body.section.mass_per_length * length))
 
 
 def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
-    """Add a node (x, y, theta) without mass at a node of a cable, joined by a pin and r' x (cos theta, sin theta) = 0.
+    """Add a node (x, y, theta) without mass at a node of a cable, joined by a pin and (cos theta, sin theta) x r' = 0.
 
-    r' is the slope of the cable; the joint has the coordinates (x, y, dx/ds, dy/ds, x, y, theta) of both nodes.
+    r' = (dx/ds, dy/ds) is the slope of the cable; q = (x, y, dx/ds, dy/ds, x, y, theta) are the coordinates of both nodes.
     """
     vx, vy, slope_vx, slope_vy = system.GetNode(node)["initialVelocities"]
     tx, ty = reference[2:]
@@ -133,7 +134,7 @@ def mesh(link: Link, chord: float) -> Mesh:
 
 def _distribute(parts: Array, count: int) -> list[int]:
     """Distribute `count` elements over parts of a strip by their lengths, one at least to each part."""
-    numbers = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
+    numbers = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)  # 1e-9: rounding must not lose an element
     while numbers.sum() < count:
         numbers[np.argmax(parts / numbers)] += 1
     return [int(n) for n in numbers]
@@ -142,10 +143,10 @@ def _distribute(parts: Array, count: int) -> list[int]:
 def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
     """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
-    The interpolated slope must have the length 1 at the integration points. So the length of an element with 2 nodes is its
-    chord c, of one with 3 nodes sqrt(c^2 + 16/3 d^2) with d the distance of the middle node from mid-chord. The curvature is
-    constant if the middle direction is the mean of those at the ends. Rotating and scaling all nodes between two fixed nodes
-    preserves both.
+    The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
+    element with 2 nodes is its chord c. With 3 nodes it is sqrt(c^2 + 16/3 d^2), where d is the distance of the middle node from
+    mid-chord. The curvature is constant if the middle direction is the mean of those at the ends. Rotation and scaling of all
+    nodes between two fixed nodes preserve both.
 
     Places in the plane are complex numbers; until the last loop they are in units of the mean length of an element.
     """
@@ -208,19 +209,12 @@ def _add_beam(
     for e, length in enumerate(pieces):
         ends = slice(e * body.step, (e + 1) * body.step + 1)
         curvature = (directions[ends][-1] - directions[ends][0]) / length
-        objects.append(
-            system.AddObject(
-                eii.ObjectBeamGeometricallyExact2D(
-                    nodeNumbers=nodes[ends],
-                    length=length,
-                    massPerLength=section.mass_per_length,
-                    crossSectionInertia=section.inertia_per_length,
-                    shearStiffness=section.shear_stiffness,
-                    referenceCurvature=curvature,  # a bowed reference alone is not stress-free
-                    **_stiffness(section),
-                )
-            )
-        )
+        item = eii.ObjectBeamGeometricallyExact2D(
+            nodeNumbers=nodes[ends], length=length, massPerLength=section.mass_per_length,
+            crossSectionInertia=section.inertia_per_length, shearStiffness=section.shear_stiffness,
+            referenceCurvature=curvature, **_stiffness(section),  # a bowed reference alone is not stress-free
+        )  # fmt: skip
+        objects.append(system.AddObject(item))
     return nodes, objects, reference
 
 
@@ -234,19 +228,14 @@ def _add_cable(
         system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*row], initialVelocities=[*v, *w]))
         for row, v, w in zip(reference, speeds[:, :2], slope_rates, strict=True)
     ]
-    objects = [
-        system.AddObject(
-            eii.ObjectANCFCable2D(
-                nodeNumbers=nodes[e : e + 2],
-                length=length,
-                massPerLength=body.section.mass_per_length,
-                strainIsRelativeToReference=1.0,
-                useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
-                **_stiffness(body.section),
-            )
-        )
-        for e, length in enumerate(pieces)
-    ]
+    objects = []
+    for e, length in enumerate(pieces):
+        item = eii.ObjectANCFCable2D(
+            nodeNumbers=nodes[e : e + 2], length=length, massPerLength=body.section.mass_per_length,
+            strainIsRelativeToReference=1.0, **_stiffness(body.section),
+            useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
+        )  # fmt: skip
+        objects.append(system.AddObject(item))
     return nodes, objects, reference
 
 
