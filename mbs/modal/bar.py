@@ -1,7 +1,7 @@
 """Free modes of a uniform bar in the plane by beam theory, for modal links with `BarModes`.
 
 The Ritz method with Legendre polynomials, which contain the rigid motions and converge exponentially. Arrays along the bar have
-rows for the Gauss points, then (with weight 0) the ends, the centre and `STATIONS` points: `_Bar.x` has their places.
+rows for the Gauss points, then for start, end, centre and `STATIONS` points, with weight 0; `_Bar.x` has the places [m].
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STATIONS = 33
 
 
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
-    """Compute the free-free modes of a bar, bending, then axial ones, by polynomials of a degree, 24 or more by default."""
+    """Compute the modes of a bar with free ends, bending, then axial ones, by polynomials of a degree, by default 24 to 40."""
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
     bar = _Bar(section, length, degree)
@@ -35,7 +35,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
     along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
     products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm
-    sections = slice(-3 - STATIONS, -STATIONS)  # start, end, centre
+    sections = slice(-3 - STATIONS, -STATIONS)  # rows of start, end, centre
     return PlanarModel(
         length=length, mass=float(masses.sum()), inertia=float(masses @ bar.x**2 + bar.inertias.sum()),
         centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
@@ -89,7 +89,10 @@ class _Bar:
         return omega, deflection, slope
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
-        """Compute frequencies, deflections and rotations of bending modes with shear; `a` and `b` scale to a unit mass matrix."""
+        """Compute frequencies, deflections and rotations of bending modes with shear, by polynomials for each of the two.
+
+        The polynomials are divided by `a` and `b`, so that the mass matrix is the unit matrix.
+        """
         section = self.section
         a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)
         shear, bend = np.hstack([self.dp / a, -self.p / b]), np.hstack([np.zeros_like(self.p), self.dp / b])
@@ -102,10 +105,10 @@ class _Bar:
 
 def _unit_end(*shapes: Array) -> tuple[Array, ...]:
     """Scale modes so that the first shape is 1 at the bar's end."""
-    end = -STATIONS - 2
+    end = -STATIONS - 2  # row of the end
     return tuple(shape / shapes[0][end] for shape in shapes)
 
 
 def planar_model(modal: Modal, length: float) -> PlanarModel:
-    """Compute the model of a modal link of a length [m] in the plane of motion."""
+    """Compute the planar model of a modal link of a length [m]: of a bar by beam theory, else by finite elements."""
     return bar_model(modal, modal.modes, length) if isinstance(modal.modes, BarModes) else reduced(modal, length).plane

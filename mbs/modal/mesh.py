@@ -28,9 +28,9 @@ KINDS = {
 }  # fmt: skip
 """scikit-fem's element with the nodes of a cell, by meshio's name of the cell."""
 ON_FACE = 1e-6
-"""Distance within which a node lies on a face or in the plane, relative to the size of the face or to the link's length."""
+"""Largest distance of a node on a face or in the plane of motion, over the size of the face or the link's length."""
 ZERO = 1e-9
-"""Determinant of a cell's map that counts as zero, over the cell's largest; a collapsed cell has zeros at some corners."""
+"""Determinant of the map from the reference cell that counts as zero, over the cell's largest; 0 at a collapsed corner."""
 
 
 def skfem() -> Any:
@@ -43,7 +43,7 @@ def skfem() -> Any:
 
 
 def bar_grid(length: float, depth: float, width: float, elements: Sequence[int]) -> Any:
-    """Mesh a bar by hexahedra; joints are at the centres of its end faces. Sizes [m] and `elements` are along x, y, z."""
+    """Mesh a bar, joints at the centres of its end faces, by hexahedra: sizes [m] and numbers of `elements` along x, y, z."""
     size = [(0.0, length), (-depth / 2, depth / 2), (-width / 2, width / 2)]
     return skfem().MeshHex.init_tensor(*(np.linspace(*ends, n + 1) for ends, n in zip(size, elements, strict=True)))
 
@@ -51,8 +51,8 @@ def bar_grid(length: float, depth: float, width: float, elements: Sequence[int])
 def read_mesh(file: MeshFile) -> tuple[object, float]:
     """Read a mesh in any format of meshio; return it in link axes [m], with the distance of the joints [m].
 
-    A ValueError names the fault: meshio cannot read the file; cells of several kinds; inverted cells; separate parts; hanging
-    nodes; joints that coincide; a normal that is not normal to the link; a planar mesh out of the plane of motion.
+    A ValueError names the fault: meshio cannot read the file; cells are of several kinds or inverted; parts are separate; nodes
+    hang; joints coincide; the file's `normal` is not normal to the link; a planar mesh is out of the plane of motion.
     """
     where = f"mesh '{file.path}'"
     mesh = _read(file.path)
@@ -70,7 +70,7 @@ def read_mesh(file: MeshFile) -> tuple[object, float]:
 
 
 def _read(path: str) -> Any:
-    """Read a file by meshio, whose message on an error is printed; meshio exits then, which is caught."""
+    """Read a file by meshio; on an error meshio prints its message and exits, which becomes a ValueError with that message."""
     import meshio
 
     if not Path(path).is_file():
@@ -101,29 +101,30 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
     """Return the rotation from the file's axes into the link's, and the link's length [m]."""
     vectors = {}
     for name in ("start", "end", "normal"):
-        vectors[name] = np.array([number(name, c, -1e9, 1e9, "file units") for c in getattr(file, name)])
+        vectors[name] = np.array([number(name, component, -1e9, 1e9, "file units") for component in getattr(file, name)])
     x, z = vectors["end"] - vectors["start"], vectors["normal"]
     span = positive("distance of start and end", float(np.linalg.norm(x)), "file units")
     x, z = x / span, z / positive("normal (length)", float(np.linalg.norm(z)), "1")
     number("cosine of normal and link axis", float(x @ z), -1e-6, 1e-6, "1")
     y = np.cross(z, x)
-    return np.array([x, y / np.linalg.norm(y), np.cross(x, y / np.linalg.norm(y))]), span * file.scale
+    y = y / np.linalg.norm(y)  # z is normal to x up to the tolerance above
+    return np.array([x, y, np.cross(x, y)]), span * file.scale
 
 
 def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
-    """Make scikit-fem's mesh from cells, whose corners are in meshio's order and whose other nodes are in any order.
+    """Make scikit-fem's mesh from cells of a kind of `KINDS`: node numbers (cells, n) of points (nodes, 3) [m].
 
-    The kind is one of `KINDS`. Each of the points (nodes, 3) [m] belongs to a cell; a planar mesh takes x and y alone.
+    Corners come first, in meshio's order, other nodes in any order. Each point belongs to a cell. A planar mesh has no z.
     """
     import meshio
     from skfem.io import from_meshio
 
     first_order = next(name for name in SHAPES if kind.startswith(name))
-    shape, corners = SHAPES[first_order]
-    used, renumbered = np.unique(cells[:, :corners], return_inverse=True)
-    straight = from_meshio(meshio.Mesh(points[used], [(first_order, renumbered.reshape(-1, corners))]))
+    shape, corner_count = SHAPES[first_order]
+    used, renumbered = np.unique(cells[:, :corner_count], return_inverse=True)
+    straight = from_meshio(meshio.Mesh(points[used], [(first_order, renumbered.reshape(-1, corner_count))]))
     _check_connected(straight, where)
-    extra = points[cells[:, corners:]]
+    extra = points[cells[:, corner_count:]]
     grid = straight if kind == first_order else _add_second_order_nodes(straight, shape, KINDS[kind], extra)
     _check_inverted(straight, grid, where)
     if len(nodes := find_hanging_nodes(straight)):
@@ -134,9 +135,9 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 
 
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order, each assigned to the nearest node of a straight cell.
+    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order, each in place of the nearest node of the straight cell.
 
-    Where two nodes are nearest to one, the Hungarian method minimises the sum of squared distances.
+    In a cell where two of them have the same nearest node, the Hungarian method minimises the sum of squared distances.
     """
     fem, dim = skfem(), straight.p.shape[0]
     first, second = straight.elem(), getattr(fem, f"Element{element}")()
@@ -174,17 +175,17 @@ def _check_connected(grid: Any, where: str) -> None:
 
 
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
-    """Raise a ValueError for inverted cells.
+    """Raise a ValueError for inverted cells: the determinant of the map from the reference cell changes sign or is 0 in them.
 
-    The determinant of an inverted cell's map changes sign, or the cell lies on the same side of a shared face as its neighbour.
-    A cell whose nodes are numbered in the mirrored order is not inverted: its determinant has one sign.
+    Also inverted is a cell on the same side of a shared face as its neighbour. A cell whose nodes are numbered in the mirrored
+    order is not inverted: its determinant is negative everywhere.
     """
     element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
-    at, count = element.doflocs.T, len(element.doflocs)
-    slopes = np.array([np.broadcast_to(element.lbasis(at, i)[1], at.shape) for i in range(count)])
-    det = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))
-    size = ZERO * np.abs(det).max(axis=1)
-    folded = (det.min(axis=1) < -size) & (det.max(axis=1) > size) | (size == 0.0)
+    places = element.doflocs.T  # of the nodes in the reference cell
+    slopes = np.array([np.broadcast_to(element.lbasis(places, i)[1], places.shape) for i in range(len(element.doflocs))])
+    determinant = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))  # cells, nodes
+    least = ZERO * np.abs(determinant).max(axis=1)
+    is_inverted = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least) | (least == 0.0)
     inner = np.flatnonzero(straight.f2t[1] >= 0)
     pair, face = straight.f2t[:, inner], straight.p[:, straight.facets[:, inner]]
     edge = face[:, 1] - face[:, 0]
@@ -193,32 +194,32 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     side = np.stack([(normal * (centres[:, cells] - middle)).sum(axis=0) for cells in pair])
     flat = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
     overlapping = pair[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)]
-    bad_faces, faces = (np.bincount(cells.ravel(), minlength=len(folded)) for cells in (overlapping, pair))
+    bad_faces, faces = (np.bincount(cells.ravel(), minlength=len(is_inverted)) for cells in (overlapping, pair))
     share = bad_faces / faces.clip(1)  # of two overlapping cells the one with the larger share of bad faces is inverted
-    folded[overlapping[share[overlapping] >= share[overlapping[::-1]]]] = True
-    if folded.any():
+    is_inverted[overlapping[share[overlapping] >= share[overlapping[::-1]]]] = True
+    if is_inverted.any():
         raise ValueError(
-            f"{where}: inverted cells = {folded.sum()}, the first is number {np.argmax(folded) + 1}: must be 0; "
+            f"{where}: inverted cells = {is_inverted.sum()}, the first is number {np.argmax(is_inverted) + 1}: must be 0; "
             "its corners are in no order of meshio's, or a node lies across a face"
         )
 
 
 def find_hanging_nodes(grid: Any) -> Array:
-    """Find corner nodes on a boundary face of which they are no corner; none if the mesh is conforming.
+    """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming.
 
-    Faces are divided into simplices of corners c_i. A place c_0 + sum s_i (c_i - c_0) is on one if s_i >= 0, sum s_i <= 1.
+    A face is divided into simplices with corners c_i. A place c_0 + sum s_i (c_i - c_0) is inside if s_i >= 0, sum s_i <= 1.
     """
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
     simplices = np.concatenate([faces[:, list(each)] for each in combinations(range(faces.shape[1]), dim)])
-    owners = np.tile(faces, (len(simplices) // len(faces), 1))
+    face_of_simplex = np.tile(faces, (len(simplices) // len(faces), 1))
     places = grid.p.T[simplices]
     middle = places.mean(axis=1)
     radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)
     near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON_FACE))
     face = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
     node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
-    is_no_corner = (owners[face] != node[:, None]).all(axis=1)
+    is_no_corner = (face_of_simplex[face] != node[:, None]).all(axis=1)
     face, node = face[is_no_corner], node[is_no_corner]
     edges = (places[face, 1:] - places[face, :1]).transpose(0, 2, 1)
     offset = grid.p.T[node] - places[face, 0]

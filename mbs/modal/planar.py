@@ -41,16 +41,16 @@ class PlanarModel:
     centre : array, shape (2,)
         Centre of mass from the start joint in link axes, m.
     numbers : array of int, shape (m,)
-        Numbers of the modes among all flexible ones.
+        Numbers of the modes among all flexible ones in space, from 1.
     frequency, damping : arrays, shape (m,)
         Angular frequency, rad/s, and damping ratio.
     shapes : array, shape (3, 3, m)
-        For each of `STATIONS` phi_x, phi_y [1/sqrt(kg)] and the rotation of the section [1/(m sqrt(kg))].
+        phi_x, phi_y [1/sqrt(kg)] and the rotation of the section [1/(m sqrt(kg))], for each of `STATIONS`.
     radial : array, shape (m,)
         Integrals of X . phi_i dm. Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions.
     gram, gyration : arrays, shape (m, m)
-        Integrals of phi_i . phi_j dm and of phi_i x phi_j dm of components in the plane. The diagonal of `gram` is below 1 by
-        the share of lateral contraction out of the plane.
+        Integrals of phi_i . phi_j dm and of phi_i x phi_j dm of components in the plane. The diagonal of `gram` is 1 less the
+        share of the mode's energy out of the plane, due to lateral contraction.
     line, line_shapes : arrays, shape (p, 2) and (p, 2, m)
         Points along the link from the centre of mass, m, and the modes there.
     """
@@ -102,7 +102,7 @@ class PlanarModel:
         return linear, cross(q[:, :2], linear) + self._spin_momentum(q, q_t)
 
     def _spin_momentum(self, q: Array, q_t: Array) -> Array:
-        """Compute the angular momentum about the centre of mass, (inertia + 2 radial q + q gram q) theta_t + q gyration q_t."""
+        """Compute the angular momentum about the frame's origin, (inertia + 2 radial q + q gram q) theta_t + q gyration q_t."""
         modal = q[:, 3:]
         inertia = self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
         return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", modal, self.gyration, q_t[:, 3:])
@@ -139,7 +139,7 @@ class ModalStrain(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModalHistory:
-    """Recorded motion of a modal link, with the methods that recorded strips have, too.
+    """Recorded motion of a modal link, with the same methods as recorded strips.
 
     `q`, `q_t`, `q_tt` are (times, 3 + m). `stations` maps points of the mechanism to `STATIONS`; `direction` is the angle of the
     link at t = 0 [rad].
@@ -181,11 +181,11 @@ class ModalHistory:
         return self.model.kinetic(self.q, self.q_t)
 
     def strains(self) -> list[ModalStrain]:
-        """Return strain energy and damping power as the one entry of a list."""
+        """Return strain energy and damping power in a list, as strips do for each of their strains."""
         return [ModalStrain(self.model.strain(self.q), self.model.damping_power(self.q_t))]
 
     def line(self, _per_element: int = 4) -> Array:
-        """Return the positions [m] of the p points between the joints, (times, p, 2); the argument is used by strips alone."""
+        """Return the positions [m] of p points between the joints, (times, p, 2); the argument has an effect for strips alone."""
         return self.model.points(self.q)
 
     def deflection(self) -> Array:
@@ -197,7 +197,7 @@ class ModalHistory:
         """Compute the shortening of the chord by bending [m], shape (times,): a second-order effect that the modes leave out."""
         x, w = self.model.line[:, 0], self.q[:, 3:] @ self.model.line_shapes[:, 1].T
         slopes = np.diff(w, axis=1) / np.diff(x)
-        rigid = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])  # part of the integral due to the rotation of the chord
+        rigid = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])  # integral for a straight link that turns with the chord
         return np.asarray((slopes**2 @ np.diff(x) - rigid) / 2)
 
     def end_shortening(self) -> Array:

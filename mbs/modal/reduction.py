@@ -27,7 +27,7 @@ class ReducedModel:
     nodes : array, shape (n, 3)
         Places of the mesh's nodes in link axes [m].
     numbers : array of int, shape (m,)
-        Numbers of the modes among all flexible ones.
+        Numbers of the modes among all flexible ones, from 1.
     omega : array, shape (m,)
         Angular frequencies [rad/s].
     modes : array, shape (m, n, 3)
@@ -62,19 +62,19 @@ class ReducedModel:
         return plane_part(self.participation)
 
     def table(self) -> list[tuple[int, float, str, float, bool]]:
-        """Return for each mode number, frequency [Hz], dominant motion, its share of energy, True if it moves in the plane."""
+        """Return a row for each mode: number, frequency [Hz], dominant motion, its share of energy, True if in the plane."""
         shares = self.participation.max(axis=1, initial=0.0)
         rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, self.moves_in_plane, strict=True)
         return [(int(n), float(f), kind, float(share), bool(planar)) for n, f, kind, share, planar in rows]
 
 
 def plane_part(shares: Array) -> Array:
-    """Find the modes that move in the plane, with half of their energy by `participation` or more: a mask, shape (modes,)."""
+    """Return the mask of the modes with half or more of their energy, by `participation` shares, in the plane, (modes,)."""
     return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
 
 
 def reduced(modal: Modal, length: float) -> ReducedModel:
-    """Mesh, assemble and reduce a link of a length [m]; the result is cached until the mesh's file changes."""
+    """Mesh, assemble and reduce a link of a length [m]; the result is cached until the file of the mesh changes."""
     file = Path(modal.mesh.path) if isinstance(modal.mesh, MeshFile) else None
     return _reduce_cached(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
 
@@ -93,7 +93,7 @@ def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
-    """Compute and choose the modes of an assembled link, and their integrals in the plane."""
+    """Compute the modes of an assembled link, choose those that `modal` names, and integrate them in the plane."""
     joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
     interfaces = _interfaces(solid, joints, modal.interface)
     kind: Any = modal.modes  # not None: a link with a mesh has modes
@@ -109,7 +109,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     line, line_modes = _line(solid, in_plane, at_stations)
     arms, flat = (solid.nodes - solid.centre)[:, :2], in_plane[..., :2]
     momenta = np.array([solid.mass @ mode for mode in flat]).reshape(-1, *arms.shape)
-    products, mass = np.einsum("kn,ln->kl", flat[..., 0], momenta[..., 1]), float(solid.mass.sum())
+    products, mass = np.einsum("kn,ln->kl", flat[..., 0], momenta[..., 1]), float(solid.mass.sum())  # of phi_kx phi_ly dm
     plane = PlanarModel(
         length=solid.length, mass=mass, inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)), centre=solid.centre[:2],
         numbers=chosen[is_planar] + 1, frequency=omega[is_planar], damping=damping[is_planar],
@@ -130,8 +130,8 @@ def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[A
         if kind.fixed > most:
             raise ValueError(f"fixed = {kind.fixed}: must lie in [0, {most}], as many as the mesh has")
         return craig_bampton(solid, interfaces, kind.fixed)
-    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)
-    count = (3 if kind.counting == "in-plane" else 1) * highest + 2  # both modes of a pair of equal frequency
+    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)  # the eigensolver finds all but 2 at most
+    count = (3 if kind.counting == "in-plane" else 1) * highest + 2  # 2 more: the last may be one of several of equal frequency
     while True:
         omega, modes = free_modes(solid, min(count, most))
         found = plane_part(participation(solid, modes)).sum() if kind.counting == "in-plane" else count
@@ -141,13 +141,13 @@ def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[A
 
 
 def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
-    """Return indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes are left out."""
+    """Return indices of the chosen modes among the flexible ones, and their damping ratios; chosen rigid modes are left out."""
     modes: Any = modal.modes
     if modes.numbers is None:
         chosen = np.flatnonzero(is_planar)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
     counted = np.flatnonzero(is_planar) if modes.counting == "in-plane" else np.arange(len(is_planar))
-    skipped = rigid if modes.counting == "free" else 0
+    skipped = rigid if modes.counting == "free" else 0  # rigid modes are counted, too
     numbers, most = np.array(modes.numbers) - skipped, len(counted) + skipped
     if numbers.max() > len(counted):
         where = f"with counting = {modes.counting!r} on this mesh"
@@ -159,7 +159,7 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
 
 
 def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:
-    """Find the nodes of the two interfaces; a ValueError says that there are too few to determine a rigid motion."""
+    """Find the nodes of the two interfaces; too few to determine a rigid motion, or shared nodes, raise a ValueError."""
     found = []
     for name, joint in zip(("start", "end"), joints, strict=True):
         nodes = np.flatnonzero(interface(solid.nodes, joint))
@@ -173,13 +173,13 @@ def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface)
 
 
 def _is_determined(solid: Solid, nodes: Array, about: Array) -> bool:
-    """Return True if displacements of nodes determine a rigid motion: of 3 not in one line in space, of 2 in the plane."""
+    """Return True if displacements of the nodes determine a rigid motion: 3 nodes not in one line in space, 2 in the plane."""
     motion = rigid_motions((solid.nodes[nodes] - about) / solid.length, solid.dim)
     return bool(np.linalg.matrix_rank(motion, tol=1e-6) == solid.rigid)
 
 
 def _section_at(solid: Solid, place: Array) -> Array:
-    """Find the nodes nearest in x to a place on the axis, as many as determine a rigid motion."""
+    """Find the nodes nearest in x to a place on the axis, as few as determine a rigid motion."""
     away = np.abs(solid.nodes[:, 0] - place[0])
     for nearest in np.unique(away.round(12)):
         nodes = np.flatnonzero(away <= nearest + 1e-9 * solid.length)
@@ -189,12 +189,13 @@ def _section_at(solid: Solid, place: Array) -> Array:
 
 
 def _line(solid: Solid, modes: Array, ends: Array) -> tuple[Array, Array]:
-    """Compute the motion of points of the axis by fits to slices of the link: places x [m], (p,), and motion (p, modes, 2)."""
+    """Compute places x [m] of points of the axis, (p,), and modes there, (modes, p, 2), by fits to slices; `ends` are given."""
     stations, moves = [0.0], [ends[0, :, :2]]
     for nodes in slices(solid):
         weights = solid.weights[nodes]
         x = float(weights @ solid.nodes[nodes, 0] / weights.sum())
         if 0 < x < solid.length:
             stations.append(x)
-            moves.append(rigid_fit(solid, nodes, np.array([x, 0.0, 0.0]), modes)[0][:, :2])
+            displacement, _rotation = rigid_fit(solid, nodes, np.array([x, 0.0, 0.0]), modes)
+            moves.append(displacement[:, :2])
     return np.array([*stations, solid.length]), np.stack([*moves, ends[1, :, :2]], axis=1)

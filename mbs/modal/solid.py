@@ -22,9 +22,9 @@ MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 SLABS = 24
 """Number of slices, normal to the link, whose rigid motions classify a mode."""
 IN_PLANE = 1e-6
-"""Mean share of energy in the plane below which modes of equal frequency are not recombined: rounding leaves 1e-12."""
+"""Mean share of energy in the plane below which modes of equal frequency are not recombined; modes without any have 1e-12."""
 CLUSTER = 1e-3
-"""Relative difference of frequencies that count as equal; eigenvectors are then arbitrary linear combinations."""
+"""Relative difference up to which frequencies count as equal: modes of one frequency are known up to linear combinations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Solid:
 
     @cached_property
     def weights(self) -> Array:
-        """Lumped masses of the nodes [kg]: the diagonal of the mass matrix, scaled to the total; positive, unlike row sums."""
+        """Lumped masses of the nodes [kg]: diagonal of the mass matrix, scaled to the total mass; row sums can be negative."""
         diagonal = self.mass.diagonal()
         return diagonal * (self.mass.sum() / diagonal.sum())
 
@@ -90,7 +90,7 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
 
 
 def rigid_motions(places: Array, dim: int = 3) -> Array:
-    """Compute displacements of n places in rigid motions: three translations, three rotations, (3 n, 6); in a plane (2 n, 3)."""
+    """Return the displacements of n places in 3 translations and 3 rotations, (3 n, 6); in the plane in 3 motions, (2 n, 3)."""
     x, y, z = np.asarray(places, dtype=float).T
     o, one = np.zeros_like(x), np.ones_like(x)
     motions = np.array([[one, o, o, o, z, -y], [o, one, o, -z, o, x], [o, o, one, y, -x, o]])
@@ -102,7 +102,7 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
-    shift = -1e-4 * (speed / solid.length) ** 2  # below all eigenvalues: the stiffness itself is singular
+    shift = -1e-4 * (speed / solid.length) ** 2  # below 0, so that K - shift M is regular, and near 0
     factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
     squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
     flexible = np.argsort(squares)[solid.rigid :]
@@ -110,10 +110,11 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
 
 
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
-    """Compute Craig-Bampton modes (doi 10.2514/3.4741): static modes of rigid interfaces, and vibrations with fixed interfaces.
+    """Compute Craig-Bampton modes (doi 10.2514/3.4741): static modes of rigid interfaces, and vibrations with fixed ones.
 
-    An interface is an array of its nodes. `fixed` is the number of vibrations. The modes are made orthogonal by the eigenvalue
-    problem in their span, from which rigid motions are left out: 6 + `fixed` modes, 3 + `fixed` in the plane, as `free_modes`.
+    An interface is an array of node numbers. `fixed` is the number of vibrations. The eigenvalue problem in the span of these
+    modes makes them orthogonal. Without its rigid motions 6 + `fixed` modes are left, 3 + `fixed` of a planar mesh.
+    They are returned as by `free_modes`.
     """
     dim, static = solid.dim, 2 * solid.rigid
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
@@ -137,18 +138,18 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
 def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -> tuple[Array, Array]:
     """Compute eigenvalues next to a shift, and eigenvectors; `factors` is the LU decomposition of K - shift M."""
     inverse = scipy.sparse.linalg.LinearOperator(stiffness.shape, factors.solve)
-    start = np.cos(np.arange(mass.shape[0]))  # a fixed vector: the same modes in each run
+    start = np.cos(np.arange(mass.shape[0]))  # not random: the same modes in each run
     pairs: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
     return pairs
 
 
 def participation(solid: Solid, shapes: Array) -> Array:
-    """Compute shares of a mode's kinetic energy in rigid motions of sections, `MOTIONS`, (modes, 4); the rest deforms them."""
+    """Compute shares of each mode's kinetic energy in `MOTIONS` of rigid sections, (modes, 4); the rest deforms sections."""
     return np.stack([np.einsum("kk->k", form) for form in _section_forms(solid, shapes)], axis=1)
 
 
 def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[Array, Array]:
-    """Fit a translation of the point `about` and a rotation, each (modes, 3), to nodes, by least squares weighted by mass."""
+    """Fit displacement of the point `about` and rotation, (modes, 3) each, to some nodes by least squares weighted by mass."""
     motion = rigid_motions(solid.nodes[nodes] - about)
     weights = np.repeat(np.sqrt(solid.weights[nodes]), 3)
     size = np.array([1.0, 1, 1, *np.full(3, 1 / solid.length)])  # rotations times length, so that all columns have one unit
@@ -158,14 +159,14 @@ def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[
 
 
 def slices(solid: Solid, count: int = SLABS) -> list[Array]:
-    """Divide the nodes into slices of equal thickness along x; return their node numbers."""
+    """Divide the nodes into slices of equal thickness along x; return the node numbers of each."""
     x = solid.nodes[:, 0]
     number = np.minimum(((x - x.min()) / np.ptp(x) * count + 1e-9).astype(int), count - 1)
     return [nodes for nodes in (np.flatnonzero(number == k) for k in range(count)) if len(nodes)]
 
 
 def _section_forms(solid: Solid, shapes: Array) -> Array:
-    """Compute the mass matrices of the modes due to rigid motions of slices, (4, modes, modes), in the order of `MOTIONS`."""
+    """Compute parts of the modes' mass matrix by rigid motions of slices, (4, modes, modes), in the order of `MOTIONS`."""
     forms = np.zeros((4, len(shapes), len(shapes)))
     for nodes in slices(solid):
         weights = solid.weights[nodes]
@@ -184,10 +185,10 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
 
 
 def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array]:
-    """Remove rigid motion left by rounding, scale to modal masses of 1, make combinations and signs unique.
+    """Remove the rigid motion that rounding left, scale to modal masses of 1, make linear combinations and signs unique.
 
-    Of modes with equal frequencies, the combination with most motion in the plane comes first. The largest component of the sum
-    of displacements at the start is positive.
+    Of modes with equal frequencies, the combination with most motion in the plane comes first. Of a mode's displacements, summed
+    over the nodes in the first 5 % of the length, the largest component is positive.
     """
     mass, dim = solid.full_mass, solid.dim
     rigid = rigid_motions(solid.nodes - solid.centre, dim)
