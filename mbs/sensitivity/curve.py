@@ -29,7 +29,7 @@ def positive_ranges(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Curve:
-    """Signal with samples `x` at times [s], linear between them. Public methods are the functions of formulas."""
+    """Signal with samples `x` at times [s], linear between them; formulas of readings call its public methods by name."""
 
     time: Array
     x: Array
@@ -83,8 +83,8 @@ class Curve:
 
     def _root(self, k: int, value: float) -> float:
         """Return the time at which the curve has a value between the samples k and k + 1."""
-        part = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
-        return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
+        fraction = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
+        return float(self.time[k] + fraction * (self.time[k + 1] - self.time[k]))
 
     def min(self) -> float:
         """Return the least value."""
@@ -125,7 +125,7 @@ class Smooth(Curve):
 
     @cached_property
     def _pieces(self) -> Array:
-        """Indices of the first sample of each piece between jumps, then the number of samples."""
+        """Index of the first sample of each piece between jumps; at the end the number of samples."""
         intervals = np.diff(self.time)
         shorter = np.minimum(np.append(np.inf, intervals[:-1]), np.append(intervals[1:], np.inf))
         jumps = np.flatnonzero((intervals < JUMP_TIME * self.time[-1]) | (intervals < JUMP_INTERVAL * shorter)) + 1
@@ -151,7 +151,7 @@ class Smooth(Curve):
         return super().impulse() + float(h**2 @ (self.slopes[:-1] - self.slopes[1:])) / 12
 
     def max(self) -> float:
-        """Return the maximum of the cubics next to the largest sample."""
+        """Return the maximum of the two cubics that meet at the largest sample."""
         k = int(np.argmax(self.x))
         best = float(self.x[k])
         for i in (k - 1, k):
@@ -171,21 +171,22 @@ class Smooth(Curve):
         from scipy.optimize import brentq  # slow to load
 
         cubic = self._cubic(k)
-        part = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
-        return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
+        fraction = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
+        return float(self.time[k] + fraction * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return where the curve is zero, by a parabola through three samples above zero; at a jump or an end a sample's time."""
+        """Return the zero of a parabola through the first, or last, three samples above zero; at a jump a sample's time."""
         inside, jumps = [k + i * step for i in (1, 2, 3)], {*self._pieces[1:-1].tolist()}
         for i in (k, k + step):
             if {i, i + 1} & jumps:
                 return float(self.time[i])
-        if self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x) or not self.x[inside].all():
+        is_at_end = self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x)  # of the run: no sample outside, or too few inside
+        if is_at_end or not self.x[inside].all():
             return float(self.time[k])
         if self.x[k] < 0:
             return self._root(min(k, k + step), 0.0)
-        part = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
-        roots = np.roots(np.polyfit(part, self.x[inside], 2))
+        fractions = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
+        roots = np.roots(np.polyfit(fractions, self.x[inside], 2))
         between = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
         return float(self.time[k] + between.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
 

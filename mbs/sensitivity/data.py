@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,18 +34,18 @@ class Read(NamedTuple):
 
     def residual(self, predicted: float) -> float:
         """Return the residual of a prediction in standard deviations; 0 if the prediction meets the bound."""
-        residual = (predicted - self.value) / self.error
-        return residual if not SIDES[self.side] else max(0.0, residual * SIDES[self.side]) * SIDES[self.side]
+        residual, sign = (predicted - self.value) / self.error, SIDES[self.side]
+        return residual if not sign else max(0.0, residual * sign) * sign
 
 
 @dataclass(frozen=True)
 class Experiment:
     """Measurements of one run of a mechanism, at increasing times [s] from the start of the run, (samples,).
 
-    `signals` (samples,) are named as in a result, SI, nan where nothing was measured; their `units` must be of the kind as in the
-    result. `errors` are standard deviations of signals; those that are not given are estimated from the residuals of the fit.
-    `readings` are measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of numbers of the mechanism in
-    this experiment, by path. The `duration` [s] is by default the last time.
+    `signals` (samples,) are named as in a result, SI, nan where nothing was measured; `units` have the same dimension as in the
+    result. `errors` are standard deviations of signals; missing ones are estimated from the residuals of the fit. `readings` are
+    measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of numbers of the mechanism in this experiment,
+    by path. The `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -59,7 +59,7 @@ class Experiment:
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, dtype=float)
-        if wrong := [k for k, (t, before) in enumerate(zip(time, [-1e-300, *time], strict=False)) if not before < t < inf]:
+        if wrong := np.flatnonzero(~np.isfinite(time) | (np.diff(time, prepend=-1e-300) <= 0)).tolist():  # the first may be 0
             raise ValueError(f"time[{wrong[0]}] = {time[wrong[0]]:g} s: times must be finite, 0 at least, and increase")
         object.__setattr__(self, "time", time)
         signals = {name: np.asarray(values, dtype=float) for name, values in self.signals.items()}
@@ -121,7 +121,7 @@ def read_csv(
 
 
 def _table(text: str) -> tuple[list[Column], Rows]:
-    """Find the separator; split a text into columns and rows of numbers."""
+    """Split a text into columns and rows of numbers, by the first separator for which a line of names is followed by numbers."""
     lines = text.splitlines()
     for separator in SEPARATORS:
         rows = [(number, _cells(line, separator)) for number, line in enumerate(lines, 1) if line.strip()]
@@ -151,9 +151,9 @@ def _is_unit(text: str) -> bool:
 
 
 def _columns(above: list[list[str]], line: int) -> list[Column]:
-    """Read names and units from the lines above the numbers."""
+    """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
-    bare = [column.unit if not column.name else cell for cell, column in ((cell, _column(cell, "")) for cell in names)]
+    bare = [cell if column.name else column.unit for cell, column in ((cell, _column(cell, "")) for cell in names)]  # no brackets
     is_row_of_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, bare)))
     if is_row_of_units and bare[0] and parse_unit(bare[0]).dimension == parse_unit("s").dimension:
         names, units = above[-2], bare
@@ -226,7 +226,7 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 
 def _factor(column: Column, expected: str) -> float:
-    """Return the factor from a column's unit to SI; a ValueError says that it is not of the kind of the unit `expected`."""
+    """Return the factor from a column's unit to SI; a ValueError says that the unit has not the dimension of `expected`."""
     try:
         return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
     except ValueError as error:

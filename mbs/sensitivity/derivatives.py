@@ -36,7 +36,7 @@ WIDER = 4.0
 ROUNDING = 1e-15
 """Relative error of a reading by rounding."""
 COMMON = 1e-6
-"""Relative error of a derivative that two differences do not show, as both come from one solver."""
+"""Relative error of a derivative that the two differences have in common, as both come from one solver."""
 NOISE = 3.5
 """Standard deviation of the gap between one-sided derivatives over that of a central difference, by noise: sqrt(12)."""
 UNCERTAIN = 0.5
@@ -50,7 +50,7 @@ LEAST_KINK = 1e-3
 
 
 class Derivative(NamedTuple):
-    """Derivative of a reading, with `value` and `unit`, by a number, with the value `at` and the unit `by_unit`.
+    """Derivative of a reading, which has a `value` and `unit`, by a number, which has the value `at` and the unit `by_unit`.
 
     `below` and `above` are one-sided derivatives. If no derivative can be stated, it is nan, the error inf, and `note` says why.
     """
@@ -175,7 +175,7 @@ def sensitivities(
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not statical(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    watching.get().most = 2 + 4 * len(scales) if of_runs else inf
+    watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf  # two widths, two sides of each number
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
@@ -185,7 +185,7 @@ def sensitivities(
 class Neighbours(NamedTuple):
     """Mechanisms that differ from a given one in one number.
 
-    `fixed` are arguments that do not vary. Widths are multiplied by `scales`: the numbers, or their standard deviations.
+    `fixed` are arguments of the function that do not vary. Changes are widths times `scales`: numbers, or standard deviations.
     """
 
     family: Family
@@ -200,14 +200,14 @@ class Neighbours(NamedTuple):
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
         coarse = finer(solver, 1 / WIDER, -DEGREE_STEP if (solver.degree or 0) > DEGREE_STEP else 0)
-        levels = [(level, half, self.read(readings, level)) for level, half in ((solver, width), (coarse, WIDER * width))]
+        levels = [(level, w, self.read(readings, level)) for level, w in ((solver, width), (coarse, WIDER * width))]
         slopes, reason = dict[str, list[Array]](), ""
         try:
             for name in self.scales:
                 slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
         except USER_STOPS as stop:
             reason = str(stop)
-        unchanged, rows = levels[0][2], []
+        (_, _, unchanged), rows = levels[0], []
         for i, reading in enumerate(readings):
             value, derivatives = float(unchanged.values[i]), []
             relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
@@ -234,7 +234,7 @@ class Neighbours(NamedTuple):
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
-    """Return the scale of the changes of a number: its absolute value, or of zero its standard deviation."""
+    """Return the scale of the changes of a number: its absolute value or, if it is zero, its standard deviation."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
         raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
@@ -244,8 +244,8 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
 def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: float, rounding: float) -> Derivative:
     """Combine one-sided derivatives to a derivative with its error.
 
-    `sides` are from below and above, finer, then coarser. `relative` is the relative error of the reading, `rounding` that of
-    the derivative due to rounding.
+    `sides` are from below and above, finer, then coarser. `relative` is the relative error of the reading. `rounding` is the
+    error of the derivative due to rounding.
     """
     below, above, coarse_below, coarse_above = sides
     if isfinite(below) != isfinite(above):
@@ -254,7 +254,7 @@ def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: 
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0
+    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # gaps of a smooth reading are as the widths
     error = abs(value - coarse) + noise
     reason = ""
     if not isfinite(value + coarse):

@@ -18,7 +18,7 @@ from .numbers import Family, Source
 from .reading import RunFailedError
 from .residuals import STEADY, check_ranges
 from .runs import Reading, needs_compiler, readings_of
-from .searching import BINDS, EnoughError, Search, parse_want, point_of
+from .searching import BINDS, EnoughError, Search, parse_constraint, point_of
 
 BUDGET = 1000
 """Default of the largest number of runs of a search."""
@@ -111,8 +111,8 @@ def optimise(
         If no start leads to a run that ends.
     """
     needs_compiler()
-    wants, named = [parse_want(text) for text in subject_to], readings or {}
-    names = list(dict.fromkeys([*([minimise] if minimise else []), *(want.name for want in wants)]))
+    constraints, named = [parse_constraint(text) for text in subject_to], readings or {}
+    names = list(dict.fromkeys([*([minimise] if minimise else []), *(constraint.reading for constraint in constraints)]))
     if not names:
         raise ValueError("minimise and subject_to: neither; give a reading")
     duration = None if duration is None else float(positive("duration", duration, "s"))
@@ -121,7 +121,7 @@ def optimise(
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
-    search = Search(family, used, minimise, wants, dict(free), duration, solver or replace(STEADY, degree=8), budget)
+    search = Search(family, used, minimise, constraints, dict(free), duration, solver or replace(STEADY, degree=8), budget)
     watching.get().most = budget
     return _answer(search, [_first(free, start or {}), *others])
 
@@ -138,7 +138,7 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
 
 
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
-    """Search a design; while a finer run of it violates a constraint, correct the readings by that run and search again."""
+    """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
     _until_enough(search, lambda: search.from_starts(starts))
     tried: list[tuple[Array, Array, Array]] = []
     for _ in range(1 + MOST_CORRECTIONS):
@@ -147,7 +147,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
             if search.stopped:
                 raise RunFailedError(f"{search.stopped}, before any run ended")
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
-        if tried and point_of(x) == point_of(tried[-1][0]):
+        if tried and point_of(x) == point_of(tried[-1][0]):  # the last correction did not change the design
             break
         coarse, fine = search.cache[point_of(x)], search.check(x)
         tried.append((x, coarse, fine))
@@ -159,7 +159,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
-    """Take a step of a search, which ends early if runs or time are used up, or if all constraints are met."""
+    """Take a step of a search; the step ends early if runs or time are used up, or if all constraints are met."""
     try:
         step()
     except EnoughError:
@@ -169,16 +169,16 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
 
 
 def _design(search: Search, x: Array, coarse: Array, fine: Array) -> Design:
-    """Make the result from the readings at a point x of the cube, of the search and of a finer run."""
+    """Make the result at a point x of the cube from its readings by the search, `coarse`, and by a finer run, `fine`."""
     violated, pairs = search.list_violated(fine), search.pairs(fine)
-    complete = not search.stopped and (search.runs < search.budget or not (search.aim or violated))
+    complete = not search.stopped and (search.runs < search.budget or not (search.objective or violated))
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
-    binding += [want.text for want, value in pairs if want.binds(value)]
+    binding += [constraint.text for constraint, value in pairs if constraint.binds(value)]
     violations = "; ".join(
-        f"{want.text}: {value:.6g}{unit_suffix(search.units, want.name)}, {100 * want.miss(value):.2g} % off" if isfinite(value)
-        else f"{want.text}: it has no value there" for want, value in pairs if want in violated
+        f"{each.text}: {value:.6g}{unit_suffix(search.units, each.reading)}, {100 * each.violation(value):.2g} % off"
+        if isfinite(value) else f"{each.text}: it has no value there" for each, value in pairs if each in violated
     )  # fmt: skip
     message = f"none of the designs tried keeps {violations}" if violated else ""
     if not complete:

@@ -37,7 +37,7 @@ UNIDENTIFIED = 0.5
 CORRELATED = 0.95
 """Correlation of two numbers above which the data identify only a combination of them."""
 FROM_AXIS = 0.1
-"""First measured angle, over the range of its signal, above which angles seem to count from the x axis, not from the start."""
+"""First measured angle, over the range of the measured angles, above which they seem to count from the x axis, not from t = 0."""
 
 
 class Interval(NamedTuple):
@@ -48,7 +48,7 @@ class Interval(NamedTuple):
 
 
 class ProfileLikelihood(NamedTuple):
-    """Profile likelihood of a number: least `cost` for values `at` of it; `level` is the cost at the ends of the interval."""
+    """Profile likelihood: least `cost` with a number fixed at each value of `at`; `level` is the cost at the interval's ends."""
 
     at: Array
     cost: Array
@@ -208,12 +208,12 @@ def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
 def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
     """Compute the profile likelihood of a number at its best value and at four values on each side."""
     i = problem.names.index(name)
-    width = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))
+    width = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))  # 3 standard deviations, or half the range
     squares = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
     for side in (-1, 1):
         x = best.copy()
-        for part in (0.25, 0.5, 0.75, 1.0):
-            x[i] = np.clip(best[i] + side * part * width, 0.0, 1.0)
+        for fraction in (0.25, 0.5, 0.75, 1.0):
+            x[i] = np.clip(best[i] + side * fraction * width, 0.0, 1.0)
             x = _solve(problem, x, fixed=i)
             squares[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
     at, cost = np.array([*zip(*sorted(squares.items()), strict=True)])
@@ -222,7 +222,7 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
 
 
 def _growth(problem: FitProblem) -> float:
-    """Return the sum of squares at the ends of the 95 % interval of one number, over the least sum, by the F distribution."""
+    """Return the sum of squares at the ends of a number's 95 % interval over the least sum, by the F distribution."""
     freedom = max(1, problem.count - len(problem.names))
     return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
 
@@ -254,7 +254,7 @@ def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, corre
         correlated = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > CORRELATED]
         if name in problem.blocked:
             notes.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
-        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:
+        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:  # 1.96: 95 % of a normal distribution
             reason = f"only together with {', '.join(correlated)}" if correlated else "the data hardly depend on it"
             notes.append(f"{name} is not identified: {reason}.")
         elif min(best[i], 1 - best[i]) < 1e-6:

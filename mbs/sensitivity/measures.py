@@ -36,13 +36,13 @@ END_FROM_OUTSIDE = (Status.TIMED_OUT, Status.INTERRUPTED)
 AT_TIME = re.compile(r"\bat\(")
 """Pattern of readings at a given time, which may lie after the end of an incomplete run."""
 OF_CONTACTS = ("begins", "ends", "peak")
-"""Readings of single contacts; without contact, signals have no error."""
+"""Readings of single contacts; out of contact the signal is exactly zero, so that errors have the sign of the signal."""
 BATCHES = 20
-"""Largest number of batches, used without a revolving drive: fewer make s uncertain, more are correlated."""
+"""Largest number of batches, and their number without a revolving drive: fewer make s uncertain, more are correlated."""
 LEAST_BATCHES = 4
 """Least number of batches for a standard deviation."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
-"""Exponent p by which the standard deviation of a reading of the whole run is n^p times that of a batch."""
+"""Exponent p: the standard deviation of a reading of the whole run is n^p times that of a batch, with n batches."""
 
 
 class Reading(NamedTuple):
@@ -112,7 +112,7 @@ def _change(
         if norm is Norm.ONSET:
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
-        error = error / float(time[-1]) if norm is Norm.IMPULSE else error  # of an impulse: as a constant error of the signal
+        error = error / float(time[-1]) if norm is Norm.IMPULSE else error  # an error of the impulse as one of the signal
         shapes = (np.sign(x),) if reading in OF_CONTACTS else (np.sign(x), np.ones(len(x)))
         changed = [value_of(leaf, time, {**signals, short: x + side * error * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))
@@ -137,7 +137,7 @@ def _sampling_error(leaf: ast.Call, reading: str, result: Result, signals: Mappi
 
 def batches(result: Result) -> Array:
     """Return the edges of batches [s]: whole revolutions of the drive, at most `BATCHES` batches, or equal parts."""
-    end, period = float(result.time[-1]), result.error.turn
+    end, period = float(result.time[-1]), result.error.turn  # period: time of a revolution, 0 if nothing revolves
     if not period > 0 or end < LEAST_BATCHES * period:
         return np.linspace(0.0, end, BATCHES + 1)
     revolutions = max(1, round(end / period / BATCHES))
@@ -171,7 +171,7 @@ def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
 
 
 def _measure(result: Result, text: str) -> Measure:
-    """Read a formula, and compare its error with the accuracy requested or, without one, with `STRIKE`."""
+    """Read a formula, and compare its error with the accuracy requested or, without one, with 5 % (`STRIKE`)."""
     value, error, unit, _ = result.reading(text)
     signals = tuple(parse_reading(text, result.signals)[1].values())
     of_unit = [name for name in signals if result.units.get(name) == unit]

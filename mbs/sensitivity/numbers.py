@@ -22,7 +22,7 @@ Source = Mechanism | Mapping[str, Any] | Callable[..., Mechanism]
 
 
 class Entry(NamedTuple):
-    """Entry of a document: its declaration if there is one, value, unit."""
+    """Entry of a document: its declaration, if there is one, its value and its unit."""
 
     declaration: Declaration | None
     value: Any
@@ -54,7 +54,8 @@ def _choose_unit(document: Mapping[str, object], keys: Sequence[str | int], unit
             return choice
     if keys[0] == "drives" and isinstance(keys[1], int) and " or " in unit:
         mechanism = Mechanism.from_dict(document)
-        return unit.split(" or ")[mechanism.drives[keys[1]].target in mechanism.points]
+        of_link, of_point = unit.split(" or ")
+        return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
     is_position = keys[0] == "links" and isinstance(keys[-1], int)  # of a point on a link
     return unit or ("m" if is_position else "")
 
@@ -90,7 +91,7 @@ def _find_field(part: object, name: str, path: str) -> tuple[object, Declaration
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: `make` makes a mechanism; `values` of the given one, SI, and `units`, by name."""
+    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism."""
 
     make: Callable[[Mapping[str, float]], Mechanism]
     values: dict[str, float]

@@ -46,7 +46,7 @@ USAGE = {
     "peak": "peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
 }  # fmt: skip
 """Usage of functions with several arguments, for messages."""
-ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}
+ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}  # of formulas
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
@@ -125,6 +125,7 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
     def replace(match: re.Match[str]) -> str:
+        """Replace the name of a signal by its short name."""
         names[short[match[0]]] = match[0]
         return short[match[0]]
 

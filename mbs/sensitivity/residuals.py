@@ -23,7 +23,7 @@ from .runs import run
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
 STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver: its small error, over `WIDTH`, is the error of derivatives."""
+"""Default solver; the error of a reading over `WIDTH` is an error of the derivatives, and must be small."""
 WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAR = 1e3
@@ -42,7 +42,7 @@ class FitProblem:
 
     `errors` are standard deviations of signals; `units` are those of numbers and, after a run, of signals. `failed` is the
     message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers without a
-    derivative, as runs on both sides fail, to the message of such a run. `cached` is the latest point with its predictions.
+    derivative, as runs on both sides fail, to the message of such a run. `cached` is the latest point with the predictions there.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -100,11 +100,11 @@ class FitProblem:
         if self.cached is not None and np.array_equal(self.cached[0], x):
             return self.cached[1]
         numbers, predicted = dict(zip(self.names, self.values(x).tolist(), strict=True)), []
-        zero = numbers.pop(TIME_ZERO, 0.0)
+        time_zero = numbers.pop(TIME_ZERO, 0.0)
         for experiment in self.experiments:
-            ended = run(self.make(numbers | dict(experiment.settings)), experiment.span - zero, self.solver)
+            ended = run(self.make(numbers | dict(experiment.settings)), experiment.span - time_zero, self.solver)
             self.units |= {name: ended.units[name] for name in experiment.signals if name in ended.units}
-            predicted.append(read_run(ended, experiment, zero))
+            predicted.append(read_run(ended, experiment, time_zero))
         return predicted
 
     def compare(self, predicted: Sequence[Mapping[str, Any]]) -> Array:
@@ -174,8 +174,8 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
 
 
-def read_run(ended: Run, experiment: Experiment, zero: float) -> dict[str, Any]:
-    """Return the signals, at the times of the data, and readings of a run that begins at the time `zero` of the data."""
+def read_run(ended: Run, experiment: Experiment, time_zero: float) -> dict[str, Any]:
+    """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data."""
     time, values, units = ended.record.time, ended.values, ended.units
     predicted: dict[str, Any] = {}
     for name in experiment.signals:
@@ -185,7 +185,7 @@ def read_run(ended: Run, experiment: Experiment, zero: float) -> dict[str, Any]:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = ended.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
-        predicted[name] = between(time, values[name], slopes, np.clip(experiment.time - zero, 0.0, time[-1]))
+        predicted[name] = between(time, values[name], slopes, np.clip(experiment.time - time_zero, 0.0, time[-1]))
     return predicted | {text: measure(text, time, values, units, Smooth).value for text in experiment.readings}
 
 

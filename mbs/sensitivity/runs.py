@@ -26,7 +26,7 @@ Reading = str | Callable[[Mechanism], float]
 
 
 class Readings(NamedTuple):
-    """Values of readings, their units, and their errors, 0 if not estimated."""
+    """Values of readings with their units and errors; an error that was not estimated is 0."""
 
     values: Array
     units: list[str]
@@ -41,7 +41,7 @@ def finer(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
-    """Integrate implicitly, with the signals that the text `readings` names, or all; a RunFailedError says why a run fails."""
+    """Integrate implicitly; make the signals that the text `readings` names, or all; a RunFailedError says why a run fails."""
     watching.get().check()
     watching.get().count += 1
     solver = replace(solver, method="implicit")

@@ -30,7 +30,7 @@ MET = 1e-6
 BINDS = 1e-3
 """Relative distance from an end of its interval up to which a constraint is binding."""
 NARROW = 0.1
-"""Width of an interval, over its larger end, up to which it is a value with a tolerance and always binding."""
+"""Width of an interval, over its larger end, up to which the interval is a value with a tolerance, and always binding."""
 FINER = 32.0
 """Ratio of tolerances, search over finer run."""
 BEST_STARTS = 3
@@ -38,32 +38,32 @@ BEST_STARTS = 3
 ITERATIONS = 60
 """Largest number of iterations of a minimisation."""
 MOST_EVALUATIONS = 15
-"""Largest number of evaluations of least squares for constraints alone: more would follow noise."""
+"""Largest number of evaluations of least squares for constraints alone; further ones would follow noise of the readings."""
 SAME_POINT = 1e-7
 """Grid of the cube to which points are rounded: runs of closer points differ by noise only."""
 CONVERGED = 0.5
-"""Residual of all constraints below which least squares have converged; at 1 a reading is at an end of its interval."""
+"""Residual up to which a constraint is met when least squares end; at 1 a reading is at an end of its interval."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
 class EnoughError(Exception):
-    """Signal to end a search: constraints are met, or the budget of runs is used up."""
+    """Exception that ends a search: constraints are met, or the budget of runs is used up."""
 
 
-class Want(NamedTuple):
-    """Constraint: a reading lies in an interval; `given` is the value as written if it has a unit, else ''."""
+class Constraint(NamedTuple):
+    """Constraint: a `reading` lies in an interval; `written` is the user's value as text if it has a unit, else ''."""
 
     text: str
-    name: str
+    reading: str
     low: float
     high: float
-    given: str = ""
+    written: str = ""
 
     @property
     def ends(self) -> list[tuple[float, float, float]]:
-        """Finite ends of the interval: side, value, scale. The violation is side * (value - reading) / scale, if positive."""
+        """Finite ends of the interval: side, end, scale. The violation is side * (end - reading) / scale, if positive."""
         sizes = [abs(end) for end in (self.low, self.high) if isfinite(end) and end]
         pairs = [(1.0, self.low), (-1.0, self.high)]
         return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
@@ -74,22 +74,22 @@ class Want(NamedTuple):
         width = self.high - self.low
         return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
 
-    def miss(self, value: float) -> float:
+    def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
         return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
 
     def residual(self, value: float) -> tuple[float, float]:
         """Compute the residual of a value for least squares, and its derivative.
 
-        In a narrow interval it is the distance from the middle over half the width. Else it is 1 + violation / `EXACT`, 0 where
-        that is negative.
+        In a narrow interval the residual is the distance from the middle over half the width. Else it is 1 + violation / `EXACT`,
+        or 0 where this sum is negative.
         """
         if not isfinite(value):
             return FAR, 0.0
         if self.is_narrow:
             slope = 2.0 / max(self.high - self.low, MET * self.ends[0][2])
             return (value - 0.5 * (self.low + self.high)) * slope, slope
-        side, end, scale = max(self.ends, key=lambda part: part[0] * (part[1] - value) / part[2])
+        side, end, scale = max(self.ends, key=lambda item: item[0] * (item[1] - value) / item[2])  # the most violated end
         violation = side * (end - value) / (scale * EXACT)
         return (violation + 1.0, -side / (scale * EXACT)) if violation > -1.0 else (0.0, 0.0)
 
@@ -98,11 +98,11 @@ class Want(NamedTuple):
         return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
 
 
-def parse_want(given: str | tuple[str, float, float]) -> Want:
+def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
     """Parse a constraint, such as 'max(B.contact_force) = 1.5 N ± 1 %', or raise a ValueError."""
     if not isinstance(given, str):
         name, low, high = given
-        return Want(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
+        return Constraint(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
     match = CONSTRAINT.fullmatch(given)
     try:
         if match is None:
@@ -115,21 +115,21 @@ def parse_want(given: str | tuple[str, float, float]) -> Want:
         raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
     sign = match["sign"]
     low, high = (value - width, value + width) if sign == "=" else (value, inf) if sign == ">=" else (-inf, value)
-    return Want(given.strip(), match["reading"], float(low), float(high), getattr(value, "given", ""))
+    return Constraint(given.strip(), match["reading"], float(low), float(high), getattr(value, "given", ""))
 
 
 @dataclass
 class Search:
-    """Readings as functions of a point of the unit cube; `aim` names the reading to minimise, if any, `wants` are constraints.
+    """Readings as functions of a point of the unit cube; `objective` is the name of the reading to minimise, '' if there is none.
 
-    `offset` is added to readings: the difference of a finer run. `failed` is the message of the first run if it failed, `stopped`
-    the reason why the search ended early. `cache` maps rounded points to readings.
+    `offset` is added to all readings: a finer run less a run of the search at the best point so far. `failed` is the message of
+    the first run if it failed, `stopped` the reason why the search ended early. `cache` maps rounded points to readings.
     """
 
     family: Family
     readings: Mapping[str, Reading]
-    aim: str
-    wants: list[Want]
+    objective: str
+    constraints: list[Constraint]
     ranges: dict[str, tuple[float, float]]
     duration: float | None
     solver: Spectral
@@ -155,9 +155,10 @@ class Search:
             found = read(self.readings, self.family.make(self.values(x)), self.duration, solver)
             if not self.units.keys() >= self.readings.keys():
                 self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
-                for want in self.wants:
-                    if (unit := self.units[want.name]) and want.given and not cast(Measured, measured(want.given)).fits(unit):
-                        raise WrongReadingError(f"subject_to '{want.text}': {want.name} is in {unit}")
+                for each in self.constraints:
+                    unit = self.units[each.reading]
+                    if unit and each.written and not cast(Measured, measured(each.written)).fits(unit):
+                        raise WrongReadingError(f"subject_to '{each.text}': {each.reading} is in {unit}")
             return found.values
         except WrongReadingError:
             raise
@@ -166,13 +167,13 @@ class Search:
             return np.full(len(self.readings), np.nan)
 
     def evaluate(self, x: Array) -> Array:
-        """Compute readings at a point, with the offset, or look them up; raise an EnoughError to end the search."""
+        """Compute the readings at a point, or look them up, and add the offset; an EnoughError ends the search."""
         key = point_of(x)
         if key not in self.cache:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.aim and all(abs(r) <= CONVERGED for r in self.residuals(x)):
+            if not self.objective and all(abs(r) <= CONVERGED for r in self.residuals(x)):
                 raise EnoughError
         return self.cache[key] + self.offset
 
@@ -191,32 +192,32 @@ class Search:
             columns.append((after - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
-    def pairs(self, readings: Array) -> list[tuple[Want, float]]:
+    def pairs(self, readings: Array) -> list[tuple[Constraint, float]]:
         """Pair each constraint with the value of its reading."""
-        return [(want, float(readings[self.row[want.name]])) for want in self.wants]
+        return [(constraint, float(readings[self.row[constraint.reading]])) for constraint in self.constraints]
 
     def residuals(self, x: Array) -> Array:
         """Compute the residuals of the constraints at a point."""
-        return np.array([want.residual(value)[0] for want, value in self.pairs(self.evaluate(x))])
+        return np.array([constraint.residual(value)[0] for constraint, value in self.pairs(self.evaluate(x))])
 
     def jacobian(self, x: Array, width: float) -> Array:
         """Compute derivatives of the residuals over the cube, shape (constraints, numbers)."""
         pairs, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
-        return np.array([want.residual(value)[1] * slopes[self.row[want.name]] for want, value in pairs])
+        return np.array([constraint.residual(value)[1] * slopes[self.row[constraint.reading]] for constraint, value in pairs])
 
-    def list_violated(self, readings: Array) -> list[Want]:
+    def list_violated(self, readings: Array) -> list[Constraint]:
         """List the constraints that readings violate."""
-        return [want for want, value in self.pairs(readings) if want.miss(value) > MET]
+        return [constraint for constraint, value in self.pairs(readings) if constraint.violation(value) > MET]
 
     def merit(self, readings: Array) -> tuple[float, float]:
-        """Return the sum of violations and the reading to minimise: the smaller pair is the better design."""
-        miss = sum(want.miss(value) for want, value in self.pairs(readings)) if self.list_violated(readings) else 0.0
-        aim = float(readings[self.row[self.aim]]) if self.aim else 0.0
-        return miss, aim if isfinite(aim) else inf
+        """Return the sum of violations and the reading to minimise: of two designs that with the smaller pair is better."""
+        violation = sum(each.violation(value) for each, value in self.pairs(readings)) if self.list_violated(readings) else 0.0
+        objective = float(readings[self.row[self.objective]]) if self.objective else 0.0
+        return violation, objective if isfinite(objective) else inf
 
     def best(self) -> Array | None:
         """Find the best point that was run; None if no run has a value."""
-        has_value = np.all if self.aim else np.any
+        has_value = np.all if self.objective else np.any
         points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
         return min(points, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if points else None
 
@@ -224,19 +225,20 @@ class Search:
         """Minimise from the first start, then from the best of the others."""
         for group in (starts[:1], starts[1:]):
             ranked = sorted((self.merit(self.evaluate(x)), k) for k, x in enumerate(group))
-            for (_, aim), k in ranked[:BEST_STARTS]:
-                if isfinite(aim):
+            for (_, objective), k in ranked[:BEST_STARTS]:
+                if isfinite(objective):
                     self.descend(group[k])
 
     def descend(self, x: Array) -> None:
         """Minimise subject to the constraints; with nothing to minimise, meet them by least squares, wide differences first."""
-        if not self.aim:
+        if not self.objective:
             for width in (WIDE, WIDTH):
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
                                   method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
-        row, scale = self.row[self.aim], abs(self.merit(self.evaluate(x))[1]) or 1.0
-        ends = [(self.row[want.name], *end) for want in self.wants for end in want.ends]
+        _, objective = self.merit(self.evaluate(x))
+        row, scale = self.row[self.objective], abs(objective) or 1.0
+        ends = [(self.row[constraint.reading], *end) for constraint in self.constraints for end in constraint.ends]
         margins = {
             "type": "ineq",
             "fun": lambda x: np.nan_to_num([side * (self.evaluate(x)[k] - end) / size for k, side, end, size in ends], nan=-FAR),

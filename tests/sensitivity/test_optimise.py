@@ -20,7 +20,7 @@ from buckler.mbs import (
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.process import Interrupted
 from buckler.mbs.sensitivity.reading import RunFailedError
-from buckler.mbs.sensitivity.searching import parse_want
+from buckler.mbs.sensitivity.searching import parse_constraint
 
 K, F = "loads[0].stiffness", "loads[1].value[0]"
 
@@ -131,11 +131,11 @@ def test_an_unstable_rest_has_no_frequency():
 
 
 def test_constraints_as_text():
-    assert parse_want("max(B.x) = 1.5 N ± 1 %")[1:4] == ("max(B.x)", 1.485, 1.515)
-    assert parse_want("end(B.x) >= 2 mm")[1:4] == ("end(B.x)", 0.002, np.inf)
-    assert parse_want(("end(B.x)", 1, 2))[1:4] == ("end(B.x)", 1.0, 2.0)
+    assert parse_constraint("max(B.x) = 1.5 N ± 1 %")[1:4] == ("max(B.x)", 1.485, 1.515)
+    assert parse_constraint("end(B.x) >= 2 mm")[1:4] == ("end(B.x)", 0.002, np.inf)
+    assert parse_constraint(("end(B.x)", 1, 2))[1:4] == ("end(B.x)", 1.0, 2.0)
     with pytest.raises(ValueError, match="write for instance"):
-        parse_want("end(B.x) about 2 mm")
+        parse_constraint("end(B.x) about 2 mm")
     with pytest.raises(ValueError, match="neither"):
         optimise(pushed(150.0), 0.1, free={K: (100.0, 180.0)})
 
