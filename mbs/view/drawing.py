@@ -1,7 +1,8 @@
 """Marks of a picture of a mechanism: lines, discs and labels, each fixed in a frame that moves with a body.
 
 Pictures by matplotlib, the report page and ParaView files draw the same marks. A frame has a position [m] and the
-angle turned since t = 0 [rad]; at t = 0 its axes are those of the ground. Lengths of marks are in m.
+angle turned since t = 0 [rad]; at t = 0 its axes are those of the ground. Lengths of marks are in m. An `ink` is a key
+of `INKS`. Numbers without a name are proportions of symbols, chosen by their look.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class StripMark(NamedTuple):
 
 
 class Arrow(NamedTuple):
-    """A force at a frame. `signals` names its two components, or its size along the direction `along` of the frame `within`."""
+    """A force at a frame: two components that `signals` names, or one along the direction `along` of the frame `within`."""
 
     frame: str
     ink: str
@@ -64,7 +65,7 @@ class Arrow(NamedTuple):
 
 
 class Label(NamedTuple):
-    """A text centred at a place of a frame; `what` is the kind of thing it names: 'point', 'link' or 'symbol'."""
+    """A text centred at a place in a frame; `what` the text names is a 'point', a 'link', or part of a 'symbol'."""
 
     frame: str
     text: str
@@ -119,11 +120,18 @@ UNIT = 0.027
 Pair = tuple[float, float]
 
 
-class Sheet:
-    """Input and collected frames of the symbols of a mechanism, whose points move as in `record`.
+class FrameSource(NamedTuple):
+    """Point reference that a frame follows, '' for the ground; a `pin` keeps `factor` times its distance from this reference."""
 
-    `unit` is the size of a symbol [m]. `frames` maps the name of a frame to the point reference that it follows. For a pin in a
-    bush it adds the pin's point reference and the factor by which the eccentricity is enlarged.
+    reference: str
+    pin: str = ""
+    factor: float = 0.0
+
+
+class Sheet:
+    """Input of symbols, a mechanism with its motion in `record`, and the frames that the symbols need, by name.
+
+    `unit` is the size of a symbol [m].
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:
@@ -131,7 +139,7 @@ class Sheet:
         places = np.array(list(mechanism.points.values()))
         self.extent = float(max(np.ptp(places, axis=0).max(), 1e-9))
         self.unit = UNIT * self.extent
-        self.frames: dict[str, tuple[str, str, float]] = {"": ("", "", 0.0)}
+        self.frames = {"": FrameSource("")}
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
     def at(self, body: str, point: str) -> str:
@@ -141,13 +149,13 @@ class Sheet:
 
     def frame(self, ref: str) -> str:
         """Return the frame of a point reference, such as 'crank:A'."""
-        self.frames.setdefault(ref, (ref.removeprefix(FIXED), "", 0.0))
+        self.frames.setdefault(ref, FrameSource(ref.removeprefix(FIXED)))
         return ref
 
     def inside(self, bush: str, pin: str, factor: float) -> str:
-        """Return the frame of a pin whose distance from the bush is drawn enlarged by a factor."""
+        """Return the frame of a pin whose distance from the bush is drawn larger by a factor."""
         name = f"{bush}~{pin}"
-        self.frames[name] = (bush, pin, factor)
+        self.frames[name] = FrameSource(bush, pin, factor)
         return name
 
     def body(self, name: str) -> str:

@@ -1,6 +1,6 @@
 """Symbols of springs, loads, masses, drives and couplings. Belts, ropes and pitch circles are drawn to scale.
 
-Each function takes the sheet, the name of the element and the element.
+Each function takes the sheet, the name of the element and the element. Numbers are proportions, over the size of a symbol.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that the two bodies of the spring share."""
     frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
-    polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in (2.25 * 2 * pi * k / 60 for k in range(61))]
+    polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in (2.25 * 2 * pi * k / 60 for k in range(61))]  # 2.25 turns
     yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))
 
 
@@ -61,7 +61,7 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
 
 
 def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
-    """Yield a turning arrow on the loaded link, beside the link's name."""
+    """Yield a turning arrow on the loaded link, at 0.3 of its length, beside the link's name."""
     x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
     yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 

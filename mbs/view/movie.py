@@ -22,7 +22,7 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.record import Record, select
-from .drawing import FIXED, MIDDLE, Disc, Label, Mark, Outline, Sheet, Span, StripMark
+from .drawing import FIXED, MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark
 from .symbols import draw_marks
 
 STATIONS = 25
@@ -57,7 +57,7 @@ class Band:
 
 @singledispatch
 def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
-    """Return the bent line of a flexible link at the times of `record`, with strains recorded in `source`; else None."""
+    """Return the bent line of a flexible link at the times of `record`, with strains of `source`; None for other links."""
     return None
 
 
@@ -78,10 +78,10 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # some 32 stations in all
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
-    share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
+    fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval before the next recorded time
     rows, positions = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
     before, after = positions[: len(k)], positions[len(k) :]
-    axial, *_, bending = select(recorded, rows).strains()
+    axial, *_, bending = select(recorded, rows).strains()  # between them shear, if the strip has it
     stations = motion.arcs(per_element)
 
     def interpolate(strain: Any) -> Array:
@@ -90,7 +90,7 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
         arcs = np.cumsum(weights) - weights / 2
         matrix = np.array([np.interp(stations, arcs, row) for row in np.eye(len(arcs))])
         values = strain.value.reshape(len(rows), -1) @ matrix
-        return np.asarray((1 - share) * values[before] + share * values[after])
+        return np.asarray((1 - fraction) * values[before] + fraction * values[after])
 
     return line, interpolate(bending), interpolate(axial)
 
@@ -111,7 +111,7 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
 
 
 def _rest(record: Record, link: Link, local: Array) -> Bent:
-    """Return a line (stations, 2) in axes of a link, placed between the link's ends at t = 0, without strain."""
+    """Return the bent line of a link that was not recorded: `local` (stations, 2), in axes of the link, at t = 0, unstrained."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / np.hypot(*(end - start))
     line = start + local[:, :1] * along + local[:, 1:] * np.array([-along[1], along[0]])
@@ -121,7 +121,7 @@ def _rest(record: Record, link: Link, local: Array) -> Bent:
 
 @lru_cache
 def _elasticas() -> tuple[Array, Array]:
-    """Tabulate x/L, y/L, curvature times L of the elastica, (41, stations, 3), over the root of end shortening/L, (41,)."""
+    """Tabulate x/L, y/L and curvature times L of the elastica, (41, stations, 3), over sqrt(end shortening/L), (41,)."""
     roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
     x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
     return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
@@ -138,8 +138,8 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     roots, shapes = _elasticas()
     root = np.sqrt(np.clip(1 - span / length, 0.0, 1.0))
     k = np.minimum((root * (len(roots) - 1)).astype(int), len(roots) - 2)
-    share = (root * (len(roots) - 1) - k)[:, None, None]
-    x, y, bend = np.moveaxis((1 - share) * shapes[k] + share * shapes[k + 1], -1, 0)
+    fraction = (root * (len(roots) - 1) - k)[:, None, None]
+    x, y, bend = np.moveaxis((1 - fraction) * shapes[k] + fraction * shapes[k + 1], -1, 0)
     x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # end on the chord's end
     left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
@@ -266,13 +266,13 @@ def _finite(record: Record) -> Record:
 
 
 def _movie(record: Record, source: Record) -> Movie:
-    """Make the movie of a record at the times of the pictures; `source` is the record at the times of the solver."""
+    """Make the movie of `record`, at the times of the pictures; `source` is the same motion at the times of the solver."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
         sheet.frame(point)
-    frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
+    frames = {name: _frame(record, name, source) for name, source in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
         shape = bent_line(link.body, record, source, link)
@@ -283,11 +283,11 @@ def _movie(record: Record, source: Record) -> Movie:
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
 
-def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Array:
-    """Compute x, y [m] and angle [rad] of a frame, (times, 3); the other arguments are the entry of `Sheet.frames`."""
-    if not ref:
+def _frame(record: Record, name: str, source: FrameSource) -> Array:
+    """Compute x, y [m] and the angle [rad] of a frame, (times, 3)."""
+    if not source.reference:
         return np.zeros((len(record.time), 3))
-    at, turn = record.point(ref)[0], record.turn(ref)[0]
-    if pin:
-        at = at + factor * (record.point(pin)[0] - at)
-    return np.column_stack([at, np.zeros_like(turn) if name.startswith(FIXED) else turn])
+    (place, _velocity), (turn, _rate) = record.point(source.reference), record.turn(source.reference)
+    if source.pin:
+        place = place + source.factor * (record.point(source.pin)[0] - place)
+    return np.column_stack([place, np.zeros_like(turn) if name.startswith(FIXED) else turn])

@@ -62,7 +62,7 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
 def _solids(movie: Movie) -> Iterator[MeshSolid]:
     """Yield the meshes of all links, of rigid links first."""
     for mark in movie.marks:
-        if isinstance(mark, Outline) and mark.closed and mark.width > 0:
+        if isinstance(mark, Outline) and mark.closed and mark.width > 0:  # the outline of a rigid link, no symbol
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
             fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles with a common corner
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
@@ -73,7 +73,8 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
         normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
         sides = [band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0)]
         corners = np.stack([_at_height(side, z) for z in (-band.width / 2, band.width / 2) for side in sides], axis=2)
-        cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + np.array([0, 4, 5, 1, 2, 6, 7, 3])
+        hexahedron = np.array([0, 4, 5, 1, 2, 6, 7, 3])  # 0 to 3 are corners of the section at a station, 4 to 7 at the next
+        cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + hexahedron
         values = dict(zip(STRIP_DATA, (band.bending, band.axial_force, band.stress), strict=True))
         data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
         yield MeshSolid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)

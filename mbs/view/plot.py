@@ -265,8 +265,8 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
 def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
     """Cut a path at its critical points into curves of parameter and place, (2, points), each with True if it is stable.
 
-    A critical point C lies between those neighbours A, B of the path for which |AC| + |CB| - |AB| is smallest. Where stability
-    changes without a critical point, the cut is half-way. Curves are cubic splines over the arc length of the path.
+    A critical point C is put between those successive points A, B of the path for which |AC| + |CB| - |AB| is smallest. Where
+    stability changes without a critical point, the cut is half-way. Curves are cubic splines over the arc length of the path.
     """
     from scipy.interpolate import CubicSpline
 

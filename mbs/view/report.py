@@ -28,7 +28,7 @@ MOTION = 190_000
 SIGNALS = 180_000
 """Largest size of the quantised signals [bytes]; base64 adds a third."""
 BINS = (40, 800)
-"""Least and largest number of intervals of time in which a signal is shown by its extremes."""
+"""Least and largest number of equal intervals of time, bins, in which a signal is shown by its extremes."""
 LONGEST = 20_000
 """Largest number of samples of a run for which the page computes an energy ledger that the user did not ask for."""
 LEVELS = 65534
@@ -50,7 +50,7 @@ def notebook_frame(result: Result) -> str:
 
 
 def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
-    """Return the report page as text; `texts` are its readings, by default the peaks of forces, torques and deflections."""
+    """Return the report page as text; `texts` are the readings it shows, by default peaks of forces, torques and deflections."""
     return fill_page(__package__, "report", content(with_ledger(result), title, texts))
 
 
@@ -105,7 +105,7 @@ class ArrayStore:
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array, quantised from `low` to `high`; return its start (-1 if constant), `low`, and the size of a step."""
+        """Append an array, quantised from `low` to `high`; return its first index (-1 if constant), `low`, the size of a step."""
         values = np.asarray(values, dtype=float).ravel()
         is_finite = np.isfinite(values)
         finite = values[is_finite]

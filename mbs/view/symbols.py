@@ -1,7 +1,8 @@
 """Symbols of links, joints, guides and stops, and the table `SYMBOLS` of the symbols of all elements.
 
-A symbol is a function (sheet, name, element) that yields marks. The table has them by the name of the element's class; a class
-that is not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark.
+A symbol is a function (sheet, name, element) that yields marks. The table is by the name of the element's class; a class that is
+not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark. Numbers are
+proportions, over the size of a symbol.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from .drawing import (
     hatching,
     place_along,
     unit,
-)
+)  # fmt: skip
 
 Symbol = Callable[..., Iterator[Mark]]
 
@@ -62,7 +63,7 @@ def draw_marks(sheet: Sheet) -> list[Mark]:
 
 
 def _free_side(sheet: Sheet, point: str) -> Pair:
-    """Find a place for a point's name, from the point [m]: in the widest angle between its links, support and motor."""
+    """Return the place of a point's name, from the point [m]: in the widest angle between its links, support and motor."""
     mechanism = sheet.mechanism
     x, y = mechanism.points[point]
     others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
@@ -75,7 +76,7 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     width, before = max(gaps)
     angle = before + width / 2
     driven = {mechanism.link(drive.target).start for drive in mechanism.drives if drive.target not in mechanism.points}
-    distance = (2.1 if point in driven else 1.2) * sheet.unit  # outside the arrow of a drive
+    distance = (2.1 if point in driven else 1.2) * sheet.unit  # 2.1 is outside the arrow of a drive
     return distance * cos(angle), distance * sin(angle)
 
 
@@ -145,7 +146,7 @@ def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
 
 
 def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
-    """Yield a pin in a bush, radii not to scale; the eccentricity is enlarged so that drawn circles touch in contact."""
+    """Yield a pin in a bush, radii not to scale; the eccentricity is enlarged so that the drawn circles touch in contact."""
     yield from support(sheet, joint)
     outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
@@ -199,7 +200,7 @@ def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float]
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield a stop's wall, moved by the drawn size of its point so that drawings touch in contact, and the force's arrow."""
+    """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.face_normal(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
@@ -236,36 +237,17 @@ def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
 
 
 SYMBOLS: dict[str, Symbol] = {
-    "Rigid": bar,
-    "Beam": strip,
-    "Cable": strip,
-    "Strut": strip,
-    "Modal": strip,
-    "Revolute": pin,
-    "Clearance": bush,
-    "Weld": weld,
-    "Slot": slot,
-    "Slider": sleeve,
-    "Guide": guide,
-    "Stop": stop,
-    "Spring": loads.spring,
-    "TorsionSpring": loads.spiral,
-    "Force": loads.force,
-    "Torque": loads.torque,
-    "LineLoad": loads.line_load,
-    "Motor": loads.motor,
-    "Drive": loads.drive,
-    "Mass": loads.mass,
-    "Gear": loads.gear,
-    "Rack": loads.rack,
-    "Belt": loads.belt,
-    "Rope": loads.rope,
-}
+    "Rigid": bar, "Beam": strip, "Cable": strip, "Strut": strip, "Modal": strip,
+    "Revolute": pin, "Clearance": bush, "Weld": weld, "Slot": slot, "Slider": sleeve, "Guide": guide, "Stop": stop,
+    "Spring": loads.spring, "TorsionSpring": loads.spiral, "Force": loads.force, "Torque": loads.torque,
+    "LineLoad": loads.line_load, "Motor": loads.motor, "Drive": loads.drive, "Mass": loads.mass,
+    "Gear": loads.gear, "Rack": loads.rack, "Belt": loads.belt, "Rope": loads.rope,
+}  # fmt: skip
 """Symbol of each kind of element or body, by the name of its class."""
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow at the point of an element, for its signals `NAME.fx` and `NAME.fy`; pages omit it without such signals."""
+    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")

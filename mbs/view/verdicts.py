@@ -27,7 +27,7 @@ QUESTIONS = {
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 """Verdicts in the order in which pages show them."""
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
-"""Message of the check of accuracy where no error was estimated."""
+"""Message of the check ACCURACY where no error was estimated."""
 NOT_APPLICABLE = "not_applicable"
 """Key of a result's provenance: the reasons why checks did not apply, by name."""
 SEPARATOR = re.compile(r"; (?=[A-Z_]{3,}: )")
@@ -52,7 +52,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
     finished = result.status.finished
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
-        if name == "SOLVERS" and not result.verified >= 0:
+        if name == "SOLVERS" and not result.verified >= 0:  # not compared with the other solver
             continue
         unknown = name == "ACCURACY" and not result.error.known
         verdict = (
@@ -73,7 +73,7 @@ def summary(result: Result) -> str:
 
 
 def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return tables of errors, work, settings and versions: for each its heading and its rows of name and value."""
+    """Return tables of errors, work, settings and versions, each as its heading and its rows of name and value."""
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     if result.asked > 0 or result.error.known:
         error = [("estimated error of the motion", share(result.error.motion))]
