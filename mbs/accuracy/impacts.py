@@ -71,10 +71,10 @@ class Impacts:
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     """Compute relative differences of two contact forces, of which b gives the sizes: impulse, peak, onsets.
 
-    The peak differs by what the highest force of one run has beyond the highest of the other during that impact, so that an
-    impact in two parts makes no difference. As the peaks of one impact may agree by chance, it differs at least by the relative
-    root mean square of all, weighted by the fourth powers of peaks. What the samples of b miss of a peak, by the parabola
-    through three of them, is added.
+    The difference of peaks is the excess of the highest force of one run over the highest of the other during that impact. So an
+    impact in two parts makes no difference. As the peaks of one impact may agree by chance, the difference is at least the
+    relative root mean square of all excesses, weighted by the fourth powers of peaks. The excess of the parabola through three
+    samples of b over their peak is added.
     """
     least = GRAZE * max(each.table[:, 2].max(initial=0.0) for each in (a, b))
     impacts_a, impacts_b = (each.table[each.table[:, 2] > least] for each in (a, b))

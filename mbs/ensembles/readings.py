@@ -37,7 +37,7 @@ STATISTICS: dict[str, Reduction] = {
     "variation": lambda sums, _: sums[..., Statistic.VARIATION],
 }
 """Statistics by name."""
-ALLOWED: dict[str, tuple[Any, int]] = {name: (None, 1) for name in (*STATISTICS, *POINTWISE)}
+ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (None, 1))
 """Functions that the parser accepts, each with one argument."""
 
 

@@ -6,11 +6,11 @@ d' = w v0 and the force F = f S. Then
     x dx = -w dw/(1 + chi w),     f = x (1 + chi w).                                (1)
 
 The force is largest where df = 0, at w = chi x^2. The integral of (1) from w = 1 is x^2 = 2 E(w), with E(w) the integral of
-s/(1 + chi s) ds from w to 1. With y = 1 + chi w both give
+s/(1 + chi s) ds from w to 1. With y = 1 + chi w these two equations give (2).
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
 
-W is the lower branch of Lambert's function. A constant force Q on the mass adds (Q/S)/y dx to (1). To first order in Q it
+Here W is the lower branch of Lambert's function. A constant force Q on the mass adds (Q/S)/y dx to (1). To first order in Q it
 increases x^2/2 by I Q/S, with I the integral of s/((1 + chi s)^2 x(s)) ds from w to 1. As f is stationary in w,
 
     F = c0 S + c1 Q,     c0 = x y,     c1 = y I/x.                                  (3)
@@ -32,8 +32,10 @@ from ..geometry import Array
 _ELASTIC = 1e-8
 """Factor chi below which w = chi is used for the root of (2), with an error of chi^2."""
 _GAUSS = np.polynomial.legendre.leggauss(12)
-_NODES, _WEIGHTS = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
-"""Nodes and weights of Gauss quadrature on [0, 1]."""
+_NODES = (_GAUSS[0] + 1.0) / 2.0
+"""Nodes of Gauss quadrature on [0, 1]."""
+_WEIGHTS = _GAUSS[1] / 2.0
+"""Weights of Gauss quadrature on [0, 1]."""
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:

@@ -6,9 +6,9 @@ forces. Follower forces make K unsymmetric (Bolotin 1963, ch. 1), and C need not
 positive real part.
 
 In a thin strip the rounding error of the highest eigenvalue is larger than the lowest eigenvalue. Therefore eigenvalues of the
-inverse of K + shift M are computed, theta = 1/(shift - s^2). The condition number is
-|y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|, y and z being left and right vectors (Tisseur and Meerbergen 2001,
-doi 10.1137/S0036144500381988). Values below their rounding error count as zero.
+inverse of K + shift M are computed, theta = 1/(shift - s^2). With left and right vectors y and z the condition number is
+|y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Values below
+their rounding error count as zero.
 """
 
 from __future__ import annotations

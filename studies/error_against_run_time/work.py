@@ -24,8 +24,12 @@ HandSetting = tuple[int, int, float, float]
 """Setting of a run written for the engine: elements, equal steps, relative and absolute tolerance of Newton's method."""
 Setting = tuple[float, int]
 """Setting of the compiled solver: tolerance, and degree of the strips, 0 without strips."""
-ENGINE, ONCE, KNOWN = "engine", "once", "known"
-"""Names of the series."""
+ENGINE = "engine"
+"""Name of the series of runs written for the engine by hand."""
+ONCE = "once"
+"""Name of the series of single runs of the compiled solver, by tolerance and degree."""
+KNOWN = "known"
+"""Name of the series of runs with an error estimate, by accuracy."""
 STEPS = 100_000_000
 """Largest number of steps of a run: fine runs take more than the default."""
 LIMIT = 300.0

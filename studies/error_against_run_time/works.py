@@ -145,10 +145,10 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     """Integrate Lagrange's equations of a chain of n bars in their angles; return the centre of the last bar, (times, 2) [m].
 
-    With angles q_k, bars of mass m, length a and inertia J about their centres, and b_k = n - k - 1/2 (k from 0):
+    With angles q_k, bars of mass m, length a and inertia J about their centres, c_kl = m a^2 min(b_k, b_l) and
+    b_k = n - k - 1/2 (k from 0):
 
-        sum_l [m a^2 min(b_k, b_l) cos(q_k - q_l)] q_l'' + (J - m a^2/4) q_k''
-            = -sum_l [m a^2 min(b_k, b_l) sin(q_k - q_l)] q_l'^2 - m g a b_k cos(q_k).
+        sum_l c_kl cos(q_k-q_l) q_l'' + (J - m a^2/4) q_k'' = -sum_l c_kl sin(q_k-q_l) q_l'^2 - m g a b_k cos(q_k).
     """
     n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
     assert isinstance(body, mbs.Rigid)

@@ -2,8 +2,8 @@
 
 A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the compression of
 the strip and the force of the stop at their maxima, over the Euler load P_E. An independent theory, a strip of sine modes
-(`SineStrip`), is compared with it. Two numbers decide the regime of a strike: the strip's deflection at first contact over
-its radius of gyration, and the rate of compression in Euler loads over a radian of the strip's first vibration,
+(`SineStrip`), is compared with it. Two numbers decide the regime of a strike. The first is the strip's deflection at first
+contact over its radius of gyration. The second is the compression, in Euler loads, in a radian of the strip's first vibration,
 
     s = K' v/(P_E w1 cos phi).
 
@@ -14,7 +14,7 @@ buckled before contact, swings, and the slider may never reach the stop.
 
 In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
 mu. It has no axial inertia; its material damping has the time constant tau. Its deflection from the chord AB is the sum of
-a_n sin(n pi x/L), where it is free of stress of b_n sin(n pi x/L). Bending shortens the chord. So the compression P and a_n obey
+a_n sin(n pi x/L), where it is free of stress of b_n sin(n pi x/L). Bending shortens the chord. So P and a_n obey
 
     P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),                                                   (1)
 
@@ -73,8 +73,10 @@ LINEAR = 1e-3
 """Speed of the slider below which its friction is proportional to the speed in the theory [m/s]."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
-R, L = PAPER.crank, PAPER.coupler
-"""Lengths of crank and coupler [m]."""
+R = PAPER.crank
+"""Length of the crank [m]."""
+L = PAPER.coupler
+"""Length of the coupler [m]."""
 K = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 

@@ -74,8 +74,8 @@ class Rebound(NamedTuple):
 class Stitched:
     """Slider-crank with a stop, as published, in SI units.
 
-    `mass` and `friction` are those of the slider, `impact_duration` is dt, `stiffness` is E I of the strip, `stop` the position
-    of the stop on the slider's line, `load` the function p(u).
+    `mass` and `friction` are those of the slider. `impact_duration` is dt, `stiffness` is E I of the strip. `stop` is the place
+    of the stop on the slider's line, `load` is the function p(u).
     """
 
     mass: float
