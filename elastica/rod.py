@@ -41,7 +41,8 @@ class RodSolution(NamedTuple):
 class Rod:
     """A straight rod on two pins, with normalised axial and shear stiffness.
 
-    `nodes` are collocation points of each of the two pieces of the half. A ValueError names what lies outside its range.
+    `nodes` is the number of collocation points in each of the two pieces into which `Strip` divides the half. A number outside
+    its range raises a ValueError.
     """
 
     axial: float = inf
@@ -86,7 +87,11 @@ class Rod:
     def _guess(self, half: Strip, shortening: float) -> tuple[Array, float]:
         """Return the half's unknowns and the end angle alpha [rad] at a shortening, by Galerkin's method with one mode.
 
-        The load p at an angle solves bending = linear p + quadratic p^2. A table of 200 angles is interpolated.
+        With theta = -alpha mode and the softness c the load p solves, int being the integral over the half,
+
+            alpha pi^2 = 2 p int sin(alpha mode) mode (1 + c p cos(alpha mode)),
+
+        in the code bending = linear p + quadratic p^2. A table of 200 angles is interpolated.
         """
         integral, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
         angles = np.geomspace(1e-6, 3.0, 200)
@@ -98,4 +103,4 @@ class Rod:
         angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
         shortened = 1.0 - cos[known] @ integral + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ integral)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
-        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)
+        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)  # theta, then m0, nx, ny

@@ -19,6 +19,7 @@ from .geometry import Array
 from .validate import short
 
 Pair = tuple[float, float]
+"""Coordinates x and y [m]."""
 AGREE = 1e-9
 """Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write."""
 STARTS = 48
@@ -183,7 +184,7 @@ class _Poses:
     def check_decided(self, links: list[Any]) -> None:
         """Raise a ValueError if there are fewer equations than unknowns, by the rank of the derivatives in a random pose."""
         count = self.free.shape[1]
-        slopes = self.residual(np.random.default_rng(1).normal(size=(1, count)))[1][0]
+        _, (slopes,) = self.residual(np.random.default_rng(1).normal(size=(1, count)))
         missing = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
         if missing:
             example = f", as links.{links[0].name}.angle = '60 deg'" if links else ""
@@ -234,7 +235,7 @@ class _Poses:
         if not self.free.shape[1]:
             return
         x = np.concatenate([pose[point] for point in unknown])
-        slopes = self.residual(((x - self.base) @ self.free)[None])[1][0]
+        _, (slopes,) = self.residual(((x - self.base) @ self.free)[None])
         values = np.linalg.svd(slopes, compute_uv=False)
         if values[-1] < SINGULAR * values[0]:
             names = ", ".join(f"'{link.name}'" for link in links)

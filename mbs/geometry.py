@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 Array = np.ndarray[Any, Any]
+"""Array of any shape and type."""
 
 
 def rotate(angle: Array, vectors: ArrayLike) -> Array:

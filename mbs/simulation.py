@@ -18,7 +18,7 @@ from .accuracy.levels import KINDS
 from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
-from .checks.suspicions import idle, suspicions
+from .checks.suspicions import explain_idle, find_suspicions
 from .elements import Drive
 from .functions import EdgeMemory, use_memory
 from .functions.breaks import MOST, WIDTH
@@ -106,7 +106,7 @@ def simulate(
         an element is unknown to the compiled solver. The result's provenance names the solver and the reason.
     verify : bool
         True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. The result's `verified` is the
-        largest relative difference of places; above the sum of both errors the result is SUSPECT, with SOLVERS in the message.
+        largest relative difference of positions and angles; above the sum of both errors the result is SUSPECT, with SOLVERS.
     ledger : bool
         True to keep the energy ledger, and to mark a run whose energy balance fails as SUSPECT.
     shapes : sequence of float
@@ -214,7 +214,8 @@ class _Runs:
         if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
         levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
-        scene = self.scene(levels.settings(levels.first())[1].degree)
+        _, coarsest = levels.settings(levels.first())
+        scene = self.scene(coarsest.degree)
         if isinstance(scene, str):
             return Exudyn(), f"the compiled solver does not take this mechanism: {scene}"
         return Spectral(), "it knows all elements of this mechanism"
@@ -269,8 +270,8 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     result = Result(status, message, record.time, *values, film=Film(record), traits=run.traits)
     if complete is not None:
         result = complete(result)
-    result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: idle(run, result)})
-    for reason in suspicions(run, result):
+    result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: explain_idle(run, result)})
+    for reason in find_suspicions(run, result):
         result = result.suspect(reason)
     if run.unseen and result.status.finished:
         result = replace(result, status=Status.UNSEEN, message="; ".join(filter(None, (run.unseen, result.message))))

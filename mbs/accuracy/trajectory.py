@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.errors import Key, Norm
 from ..record.lookup import corrected_trapezoidal
-from ..record.run import Run, put_through, resolves
+from ..record.run import Run, compute_throughput, resolves
 from ..scene.scene import Scene
 
 SMALL = 1e-2
@@ -123,7 +123,7 @@ def energies_of(run: Run) -> tuple[Trajectory, float]:
     over a displacement that counts as rest.
     """
     record, energies = run.record, dict(run.ledger)
-    through, unresolved = put_through(record, energies, run.values)
+    through, unresolved = compute_throughput(record, energies, run.values)
     missing = float(np.abs(energies.pop("error")).max()) / through
     del energies["throughput"]
     scene = Scene.of(record.mechanism)

@@ -45,11 +45,12 @@ class Growth:
             if link.body.meshed:
                 self._place_strip(q, name, body, k, forces.get(name, 0.0))
             else:
-                place, turn = motion.centre()[0][k], motion.turn(link.start)[0][k]
-                q[body.offset : body.offset + 3] = [*place, q[body.offset + 2] + turn]
-        for offset, name, point, turns in self.scene.builder.separate_masses:
-            if not turns:
-                q[offset : offset + 2] = self.record.links[name].point(point)[0][k]
+                (place, *_), (turn, _) = motion.centre(), motion.turn(link.start)
+                q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn[k]]
+        for offset, name, point, is_rotor in self.scene.builder.separate_masses:
+            if not is_rotor:
+                place, _ = self.record.links[name].point(point)
+                q[offset : offset + 2] = place[k]
         return q
 
     def _place_strip(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
@@ -76,7 +77,7 @@ class Growth:
                 q[element.places[2]] = self.scene.q0[element.places[2]] + turn * is_end
 
     def _bends(self, name: str, q: Array, mode: Array) -> bool:
-        """Return True if a strip bends in a mode: if its largest deflection from the chord is not negligible."""
+        """Return True if the largest deflection of a strip from its chord, in a mode (n,) about q, is not negligible."""
         strip: Any = self.scene.builder.bodies[name]
         first, last = strip.elements[0].places[:2, 0], strip.elements[-1].places[:2, 1]
         chord = q[last] - q[first]

@@ -25,7 +25,7 @@ from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
 LEFT_OUT = 1e-3
-"""Largest error of a place, over the link's length: that of a half-sine at 2 % deflection, or at 1 % and a tenth of P_cr."""
+"""Largest error of a position, over the link's length: that of a half-sine at 2 % deflection, or at 1 % and a tenth of P_cr."""
 
 
 def _modal(run: Run) -> list[str]:
@@ -43,9 +43,9 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
     for name in _modal(run):
         motion, section = record.links[name], record.mechanism.link(name).body.section
         length = record.mechanism.length(name)
-        frequency = section.first_frequency(length)
+        omega_1 = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        load_ratio = recent_mean(result.time, compression, np.pi / (2 * frequency))
+        load_ratio = recent_mean(result.time, compression, np.pi / (2 * omega_1))  # over a quarter of the period
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
         for missing, fault in (
@@ -56,7 +56,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
             if missing[k] > LEFT_OUT:
                 error = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
                 yield f"at t = {result.time[k]:.4g} s '{name}' {fault}, {error}"
-        buckles = growth_exponent(result.time, frequency * np.sqrt(np.maximum(load_ratio - 1.0, 0.0))) > GROWTH
+        buckles = growth_exponent(result.time, omega_1 * np.sqrt(np.maximum(load_ratio - 1.0, 0.0))) > GROWTH
         if buckles.any():
             k = int(np.argmax(buckles))
             yield f"at t = {result.time[k]:.4g} s '{name}' carries {load_ratio[k]:.3g} times its critical load; make it a Beam"

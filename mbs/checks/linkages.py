@@ -1,4 +1,4 @@
-"""Self-checks of linkages from recorded places: residuals of constraints, and dead centres."""
+"""Self-checks of linkages from recorded poses: residuals of constraints, and dead centres."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .check import check
 SINGULAR = 1e-3
 """Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre."""
 GAP = 1e-5
-"""Largest residual of a constraint, over the longest link or in rad: a hundred times the residual of the coarsest steps."""
+"""Largest residual of a constraint, over the longest link or in rad: a hundred times that of a run with the coarsest steps."""
 
 
 def determinant(jacobian: Array) -> Array:
@@ -52,7 +52,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """
     time, places = run.record.time, _places(run.record)
     linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
-    jacobian = linkage.system(places, np.zeros_like(places))[1]
+    _, jacobian, _ = linkage.system(places, np.zeros_like(places))
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())
     for k in np.flatnonzero(singular):
@@ -66,14 +66,17 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
 
 
 def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]:
-    """Return the indices of recorded rigid links, and of lasting rows between them and the ground, without rows of drives."""
+    """Return the indices of recorded rigid links, and of rows of constraints between these links and the ground.
+
+    Rows of drives, and rows that hold at the start only, are left out.
+    """
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
-    rows = [(k, linkage.named_rows[k][1]) for k in linkage.lasting_rows]
-    return rigid, [k for k, row in rows if row.motion is None and row.bodies <= among]
+    rows = [row for _, row in linkage.named_rows]
+    return rigid, [k for k in linkage.lasting_rows if rows[k].motion is None and rows[k].bodies <= among]
 
 
-def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
+def compute_gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
     """Return for rows between rigid links the names of their elements, and their residuals [m or rad], (times, rows)."""
     rigid, rows = _rigid_rows(linkage, record)
     q = np.repeat(linkage.reference[None], len(record.time), axis=0)
@@ -81,18 +84,20 @@ def gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
         link = linkage.mechanism.links[i]
         q[:, i, :2] = record.links[link.name].point(link.start)[0]
         q[:, i, 2] += record.links[link.name].turn()[0]
-    return [linkage.names[k] for k in rows], linkage.system(q, np.zeros_like(q))[0][:, rows]
+    residuals, *_ = linkage.system(q, np.zeros_like(q))
+    return [linkage.names[k] for k in rows], residuals[:, rows]
 
 
 def _why_no_rows(run: Run, _result: Result) -> str:
-    return "" if _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)[1] else "no constraint between rigid links"
+    _, rows = _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)
+    return "" if rows else "no constraint between rigid links"
 
 
 @check("CONSTRAINTS", _why_no_rows)
 def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     """Check that the residuals of all constraints are small."""
     linkage = Scene.of(run.record.mechanism).linkage
-    names, residuals = gaps(linkage, run.record)
+    names, residuals = compute_gaps(linkage, run.record)
     k, row = np.unravel_index(int(np.argmax(np.abs(residuals))), residuals.shape)
     gap = float(np.abs(residuals[k, row]))
     if gap > GAP * max(1.0, linkage.size):

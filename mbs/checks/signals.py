@@ -9,7 +9,7 @@ import numpy as np
 from ..elements.signal import Depth
 from ..record.errors import Norm
 from ..record.result import Result
-from ..record.run import BALANCE, Run, put_through
+from ..record.run import BALANCE, Run, compute_throughput
 from ..scene.scene import Scene
 from .check import check, without
 
@@ -37,7 +37,7 @@ def check_time(_run: Run, result: Result) -> Iterator[str]:
 def check_balance(run: Run, result: Result) -> Iterator[str]:
     """Check that energies balance within the error of the run, and that no dissipated energy decreases."""
     energy = result.energy or run.ledger
-    throughput, unresolved = put_through(run.record, energy, result.signals)
+    throughput, unresolved = compute_throughput(run.record, energy, result.signals)
     balance = float(np.abs(energy["error"]).max()) / throughput
     dissipated = {name: values for name, values in energy.items() if name.startswith("taken_")}
     decreases = {name: float((np.maximum.accumulate(values) - values).max()) / throughput for name, values in dissipated.items()}

@@ -25,14 +25,14 @@ CHECKS: tuple[Check, ...] = (
 """All checks, in their order."""
 
 
-def idle(run: Run, result: Result) -> dict[str, str]:
+def explain_idle(run: Run, result: Result) -> dict[str, str]:
     """Return the checks that do not apply to a run, with the reasons in words; none for a failed run."""
     if not result.status.finished:
         return {}
     return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
 
 
-def suspicions(run: Run, result: Result) -> Iterator[str]:
+def find_suspicions(run: Run, result: Result) -> Iterator[str]:
     """Yield the faults that checks find in a run and its result, in words; none for a run that failed."""
     if not result.status.finished:
         return

@@ -31,7 +31,7 @@ AXIAL = 0.5
 POSES = 25
 """Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Least compression over the lesser one at both neighbouring poses with which the lesser of their rates is taken."""
+"""Compression at a sample, over the smaller one at the two neighbouring poses, below which its growth rate counts as zero."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked."""
 
@@ -87,8 +87,8 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
 def _may_grow(link: Link, time: Array, force: Array) -> bool:
     """Return True if bending could have grown under a compression P [N], (times,), by an upper bound of its rate.
 
-    A wave with the number k grows at the rate sqrt((P k^2 - EI k^4)/mu), mu the mass per length. It is at most P/2 sqrt(EI mu),
-    at k^2 = P/2 EI; as ends may move, twice that is taken.
+    A wave with the number k grows at the rate sqrt((P k^2 - EI k^4)/mu), mu the mass per length. This is at most
+    P/(2 sqrt(EI mu)), at k^2 = P/(2 EI). Twice this bound is taken, as ends may move.
     """
     section = link.body.section
     fastest = force / np.sqrt(section.bending_stiffness * section.mass_per_length)
@@ -96,7 +96,7 @@ def _may_grow(link: Link, time: Array, force: Array) -> bool:
 
 
 def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
-    """Return rates at all samples from those at some: the lesser of both neighbours, or zero at a much smaller compression."""
+    """Return rates at all samples from those at poses: the smaller one of the two neighbours, or zero below `LESS_FORCE`."""
     following = np.searchsorted(poses, np.arange(len(compression)), side="right")
     before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
     least = np.minimum(compression[poses[before]], compression[poses[after]])
@@ -105,7 +105,7 @@ def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
 
 
 def _unbent(record: Record, result: Result, link: Link) -> Array:
-    """Return True at samples at which a strip has its initial deflection; an arch that has snapped through has not."""
+    """Return True at samples at which a strip has its initial deflection, so not for an arch that has snapped through."""
     deflection = result.signals[f"{link.name}.deflection"]
     unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
     return unbent

@@ -20,6 +20,7 @@ from ..mechanism import Mechanism
 from ..sensitivity.numbers import Family
 from ..spectral.scene import CompiledScene
 from ..spectral.start import offset, slopes
+from ..spectral.tables import Forces
 from ..validate import whole
 
 WIDEST = 0.9
@@ -30,7 +31,7 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Members:
-    """Numbers of all members: values at the paths that vary."""
+    """Numbers of all members, by their paths in a file, such as `joints[0].gap`."""
 
     sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or their descriptions if numbers vary
     paths: tuple[str, ...]
@@ -44,7 +45,7 @@ class Members:
         """Draw the numbers of `members` members in each cell.
 
         `vary` maps a path to a list of values or to a frozen distribution of `scipy.stats`. Quantiles of distributions are the
-        points of a scrambled Sobol' sequence. Raises ValueError if there is no number at a path.
+        points of a scrambled Sobol' sequence. Raise a ValueError if there is no number at a path.
         """
         whole("members", members, 1, 10**8)
         grid = {path: np.asarray(values, dtype=float) for path, values in vary.items() if not hasattr(values, "ppf")}
@@ -105,7 +106,7 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
     joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
     if not joints:
         return None
-    markers = [scene.tables.forces[k, 1:3] for k, _ in joints]
+    markers = [scene.tables.forces[k, [Forces.A, Forces.B]] for k, _ in joints]
     relative = np.vstack([(slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0))[:2] for a, b in markers])
     radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
     angle = random.uniform(0.0, 2 * np.pi, len(joints))

@@ -154,8 +154,8 @@ def ledger(record: Record) -> dict[str, Array]:
     return {**stored, **dissipated, **supplied, "error": error, "throughput": throughput, **of_joints}
 
 
-def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
-    """Return the throughput [J] of a run and the error of the balance, over it, that unresolved stiff vibrations may cause."""
+def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
+    """Return the throughput [J] of a run, and the share of it by which unresolved stiff vibrations may disturb the balance."""
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     least = mass * (AT_REST * Scene.of(mechanism).size / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest

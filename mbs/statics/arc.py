@@ -28,9 +28,9 @@ TARGET_TURN = 0.15
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
-"""Half width, over the step, of the stencil for a crossing."""
+"""Tolerance of the rough root at a crossing, and half the spacing of the points about it, over the step."""
 ALIKE = 1e-3
-"""Largest difference of the roots by 4 and by 6 points, over the spacing of the stencil; above it `root` is used."""
+"""Largest difference of the roots by 4 and by 6 points, over their spacing; above it `root` is used."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 KNOWN_POINTS = 3
@@ -40,6 +40,7 @@ BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 HALVINGS = 30
 """Number of halvings that locate a corner: to a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
+"""Known equilibria inside a step, by arc: none."""
 
 
 class Step(NamedTuple):
@@ -85,7 +86,7 @@ class Arc:
         start = Rest(first[:n], first[n:-1], float(first[-1]))
         new = problem.newton(start, Plane(normal, value, abs(self.span)), must_decrease=guess is None, origin=rest)
         change, correction = step * direction, problem.vector(new) - predicted
-        for part in (slice(None), slice(n)):
+        for part in (slice(None), slice(n)):  # the whole state, its coordinates
             size, corrected = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (change, correction))
             if corrected > 0.5 * size + NEAR:
                 raise StaticsError("too far from where the path was expected")
@@ -115,12 +116,14 @@ class Arc:
             return state, after, float(self.metric * direction @ after) < np.cos(CORNER)
 
         for beyond in BEYOND:
-            if not look_ahead(beyond)[2]:
+            *_, has_turned = look_ahead(beyond)
+            if not has_turned:
                 continue
             near, far = 0.0, beyond
             for _ in range(HALVINGS):
                 middle = 0.5 * (near + far)
-                near, far = (near, middle) if look_ahead(middle)[2] else (middle, far)
+                *_, has_turned = look_ahead(middle)
+                near, far = (near, middle) if has_turned else (middle, far)
             state, after, _ = look_ahead(far)
             for arc in BEYOND:
                 try:
@@ -129,7 +132,7 @@ class Arc:
                     continue
         raise StaticsError("there is no corner")
 
-    def along(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
+    def equilibrium_at(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
         """Find the equilibrium at an arc within a step, from a guess interpolated between the ends and `known` equilibria."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
@@ -137,11 +140,11 @@ class Arc:
 
     def passes(self, step: Step, rest: Rest) -> bool:
         """Return True if an equilibrium lies on the curve of a step, after its start."""
-        arc, tolerance = self.reach(step, rest), ON_CURVE * step.arc
+        arc, tolerance = self.arc_of(step, rest), ON_CURVE * step.arc
         return tolerance < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < tolerance
 
-    def reach(self, step: Step, rest: Rest) -> float:
-        """Return the arc of an equilibrium from the start of a step, along the direction of the step."""
+    def arc_of(self, step: Step, rest: Rest) -> float:
+        """Return the arc at which an equilibrium lies in a step."""
         return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
 
     def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
@@ -161,7 +164,7 @@ class Arc:
 
         def evaluate(arc: float) -> float:
             """Evaluate the function at an arc, and keep the equilibrium."""
-            rest = self.along(step, arc, known)
+            rest = self.equilibrium_at(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
 
@@ -188,10 +191,10 @@ class Arc:
         """
         if function(step.rest) * function(step.new) > 0.0:
             return None
-        stencil = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
+        stencil, spacing = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0]), 2.0 * STENCIL * step.arc
         try:
             rough = self._find_rough_root(step, function, STENCIL * step.arc)
-            rests = [self.along(step, rough + 2.0 * STENCIL * step.arc * point) for point in stencil]
+            rests = [self.equilibrium_at(step, rough + spacing * point) for point in stencil]
         except StaticsError:
             return self.root(step, function)
         values = [function(rest) for rest in rests]
@@ -205,10 +208,10 @@ class Arc:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
         def evaluate(arc: float) -> float:
-            """Evaluate the function at an arc, or next to it."""
+            """Evaluate the function at an arc, or at 0.3 of the tolerance beside it."""
             for offset in (0.0, 0.3, -0.3):
                 try:
-                    return function(self.along(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
+                    return function(self.equilibrium_at(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
                 except StaticsError as error:
                     last = error
             raise last

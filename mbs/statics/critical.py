@@ -22,12 +22,12 @@ from .spectrum import Spectrum, Tangent, spectrum
 FEW = 1
 """Number of eigenvalues above zero that are computed for a large tangent: the next ones to pass zero."""
 MOST_DECREASE = 0.5
-"""Largest relative decrease of an eigenvalue in a piece of a step: a parabola that touches zero decreases by 3/4 before."""
+"""Largest relative decrease of an eigenvalue in a piece: a parabola that touches zero in the next piece decreases by 3/4."""
 SHORTEST_PIECE = 1.6e-3
 """Arc length at which the halving of pieces ends."""
 SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
-UNSURE = (1e-3, 1.0)
+GROWTH_THRESHOLDS = (1e-3, 1.0)
 """Growth rates, over their rounding error, above which an oscillation counts as growing, tried in this order.
 
 Where two eigenvalues meet the rate grows like a square root, so that the lower threshold locates the onset better."""
@@ -68,7 +68,7 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
 class Critical:
     """Critical point of a path, a 'limit', 'branching' or 'flutter', at which `multiple` eigenvalues pass zero.
 
-    `shapes` (n, multiple) are the critical eigenvectors of a limit point or a branching; `rounding` is that of the parameter.
+    `shapes` (n, multiple) are the critical eigenvectors of a limit point or a branching, `rounding` the error of the parameter.
     """
 
     kind: str
@@ -78,7 +78,7 @@ class Critical:
     rounding: float = 0.0
 
 
-def criticals(
+def find_criticals(
     arc: Arc, step: Step, before: TangentState, after: TangentState, end: Array, last: tuple[Step, TangentState] | None
 ) -> list[Critical]:  # fmt: skip
     """Find the critical points within a step, in their order.
@@ -101,7 +101,7 @@ def criticals(
     if before.count_flutters() != after.count_flutters():
         found += _flutters(arc, step, before, after)
     found = [replace(critical, rounding=arc.problem.rounding(critical.rest)) for critical in found]
-    return sorted(found, key=lambda critical: arc.reach(step, critical.rest))
+    return sorted(found, key=lambda critical: arc.arc_of(step, critical.rest))
 
 
 Piece = tuple[Step, TangentState, TangentState, Array]
@@ -113,17 +113,18 @@ def _pieces(
 ) -> Iterator[Piece]:  # fmt: skip
     """Halve a step until no eigenvalue decreases by more than `MOST_DECREASE`, so that none passes zero twice in a piece.
 
-    The decrease that is extrapolated from the step before is limited as well.
+    The decrease extrapolated from the step before is limited as well. A step near a corner or another path is not halved.
     """
-    mu, mu_after = _pairs(arc.problem, step, before, after)[:2]
+    mu, mu_after, *_ = _pairs(arc.problem, step, before, after)
     decreases = (mu - mu_after) / np.where(mu, mu, np.inf)
     if last is not None:
-        mu_last, mu = _pairs(arc.problem, last[0], last[1], before)[:2]
-        decreases = np.append(decreases, (mu_last - mu) / np.where(mu, mu, np.inf) * step.arc / last[0].arc)
+        last_step, last_state = last
+        mu_last, mu, *_ = _pairs(arc.problem, last_step, last_state, before)
+        decreases = np.append(decreases, (mu_last - mu) / np.where(mu, mu, np.inf) * step.arc / last_step.arc)
     try:
         if step.arc < SHORTEST_PIECE or not (decreases > MOST_DECREASE).any():
             raise StaticsError("short enough")
-        rest = arc.along(step, 0.5 * step.arc)
+        rest = arc.equilibrium_at(step, 0.5 * step.arc)
         middle = arc.direction(rest, step.direction)
         vector = arc.problem.vector(step.new) - arc.problem.vector(rest)
         second = Step(rest, middle, step.new, float(arc.metric * middle @ vector))
@@ -182,10 +183,10 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
 
         rest = arc.crossing(step, eigenvalue)
         rests += [rest] if rest is not None else []
-    arcs = [arc.reach(step, rest) for rest in rests]
+    arcs = [arc.arc_of(step, rest) for rest in rests]
     for limit in limits:
-        distances = np.abs(np.array(arcs) - arc.reach(step, limit.rest))
-        if arcs and distances.min() < 1e-2 * step.arc:  # the eigenvalue of the limit point itself
+        distances = np.abs(np.array(arcs) - arc.arc_of(step, limit.rest))
+        if arcs and distances.min() < 1e-2 * step.arc:  # this eigenvalue is zero at the limit point
             k = int(np.argmin(distances))
             arcs.pop(k)
             rests.pop(k)
@@ -200,7 +201,7 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
 
 def _flutters(arc: Arc, step: Step, before: TangentState, after: TangentState) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of growing ones changes, at either threshold."""
-    for threshold in UNSURE:
+    for threshold in GROWTH_THRESHOLDS:
 
         def is_as_before(rest: Rest, threshold: float = threshold) -> float:
             """Return 1 while the number of growing oscillations is that at the start of the step, else -1."""

@@ -43,14 +43,15 @@ CURVE_BUDGET = 20 * BUDGET
 class Orbit(NamedTuple):
     """Periodic motion on the curve, at a parameter.
 
-    `basis` is that of its free coordinates, `matrix` [dP/dx - 1, dP/dp], `way` the scaled tangent, `size` its largest range.
+    `basis` (n, f) spans its free coordinates, `matrix` is [dP/dx - 1, dP/dp], `tangent` (2 n + 1,) the scaled tangent of the
+    curve, `size` the largest range of a coordinate in a period, in its unit.
     """
 
     found: Found
     parameter: float
     basis: Array
     matrix: Array
-    way: Array
+    tangent: Array
     size: float
 
     @property
@@ -85,7 +86,7 @@ class ResponseCurve:
         self.begun = self.problem.drawn
         self.span = self.to - self.begun
 
-    def at(self, parameter: float) -> None:
+    def set_parameter(self, parameter: float) -> None:
         """Set the parameter, and the period with it."""
         self.problem.set_parameter(parameter)
         self.shooting.scene = self.problem.scene
@@ -99,46 +100,46 @@ class ResponseCurve:
 
     def orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
         """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
-        self.at(parameter)
+        self.set_parameter(parameter)
         shooting, changes = self.shooting, []
         basis = shooting.basis(state)
         out, monodromy = shooting.monodromy(state, basis)
         for side in (1.0, -1.0):
-            self.at(parameter + side * shooting.width * self.span)
+            self.set_parameter(parameter + side * shooting.width * self.span)
             projected = shooting.project(state)
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
-        self.at(parameter)
+        self.set_parameter(parameter)
         slope = (changes[0] - changes[1]) / (2 * shooting.width)
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
         size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
         metric, last, spread = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1], self._spread(basis)
-        tangent = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
-        way = spread @ tangent / np.sqrt(metric @ tangent**2)
-        return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, way, size)
+        direction = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
+        tangent = spread @ direction / np.sqrt(metric @ direction**2)
+        return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, tangent, size)
 
     def on_plane(self, orbit: Orbit, arc: float) -> Orbit:
         """Find the motion on the plane at an arc along the tangent of another motion, by Broyden's method."""
-        self.at(orbit.parameter)
-        shooting, basis, tangent = self.shooting, orbit.basis, orbit.way @ self._spread(orbit.basis)
+        self.set_parameter(orbit.parameter)
+        shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._spread(orbit.basis)
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
         parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
         matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
-        best, step, previous = (np.inf, state, parameter), np.zeros(len(matrix)), np.zeros(len(matrix))
+        least, best, step, previous = np.inf, (state, parameter), np.zeros(len(matrix)), np.zeros(len(matrix))
         for k in range(ITERATIONS):
-            self.at(parameter)
+            self.set_parameter(parameter)
             state = shooting.project(state)
             residual = np.append(shooting.change(state, basis, shooting.run(state, adaptive=k == 0)), 0.0)
             largest = float(np.abs(residual).max(initial=0.0))
             if k:
                 matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
-            if not largest < (2.0 if best[0] > CLOSED else 0.5) * best[0]:
+            if not largest < (2.0 if least > CLOSED else 0.5) * least:  # it may grow at first, and ends at rounding
                 break
-            best, previous = (largest, state, parameter), residual
+            least, best, previous = largest, (state, parameter), residual
             step = solve(matrix, -residual)
             state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * self.span
-        if best[0] > CLOSED:
+        if least > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
-        return self.orbit(*best[1:], orbit.way)
+        return self.orbit(*best, orbit.tangent)
 
     @cached_property
     def finer(self) -> ResponseCurve:
@@ -149,14 +150,14 @@ class ResponseCurve:
 
     def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
         """Return the finer curve at the parameter of a motion, and the motion's state and tangent prolonged to it."""
-        self.at(orbit.parameter)
+        self.set_parameter(orbit.parameter)
         curve, scene = self.finer, self.shooting.scene
-        curve.at(orbit.parameter)
+        curve.set_parameter(orbit.parameter)
         curve.shooting.left = BUDGET
         state = orbit.found.state
-        parts = (state.q, state.v, *np.split(orbit.way[:-1], 2))
-        q, v, *way = (prolong(scene, curve.shooting.scene, part) for part in parts)
-        return curve, state._replace(q=q, v=v), np.concatenate([*way, orbit.way[-1:]])
+        parts = (state.q, state.v, *np.split(orbit.tangent[:-1], 2))
+        q, v, *tangent = (prolong(scene, curve.shooting.scene, part) for part in parts)
+        return curve, state._replace(q=q, v=v), np.concatenate([*tangent, orbit.tangent[-1:]])
 
     def motion(self, orbit: Orbit) -> Periodic:
         """Return the result of a motion, with errors from the finer curve; infinite ones if no motion is found there."""
@@ -165,13 +166,13 @@ class ResponseCurve:
         with suppress(*SEARCH_STOPS):
             curve, start, _ = self.refine(orbit)
             refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)
-            if refined.open <= CLOSED:
+            if refined.residual <= CLOSED:
                 shooting, found = curve.shooting, refined
                 values, errors, error = compare_multipliers(shooting, start, refined, values)
-        self.at(orbit.parameter)
+        self.set_parameter(orbit.parameter)
         return motion_of(shooting, found, values, errors, error)
 
-    def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
+    def find_criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
         """Yield the critical points in a step between two motions: the arc, the point, the error of its parameter.
 
         The error is the change by the finer curve; without a root there it is the change of the parameter in the step.
@@ -179,45 +180,48 @@ class ResponseCurve:
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):
-                at, found = self.crossing(orbit, new, arc, function)
+                root, found = self.crossing(orbit, new, arc, function)
                 curve, error = self, abs(new.parameter - orbit.parameter)
                 with suppress(StaticsError):
-                    finer, state, way = self.refine(orbit)
-                    start = finer.orbit(finer.shooting.search(state).state, orbit.parameter, way)
-                    refined = finer.find_near(start, function, at, arc)
+                    finer, state, tangent = self.refine(orbit)
+                    start = finer.orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
+                    refined = finer.find_near(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
                 rest = Rest(found.found.state.q, np.empty(0), found.parameter)
-                yield at, CriticalMotion(kind, rest, curve.motion(found)), error
+                yield root, CriticalMotion(kind, rest, curve.motion(found)), error
 
     def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
         """Find the root of a function in a step by Brent's method; return arc and motion, the nearest known ones if it fails."""
         known = {0.0: orbit, arc: new}
 
-        def evaluate(at: float) -> float:
+        def evaluate(trial: float) -> float:
             """Evaluate the function at an arc, and keep the motion."""
-            if at not in known:
-                known[at] = self.on_plane(orbit, at)
-            return function(known[at])
+            if trial not in known:
+                known[trial] = self.on_plane(orbit, trial)
+            return function(known[trial])
 
         try:
-            at = float(brentq(evaluate, 0.0, arc, xtol=1e-8 * arc))
-            evaluate(at)
+            root = float(brentq(evaluate, 0.0, arc, xtol=1e-8 * arc))
+            evaluate(root)
         except StaticsError:
-            at = min(known, key=lambda other: abs(function(known[other])))
-        return at, known[at]
+            root = min(known, key=lambda other: abs(function(known[other])))
+        return root, known[root]
 
-    def find_near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:
-        """Find the root of a function near an arc by Newton's method; the slope is fixed, as close differences are rounding."""
-        found, other = self.on_plane(orbit, at), self.on_plane(orbit, at - 0.05 * arc)
+    def find_near(self, orbit: Orbit, function: Callable[[Orbit], float], root: float, arc: float) -> Orbit:
+        """Find the root of a function near the arc `root`, in a step of length `arc`, by three steps of Newton's method.
+
+        The slope is computed once, from a difference over a twentieth of the step: smaller differences are rounding.
+        """
+        found, other = self.on_plane(orbit, root), self.on_plane(orbit, root - 0.05 * arc)
         slope = (function(found) - function(other)) / (0.05 * arc)
         for _ in range(3):
-            at -= float(np.clip(function(found) / slope, -arc, arc))
-            found = self.on_plane(orbit, at)
+            root -= float(np.clip(function(found) / slope, -arc, arc))
+            found = self.on_plane(orbit, root)
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
         """Compute the angle between the tangents at two motions [rad], the parameter weighted by the size of the second."""
-        a, b = (np.append(motion.way[:-1], new.size * motion.way[-1]) for motion in (orbit, new))
+        a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
     def may_miss_resonance(self, orbit: Orbit, new: Orbit) -> bool:
@@ -239,7 +243,7 @@ class ResponseCurve:
                 angle = self.angle(last, new)
                 if arc > NARROW and (angle > CORNER or self.may_miss_resonance(last, new)):
                     raise StaticsError("a shorter step is needed")
-                found = sorted(self.criticals(last, new, arc), key=lambda critical: critical[0])
+                found = sorted(self.find_criticals(last, new, arc), key=lambda critical: critical[0])
                 criticals += [(point, error) for _, point, error in found]
             except (SpentError, *USER_STOPS) as error:
                 ended = "spent" if isinstance(error, SpentError) else "stopped"
@@ -251,7 +255,7 @@ class ResponseCurve:
             if not 0.0 < done < 1.0:
                 ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.begun)
                 criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
-                self.at(end)
+                self.set_parameter(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
@@ -264,7 +268,7 @@ class ResponseCurve:
 
 
 KINDS: dict[str, Callable[[Orbit], float]] = {
-    "fold": lambda orbit: float(orbit.way[-1]),
+    "fold": lambda orbit: float(orbit.tangent[-1]),
     "doubling": lambda orbit: float(np.prod(orbit.values + 1.0).real),
     "branching": lambda orbit: float(np.prod(orbit.values - 1.0).real),
 }

@@ -160,15 +160,15 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
     """
     new_values = values_of(new.matrix)
     errors = distances_to(new_values, values)
-    if finer.free:
+    if finer.autonomous:
         distance = np.abs(new_values - 1.0)
         errors = np.where(distance < 3.0 * distance.min(), np.maximum(errors, distance), errors)
-    return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.open)
+    return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.residual)
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Make the result: stability, status, message, and the motion over the period."""
-    trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
+    trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.autonomous and len(values) else None
     grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
     message = []
     if grows.any():

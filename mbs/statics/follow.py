@@ -19,7 +19,7 @@ from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_STEP, Ending, Path, check, check_way, ending
 from .arc import ON_CURVE, Arc, Step, next_arc
-from .critical import Critical, TangentState, criticals, state_at
+from .critical import Critical, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .rest import find, settle
 from .varied import Varied, problem_over
@@ -219,7 +219,7 @@ class _Follower:
                 arc = 0.3 * step.arc  # repeat the step
                 continue
             state = state_at(self.problem, step.new)
-            found = [] if at_branching or at_corner else criticals(self.arc, step, states[-1], state, after, last)
+            found = [] if at_branching or at_corner else find_criticals(self.arc, step, states[-1], state, after, last)
             if leaving := self._find_branch(found):
                 number, direction = leaving
                 points += found[: number + 1]
@@ -257,8 +257,8 @@ class _Follower:
             return "reached"
         if not self.arc.passes(last, rests[0]):
             return ""
-        start = self.arc.reach(last, rests[0]) - ON_CURVE * last.arc
-        while new and self.arc.reach(last, points[-1].rest) > start:  # the start may be a branching itself
+        start = self.arc.arc_of(last, rests[0]) - ON_CURVE * last.arc
+        while new and self.arc.arc_of(last, points[-1].rest) > start:  # the start may be a branching itself
             points.pop()
             new -= 1
         rests[-1] = rests[0]

@@ -89,7 +89,7 @@ def response(
     """
     check_way(to, steps, step, longest, load=load, parameter=parameter)
     shooting, state = prepare(mechanism, period, start, degree, settle)
-    if shooting.free:
+    if shooting.autonomous:
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
     if load is None and parameter is None:
         positive("to", to, "Hz")
@@ -99,13 +99,13 @@ def response(
     if float(to) == problem.drawn:
         raise ValueError(f"to = {to:g}: the curve begins there")
     curve = ResponseCurve(shooting, problem, float(to), degree is not None)
-    curve.at(problem.drawn)
+    curve.set_parameter(problem.drawn)
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
         return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
     finally:
-        curve.at(problem.drawn)
+        curve.set_parameter(problem.drawn)
 
 
 def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:

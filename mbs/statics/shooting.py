@@ -38,7 +38,7 @@ OFFSET = 2e-5
 LEAST = 1e-5
 """Least half width of the differences, limited by the error `FINE` of events over it."""
 RETRIES = 20
-"""Most steps of a run on stored steps, over their number."""
+"""Most steps of a run on stored steps, over the number of stored steps."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: the error of the steps without damping."""
 CONVERGED = 1e-9
@@ -62,11 +62,11 @@ class SpentError(StaticsError):
 
 
 class Found(NamedTuple):
-    """Periodic state, its period, largest component `open` of P(x) - x, run over the period, and monodromy matrix."""
+    """Periodic state, its period, largest component of the `residual` P(x) - x, run over the period, and monodromy matrix."""
 
     state: RunState
     period: float
-    open: float
+    residual: float
     out: Output
     matrix: Array
 
@@ -76,8 +76,8 @@ class Shooting:
     """Map of a state to the state a period [s] later, by runs with `left` more steps at most.
 
     `tolerance` and `longest`, a step over the period, belong to the run that chooses the steps. Differences have the half width
-    `width`. `free` is True if nothing depends on time, `struck` if the motion has onsets of contacts, `grazes` if their number
-    differs on both sides of the motion.
+    `width`. `autonomous` is True if nothing depends on time, `struck` if the motion has onsets of contacts. `grazes` is True if
+    their number differs on both sides of the motion.
     """
 
     scene: CompiledScene
@@ -89,7 +89,7 @@ class Shooting:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.free = self._is_autonomous()
+        self.autonomous = self._is_autonomous()
         self.shares: Array = np.array([1.0])  # ends of the stored steps over the period
         self.struck = self.grazes = False
         self.onsets = 0  # of the last run
@@ -108,7 +108,7 @@ class Shooting:
         """Return True if the equations are the same at three times, for an arbitrary state near the start."""
         equations = []
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
-        for share in (0.0, 0.217, 0.618):
+        for share in (0.0, 0.217, 0.618):  # no simple fractions, at which harmonics may be equal
             a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
             equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
         return all(np.array_equal(equations[0], other) for other in equations[1:])
@@ -209,9 +209,9 @@ class Shooting:
         for _ in range(SEARCHES):
             self.period = period
             found = self.newton(self.project(state), matrix)
-            if found.open <= CLOSED and (not self.free or self._range(found.out) > AT_REST):
+            if found.residual <= CLOSED and (not self.autonomous or self._range(found.out) > AT_REST):
                 return found
-            least, self.period = min(least, found.open), period
+            least, self.period = min(least, found.residual), period
             state = self.advance(state, ONWARD)
         reason = "; only rest" if least <= CLOSED else f": a period leaves {least:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{reason}")
@@ -230,7 +230,7 @@ class Shooting:
             out = self.run(state)
             change = self.change(state, basis, out)
             residual = float(np.abs(change).max(initial=0.0))
-            if residual < best.open:
+            if residual < best.residual:
                 best = Found(state, self.period, residual, out, matrix)
             elif of_matrix <= CLOSED:  # the residual is the error of the steps
                 break
@@ -240,18 +240,18 @@ class Shooting:
             previous = residual
             state = self._newton_step(state, basis, out, matrix, change)
         self.period = best.period
-        if best.open <= CLOSED and of_matrix > CONVERGED:
+        if best.residual <= CLOSED and of_matrix > CONVERGED:
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
     def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, change: Array) -> RunState:
         """Take a step of Newton's method; if nothing depends on time, the period is unknown, and the step has the least norm."""
         square = matrix - np.eye(len(matrix))
-        if self.free:
+        if self.autonomous:
             to_free = basis.T / self.units**2
             by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace
             step = np.linalg.lstsq(np.column_stack([square, by_period]), -change, rcond=FREE)[0]
-            self.period *= 1.0 + float(np.clip(step[-1] / (2 * np.pi), -0.2, 0.2))
+            self.period *= 1.0 + float(np.clip(step[-1] / (2 * np.pi), -0.2, 0.2))  # at most a fifth
             step = step[:-1]
         else:
             step = solve(square, -change)

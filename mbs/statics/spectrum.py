@@ -137,15 +137,15 @@ class Spectrum:
         return not (self.growth > 0.0).any()
 
 
-def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectrum:
-    """Compute the eigenvalues of a tangent; `near` is the shift of a nearby state, 0 if unknown.
+def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> Spectrum:
+    """Compute the eigenvalues of a tangent; `known_shift` is the shift at a nearby state, 0 if unknown.
 
     Dense matrices give all eigenvalues, sparse ones at least the `count` lowest -s^2 and all below zero.
     """
     m, c, k = (tangent.reduce(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
-    modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, near, count)
+    modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, known_shift, count)
     values, left, right, of_inverse, shift = modes
     rounding = np.maximum(of_inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
     decays = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many near -1/(retardation time)
@@ -167,22 +167,22 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
         return np.minimum(error / np.maximum(np.abs(slope), 1e-300), np.sqrt(error / np.maximum(second, 1e-300)))
 
 
-def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
+def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
-    The shift is changed until it is near the lowest |s^2| and minus the shift is away from all eigenvalues -s^2. None is between
-    zero and minus half of the lowest |s^2|.
+    The first shift is `known` or an estimate. It is changed until it is near the lowest |s^2| and minus the shift is away from
+    all eigenvalues -s^2. No eigenvalue is between zero and minus half of the lowest |s^2|.
     """
     symmetric = is_symmetric(k)
-    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _first_shift(m, k)
+    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
     find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
     for _ in range(4):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
         distance = float(np.abs(squared + shift).min())
-        if lowest <= 1e2 * shift and (distance >= 0.2 * shift if near else lowest >= 1.5 * shift):
+        if lowest <= 1e2 * shift and (distance >= 0.2 * shift if known else lowest >= 1.5 * shift):
             break
-        shift = 0.6 * shift if near and distance < 0.2 * shift else 0.5 * lowest
+        shift = 0.6 * shift if known and distance < 0.2 * shift else 0.5 * lowest
     theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
     errors = _errors_of_inverse(theta, product, left, m @ right)
     if symmetric:
