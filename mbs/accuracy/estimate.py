@@ -4,9 +4,9 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
-A first pair does not show the order q. For places 1/3 is assumed, so that the error is their difference where the tolerances have
-the ratio 8: it is right to a factor of 2 downwards and 20 upwards for all orders between 0.2 and 1.46. Forces and rates are less
-exact, and 1/4 is assumed. Later pairs show the order in motions without impacts, of forces only where steps resolve vibrations.
+A first pair does not show the order q. Of places 1/3 is assumed where nothing strikes or sticks: the error is then, for a
+ratio of 8, the difference, right to a factor of 2 downwards and 20 upwards for orders from 0.2 to 1.46. Otherwise 1/4 is assumed.
+Later pairs show the order where nothing strikes or sticks, of forces only where the steps resolve their vibrations.
 This is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009; the run itself
 is not extrapolated.
 

@@ -64,8 +64,8 @@ Runner = Callable[[Mechanism, float, Any], Run]
 class Orders(NamedTuple):
     """Orders of errors in the tolerance of a run."""
 
-    force: float  # assumed of forces, rates and energies, and the least that is observed
-    place: float  # assumed of places
+    least: float  # assumed where something strikes or sticks, and of forces, rates and energies; the least that is observed
+    place: float  # assumed of places where nothing strikes or sticks
     largest: float  # the largest that is observed
 
 

@@ -229,16 +229,15 @@ class _Refinement:
 
     def choose_estimate(self, pair: _Pair) -> Callable[[Mapping[Key, float]], dict[Key, float]]:
         """Return the function that estimates errors of the finer run from differences of this pair and the one before."""
-        run, before, ratios, (force, place, largest) = (
-            pair.fine.trajectory, self.before, (pair.ratio, self.ratio_before), self.levels.orders,
-        )  # fmt: skip
-        places = {name for name, signal in run.signals.items() if signal.kind is Kind.PLACE}
+        run, before, ratios = pair.fine.trajectory, self.before, (pair.ratio, self.ratio_before)
+        least, place, largest = self.levels.orders
 
         def orders(name: str) -> tuple[float, float, float]:
             """Return the order of a signal that is assumed, and the least and the largest that are observed."""
-            assumed = place if name in places else force
-            is_observed = not run.strikes and (name in places or not run.unresolved)
-            return (assumed, force, largest) if is_observed else (assumed, assumed, assumed)
+            is_place = run.signals[name].kind is Kind.PLACE if name in run.signals else False
+            if run.strikes or (run.unresolved and not is_place):
+                return least, least, least
+            return (place if is_place else least), least, largest
 
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
             """Estimate errors, with what both runs damp."""
@@ -263,7 +262,7 @@ class _Refinement:
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
-        gain = pair.ratio**self.levels.orders.force
+        gain = pair.ratio**self.levels.orders.least
         error_over_difference = gain / (gain - 1)
         until = pair.separation.agree_until(1 / error_over_difference)
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
