@@ -1,7 +1,8 @@
 """Random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
 
-A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
-returns a mechanism and the duration of its run [s]. Numbers are in SI units. Points are complex numbers until `place`.
+A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads; "axial force" is a
+turning linkage whose strip is loaded by inertia. The generator of a family returns a mechanism and the duration of its run [s].
+Numbers are in SI units. Points are complex numbers x + i y, which `place` turns into pairs.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ def _draw_chain(dice: Dice) -> Run:
     ends = np.concatenate([[0j], np.cumsum(sizes * np.exp(1j * angles))])
     points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)} | {"Q": tuple(dice.uniform(0.5, 1.0, 2).tolist())}
     points["R"] = parts.place(ends[-1] + dice.uniform(-0.1, 0.1) * 1j * parts.ray(angles[-1]))
-    last, coil = names[-1], mbs.TorsionSpring("ground", "bar0", dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
+    last, (stiffness, damping, angle) = names[-1], (dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
+    coil = mbs.TorsionSpring("ground", "bar0", stiffness=stiffness, damping=damping, free_angle=angle)
     loads = dice.some(
         mbs.Force("R", (dice.uniform(-1, 1), dice.uniform(-1, 1)), follows=dice.one(last, None)),
         mbs.Spring(
@@ -85,7 +87,8 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         crank, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        face = crank.points["B"][0] - 2 * crank.points["A"][0] + dice.log(1e-6, 3e-3)  # up to 3 mm short of the dead centre
+        dead_centre = crank.points["B"][0] - 2 * crank.points["A"][0]  # of the slider B; the crank starts at angle 0
+        face = dead_centre + dice.log(1e-6, 3e-3)
         return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
     faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
@@ -107,13 +110,13 @@ def _make_column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mec
 
 
 def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechanism:
-    """Make a column whose end A travels as t^3, in the duration by a share of the length."""
+    """Make a column whose end A is pushed in as t^3, at the end of the run by `share` of the length."""
     speed = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
     return _make_column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
 
 
 def _draw_pressed(dice: Dice) -> Run:
-    """Draw a strip or modal link compressed slowly far beyond its critical load."""
+    """Draw a strip or modal link compressed slowly, 20 to 1e4 times farther than at its buckling load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(0.5, length)
     bow = dice.one(0.0, 1e-5 * length)  # small compared with the deflection, so that the load is that of a straight strip
@@ -146,7 +149,7 @@ def _draw_cantilever(dice: Dice) -> Run:
     )
     duration = dice.uniform(0.1, 0.3)
     if isinstance(mechanism.links[0].body, mbs.Beam) and dice.chance():
-        force, torque = (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05)  # a length
+        force, torque = (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05)  # [N/m], [N]
         mechanism = replace(
             mechanism, loads=[*mechanism.loads, mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))]
         )
@@ -171,7 +174,11 @@ def _draw_spinning(dice: Dice) -> Run:
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
     body = dice.one(parts.draw_strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
-    tip, stiffness, inner = length * parts.ray(turn), dice.uniform(0.1, 1.0), {"M": 0.6} if body.meshed else {}
+    tip, stiffness, inner = (
+        length * parts.ray(turn),
+        dice.uniform(0.1, 1.0),
+        {"M": 0.6} if body.meshed else {},
+    )  # only elements carry an M
     return mbs.Mechanism(
         {"O": (0, 0), "A": parts.place(tip), "B": parts.place(tip + 0.1 * parts.ray(turn + dice.uniform(-1, 1)))},
         [mbs.Link("link", "O", "A", body, carries=inner), mbs.Link("arm", "A", "B", parts.draw_bar(dice))],
@@ -189,9 +196,9 @@ def _draw_spinning(dice: Dice) -> Run:
 def _draw_coupled(dice: Dice) -> Run:
     """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
     distance, size, depth = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
-    near, far = distance + size, distance + 2 * size
-    points = {"A": (0, 0), "a": (0.02, 0), "B": (distance, 0), "b": (distance + 0.02, 0), "P": (near, 0.1), "Q": (far, 0.1)}
-    points |= {"C": (near, -depth), "c": (near, -depth - 0.1), "D": (far, -depth), "d": (far, -depth - 0.1)}
+    left, right = distance + size, distance + 2 * size  # x of the weight and the counterweight
+    points = {"A": (0, 0), "a": (0.02, 0), "B": (distance, 0), "b": (distance + 0.02, 0), "P": (left, 0.1), "Q": (right, 0.1)}
+    points |= {"C": (left, -depth), "c": (left, -depth - 0.1), "D": (right, -depth), "d": (right, -depth - 0.1)}
     wheels = [("one", "A", dice.log(1e-4, 1e-3)), ("two", "B", dice.log(1e-4, 1e-3))]
     discs = [mbs.Rigid.of(mass=dice.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)) for _, _, inertia in wheels]
     links = [mbs.Link(name, at, at.lower(), disc) for (name, at, _), disc in zip(wheels, discs, strict=True)]
@@ -224,7 +231,7 @@ FAMILIES: dict[str, Generator] = {
     "any chain": _draw_chain,
     "any four-bar": partial(parts.draw_turning, kinds=("four-bar",), motions=("constant", "ramp")),
     "any slider": partial(parts.draw_turning, kinds=SLIDER),
-    "any struck": partial(parts.draw_striking, bodies=("strut",), rubs=0.0),
+    "any struck": partial(parts.draw_striking, bodies=("strut",), friction_share=0.0),
     "any cantilever": _draw_cantilever,
     "any guided": parts.draw_guided,
     "any rattling": partial(parts.draw_rattling, bodies=("rigid", "modal")),
@@ -234,13 +241,13 @@ FAMILIES: dict[str, Generator] = {
     "any landing": _draw_landing,
     "any spinning": _draw_spinning,
     "any coupled": _draw_coupled,
-    "smooth": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), most=0.3),
-    "ramp": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
+    "smooth": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), load_share=0.3),
+    "ramp": partial(parts.draw_turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), load_share=0.3),
     "rigid": partial(parts.draw_turning, kinds=SLIDER, bodies=("rigid",)),
     "rigid clearance": partial(parts.draw_rattling, bodies=("rigid",), joints="OABC"),
     "modal clearance": partial(parts.draw_rattling, bodies=("modal",), joints="OABC"),
     "beam clearance": partial(parts.draw_rattling, bodies=("beam",), joints="OABC"),
 }
-"""Generator of each family. The families `any ...` cover every element, joint and law that both solvers take."""
+"""Generator of each family. The families `any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws."""
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""

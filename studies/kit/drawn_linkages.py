@@ -88,15 +88,15 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
 """Generators of bodies by their kind and length [m]."""
 
 
-def draw_speed(dice: Dice, kind: str, fast: float, duration: float) -> Any:
-    """Draw the speed of a crank [rad/s]: constant, or at most `fast` by a ramp or a table, or an oscillation."""
+def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
+    """Draw the speed of a crank [rad/s]: constant `speed`, a ramp up to it, a table below it, or an oscillation for "swing"."""
     if kind == "constant":
-        return fast
+        return speed
     if kind == "ramp":
-        return mbs.Ramp(0.0, fast, dice.log(1e-3, 0.5) * duration)
+        return mbs.Ramp(0.0, speed, dice.log(1e-3, 0.5) * duration)
     if kind == "table":
         times = [0.0, *np.sort(dice.uniform(0.05, 0.9, 3)).tolist()]
-        return Table([t * duration for t in times], (fast * dice.uniform(0.2, 1.0, 4)).tolist())
+        return Table([t * duration for t in times], (speed * dice.uniform(0.2, 1.0, 4)).tolist())
     frequency = 2 * pi * float(dice.integers(20, 200)) / duration
     return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")
 
@@ -139,41 +139,41 @@ def ray(angle: float) -> complex:
 
 def draw_turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
-    motions: Sequence[str] = ("constant",), most: float = 0.5,
+    motions: Sequence[str] = ("constant",), load_share: float = 0.5,
 ) -> Run:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops; inertia forces on a strip are below `most` times its buckling load."""
-    motion, fast = dice.one(*motions), dice.log(2, 30)
+    """Draw a slider-crank or four-bar without stops; inertia loads a strip below `load_share` of its buckling load."""
+    motion, speed = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
-        rocker, duration = BODIES[dice.one(*bodies)](dice, sides.rocker), dice.uniform(0.3, 1.5) * 2 * pi / fast
-        return crank_rocker(rocker, speed=draw_speed(dice, motion, fast, duration), lengths=sides), duration
+        rocker, duration = BODIES[dice.one(*bodies)](dice, sides.rocker), dice.uniform(0.3, 1.5) * 2 * pi / speed
+        return crank_rocker(rocker, speed=draw_speed(dice, motion, speed, duration), lengths=sides), duration
     body, mass = dice.one(*bodies), dice.uniform(0.1, 0.5)
     lengths = SliderCrank(dice.uniform(0.05, 0.2), dice.uniform(0.25, 0.6)) if body == "rigid" else PAPER
     coupler = BODIES[body](dice, lengths.coupler)
     if body == "strip":
-        fast = sqrt(dice.log(1e-3, most) * coupler.section.euler_load(lengths.coupler) / (mass * lengths.crank))
-    duration = dice.uniform(0.3, 1.5) * 2 * pi / fast
-    return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, fast, duration), lengths=lengths), duration
+        speed = sqrt(dice.log(1e-3, load_share) * coupler.section.euler_load(lengths.coupler) / (mass * lengths.crank))
+    duration = dice.uniform(0.3, 1.5) * 2 * pi / speed
+    return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, speed, duration), lengths=lengths), duration
 
 
-def draw_striking(dice: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Run:
-    """Draw a slider-crank that strikes a stop and whose thin coupler buckles; a share of the guides has friction."""
-    fast, length = dice.log(1, 15), PAPER.coupler
+def draw_striking(dice: Dice, bodies: Sequence[str], friction_share: float = 0.25) -> Run:
+    """Draw a slider-crank that strikes a stop and whose thin coupler buckles; `friction_share` of the guides have friction."""
+    speed, length = dice.log(1, 15), PAPER.coupler
     bowed = draw_strip(dice, length, 2e-4, 8e-4, bow=dice.one(-1, 1) * dice.log(1e-4, 1e-2) * length)
     body = bowed if dice.one(*bodies) == "strip" else mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)))
     dynamic = dice.uniform(0, 1)
-    friction = mbs.GuideFriction(dynamic, dynamic * dice.uniform(1, 1.5)) if dice.chance(rubs) else None
-    mechanism = slider_crank(body, law=draw_law(dice), mass=dice.uniform(0.1, 0.5), speed=fast, friction=friction)
-    return mechanism, dice.uniform(0.4, 0.75) * 2 * pi / fast
+    friction = mbs.GuideFriction(dynamic, dynamic * dice.uniform(1, 1.5)) if dice.chance(friction_share) else None
+    mechanism = slider_crank(body, law=draw_law(dice), mass=dice.uniform(0.1, 0.5), speed=speed, friction=friction)
+    return mechanism, dice.uniform(0.4, 0.75) * 2 * pi / speed
 
 
 def draw_rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
     """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
-    fast, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
+    speed, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
     rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
-    linkage = crank_rocker(rocker, speed=fast, play=play, with_play=joints, angle=dice.uniform(-pi, pi))
+    linkage = crank_rocker(rocker, speed=speed, play=play, with_play=joints, angle=dice.uniform(-pi, pi))
     linkage = replace(linkage, gravity=dice.one(WEIGHT, (0.0, 0.0)))
-    return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(fast, 10 * pi)  # 10 pi rad/s is 300 r/min
+    return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(speed, 10 * pi)  # 10 pi rad/s is 300 r/min
 
 
 def draw_strut(dice: Dice) -> Run:
@@ -199,12 +199,12 @@ def draw_mixed(dice: Dice) -> Run:
 
 def draw_rubbing(dice: Dice) -> Run:
     """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
-    fast = dice.uniform(5, 20)
-    mechanism = slider_crank(draw_bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=fast)
+    speed = dice.uniform(5, 20)
+    mechanism = slider_crank(draw_bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=speed)
     guide = replace(mechanism.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
     if dice.chance(0.6):
-        mechanism = replace(mechanism, drives=[], velocities={"crank": fast}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
-    return replace(mechanism, guides=[guide], gravity=WEIGHT), dice.uniform(0.2, 0.8) * 2 * pi / fast
+        mechanism = replace(mechanism, drives=[], velocities={"crank": speed}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
+    return replace(mechanism, guides=[guide], gravity=WEIGHT), dice.uniform(0.2, 0.8) * 2 * pi / speed
 
 
 def draw_guided(dice: Dice) -> Run:
@@ -244,15 +244,15 @@ def draw_sliding(dice: Dice) -> Run:
 
 def draw_two_drives(dice: Dice) -> Run:
     """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
-    low, fast = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
-    duration = dice.uniform(0.4, 1.0) / fast
-    left = draw_speed(dice, dice.one("constant", "ramp", "table"), fast, duration)
+    low, speed = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
+    duration = dice.uniform(0.4, 1.0) / speed
+    left = draw_speed(dice, dice.one("constant", "ramp", "table"), speed, duration)
     return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + dice.uniform(0.15, 0.2))},
         [mbs.Link("left", "O", "A", draw_bar(dice)), mbs.Link("right", "P", "D", draw_bar(dice)),
          mbs.Link("one", "A", "B", dice.one(draw_bar(dice), draw_modal(dice))), mbs.Link("two", "D", "B", draw_bar(dice))],
         make_revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),
         loads=dice.some(mbs.Force("B", (dice.uniform(-2, 2), dice.uniform(-2, 2))), share=0.5),
-        drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{dice.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],
+        drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{dice.uniform(0.1, 0.3) * speed!r}*cos({speed!r}*t)"))],
         gravity=WEIGHT,
     ), duration  # fmt: skip

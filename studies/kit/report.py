@@ -58,13 +58,13 @@ class Metric:
         return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
     @property
-    def off(self) -> float | None:
-        """Error in the unit of the value."""
+    def error_in_unit(self) -> float | None:
+        """Absolute error, given or from the relative one, in the unit of the value."""
         return self.absolute if self.error is None else abs(self.value) * self.error
 
     def format(self, value: str = ".4g", error: str = ".2g") -> str:
         """Write value and standard error in these formats, 12.3 ± 0.4; the value alone where no error is known."""
-        return f"{self.value:{value}}" + ("" if self.off is None else f" ± {self.off:{error}}")
+        return f"{self.value:{value}}" + ("" if self.error_in_unit is None else f" ± {self.error_in_unit:{error}}")
 
 
 @dataclass(frozen=True)

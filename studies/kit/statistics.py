@@ -68,7 +68,7 @@ def power_law(inputs: Array, output: Array) -> PowerFit:
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
     slope, *_ = np.linalg.lstsq(x, y, rcond=None)
     residual = y - x @ slope
-    variance = residual @ residual / (len(y) - x.shape[1] - 1)
+    variance = residual @ residual / (len(y) - x.shape[1] - 1)  # slopes and the factor c are fitted
     error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
     return PowerFit(slope, error, float(np.sqrt(variance)))
 
@@ -78,10 +78,7 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """Error of a variant, nan if it failed, and its processor time in each round [s].
-
-    `front` is true on the Pareto front: no other variant beats this one.
-    """
+    """Error of a variant, nan if it failed, and its processor time in each round [s]; `front` if no other variant beats it."""
 
     error: float
     times: tuple[float, ...]

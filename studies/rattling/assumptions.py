@@ -1,4 +1,4 @@
-"""Parameters of what the paper on rattling joints does not give: gravity, pins, friction speeds, damping and kind of modes.
+"""Assumptions that the crank-rocker paper, of unknown authors, leaves open: gravity, pins, friction speeds, modes, damping.
 
 The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame. The study `buffering` varies all assumptions.
 """
@@ -24,7 +24,7 @@ PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 FIRST = PINS[::2]
 """Default of `pin_on`."""
 THRESHOLDS = 0.1, 1.0
-"""Sliding speeds [m/s]: friction is static at the first, dynamic from the second on. They are defaults of ADAMS."""
+"""Sliding speeds [m/s], defaults of ADAMS: friction is static at the first and dynamic from the second on."""
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
@@ -40,8 +40,8 @@ DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
 }
 """Damping ratios of modes as functions of their frequencies [Hz] and of a ratio, which the default of ADAMS ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
-"""Kinds of modes: of the free rocker by Timoshenko's or by Euler and Bernoulli's beam theory, or Craig and Bampton's, with static
-shapes, which ADAMS takes from modal neutral files."""
+"""Kinds of modes: of the free rocker by Timoshenko's or by Euler and Bernoulli's beam theory, or Craig and Bampton's, which add
+static shapes and are those of ADAMS."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class JointAssumptions(Gravity):
     @property
     def reversed_joints(self) -> str:
         """Joints whose pin is on the second of their `BODIES`; a ValueError if `pin_on` names a joint twice."""
-        joints = [name[0] for name in self.pin_on]
+        joints = [name.partition(".")[0] for name in self.pin_on]
         if len(set(joints)) < len(joints):
             raise ValueError(f"pin_on = {','.join(self.pin_on)}: one body a joint")
         return "".join(joint for joint in JOINTS if f"{joint}.{BODIES[joint][1]}" in self.pin_on)
@@ -69,7 +69,7 @@ class JointAssumptions(Gravity):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        pins = ", ".join(f"{j} on {BODIES[j][j in self.reversed_joints]}" for j in JOINTS)
+        pins = ", ".join(f"{j} on {BODIES[j][1 if j in self.reversed_joints else 0]}" for j in JOINTS)
         low, high = self.thresholds
         return f"Left open by the paper: gravity {self.down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
 

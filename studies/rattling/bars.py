@@ -1,8 +1,8 @@
 """Crank-rocker with clearance in its joints: the mechanism, the modes of its rocker, and the parameters of all its studies.
 
-The published paper does not give clearance, pins, friction speeds and the plane in which the bars bend: each is a parameter. The
-unit of its largest contact damping, 253 "N×S/m", decides the physics (`damping_unit`): in N.s/m the joints rattle; in N.s/mm,
-which is 0.1 % of the stiffness as the paper recommends, they stay closed.
+The published paper, of unknown authors, does not give clearance, pins, friction speeds and the plane in which the bars bend: each
+is a parameter. The largest contact damping c_max is printed as 253 "N×S/m", and its unit decides the physics (`damping_unit`):
+in N.s/m the joints rattle; in N.s/mm, where c_max is 0.1 % of the stiffness as the paper recommends, they stay closed.
 
 The paper's "modes four, five and six" of the rocker may be counted in four ways: among the modes of a free body, the first six
 of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
@@ -54,7 +54,7 @@ SETS: dict[str, Any] = {
     "456_bending": ("b4", "b5", "b6"),
     "craig_bampton": CraigBampton(),
 }
-"""Sets of modes of the solid rocker: b2 is its second bending mode in the plane; or as `FreeModes` and `CraigBampton` define."""
+"""Sets of modes of the solid rocker: b2 is the second bending mode in the plane, a1 the first axial one."""
 NAMES = {
     "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
     "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
@@ -100,9 +100,9 @@ def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
 
 
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
-    """Make a modal rocker without damping, by `KINDS`: with modes of a free beam, or all modes of Craig and Bampton.
+    """Make a modal rocker without damping, with modes of one of the `KINDS`, for Craig-Bampton all of them.
 
-    The factor multiplies all frequencies, its square Young's modulus.
+    The factor multiplies all frequencies, and its square Young's modulus.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
@@ -198,7 +198,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         super().agree()
 
     def bars(self, **changes: Any) -> Mechanism:
-        """Make the crank-rocker with the study's rocker, unless the changes, arguments of the base's `bars`, have another."""
+        """Make the crank-rocker; `changes` are arguments of the base's `bars`, and the default rocker is the study's."""
         if "rocker" not in changes and self.rocker == "modal":
             changes["rocker"] = modal_rocker(self)
         return super().bars(**changes)

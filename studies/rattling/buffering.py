@@ -1,15 +1,16 @@
 """Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
 Each option lists the values that an assumption may have, or the two ends of its range. A sample draws a value of each assumption
-by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a reading of the unit of c_max and a gravity.
-Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places in their bushes.
+by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a pair of a unit of c_max, the largest contact
+damping, and a gravity. Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
-beyond that. The share of samples in which the claim holds has Wilson's confidence interval. Its lower end counts samples in which
-the ratio's interval of 95 % proves the claim, its upper end also those in which it allows it. A claim holds if this interval is
-above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of the table is
-wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with the last.
+beyond that. The share of samples in which the claim holds has Wilson's confidence interval. The lower end counts samples whose
+ratio has a 95 % interval wholly below 1 - `margin`, the upper end all whose interval reaches below. A claim holds if the share's
+interval is above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of
+the table is wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with
+the last. The paper, of unknown authors, is described in `buckler.studies.kit.published`.
 
 References
 ----------
@@ -119,7 +120,7 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
 
     The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
     """
-    rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]
+    rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
     turns = run_turns(p, mechanisms, READINGS, batch, ideal_motion(cases[0].speed))
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
@@ -177,11 +178,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))
     ])  # fmt: skip
     metrics = judge_claims(p, found)
-    unsound = int(np.isnan(found[:, 0, :, 0]).sum())
-    metrics["unsound"] = Metric(unsound, "1")
+    is_unsound = np.isnan(found[:, 0, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
+    metrics["unsound"] = Metric(int(is_unsound.sum()), "1")
     return StudyResult(
         parameters=p,
-        **status_of([f"all {found[:, 0, :, 0].size} cases are unsound"] if unsound == found[:, 0, :, 0].size else []),
+        **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
         signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},
         work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
@@ -196,10 +197,11 @@ def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            judgement = judge(cell[0, :, k], cell[1, :, k], cell[2, :, k], p.margin, level)
+            judgement = judge(*cell[:, :, k], margin=p.margin, level=level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
-    holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)
+    values = found[:, 0]  # (cells, samples, claims); the cells of a unit are adjacent, in the order of gravities
+    holds = np.where(np.isnan(values), np.nan, values < 1 - p.margin)
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):
@@ -247,14 +249,14 @@ def figure(result: StudyResult) -> Figure:
     fig, axes = subplots(1, len(p.cells()), height=115, squeeze=False, sharex=True, sharey=True)
     heights, jitter = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
     colours = {HOLDS: COLOURS[2], UNDECIDED: COLOURS[0], FAILS: COLOURS[1]}
-    for ax, cell, values in zip(axes[0], p.cells(), result.signals["ratio"], strict=True):
+    for ax, (unit, gravity), values in zip(axes[0], p.cells(), result.signals["ratio"], strict=True):
         for k, (claim, height) in enumerate(zip(CLAIMS, heights, strict=True)):
-            sound, name = values[np.isfinite(values[:, k]), k], f"{cell_name(*cell)}.{claim.name}"
+            sound, name = values[np.isfinite(values[:, k]), k], f"{cell_name(unit, gravity)}.{claim.name}"
             colour = colours[_verdict(result.metrics, name)]
             ax.plot(sound, height + jitter.uniform(-0.25, 0.25, len(sound)), ".", color=colour, markersize=2.5, alpha=0.6)
             ax.plot(result.metrics[f"{name}.ratio"].value, height, "|", color="#000000", markersize=10, markeredgewidth=1.2)
         ax.axvline(1 - p.margin, color="#999999", linewidth=0.8)
-        ax.set(xscale="log", xlabel="flexible/rigid", title=f"{cell[0]}, {cell[1]:g} m/s²")
+        ax.set(xscale="log", xlabel="flexible/rigid", title=f"{unit}, {gravity:g} m/s²")
         ax.title.set_fontsize(8)
         plain_ticks(ax.xaxis, (1, 3))
     axes[0][0].set_yticks(heights, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)

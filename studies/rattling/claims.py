@@ -1,8 +1,9 @@
 """Published claims that a flexible rocker reduces motions and forces, each as a reading of one turn of the crank.
 
-The paper on rattling joints shows x-velocities (Figs 5, 6), x-accelerations (7, 8) and x contact forces (9, 10) of one run. It
-claims that with the flexible rocker they fluctuate less, have lower peaks and smoother curves. Rattling is chaotic, so that one
-run shows little. A claim is tested by the ratio of means over turns of many runs, flexible over rigid, with its standard error.
+The paper on the crank-rocker, of unknown authors (`buckler.studies.kit.published`), shows x-velocities (Figs 5, 6),
+x-accelerations (7, 8) and x contact forces (9, 10) of one run. It claims that with a flexible rocker these fluctuate less, have
+lower peaks and smoother curves. Rattling is chaotic, so that one run shows little. Here a claim is tested by means over the turns
+of many runs: by their ratio, flexible over rigid rocker, with its standard error.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ SAMPLES = 2001
 
 
 class Claim(NamedTuple):
-    """Claim that a reading of a turn is smaller with the flexible rocker: its name and text, the reading and its unit."""
+    """Claim, with name and text, that a reading of a turn is smaller with the flexible rocker; the reading and its unit."""
 
     name: str
     text: str
@@ -39,27 +40,28 @@ class Claim(NamedTuple):
 
 
 FAMILIES = {
-    "velocity": ("velocity fluctuates less", "rms({0}.vx - ideal.{1}_vx)", "m/s"),
-    "acceleration": ("acceleration peaks are lower", "max(abs({0}.ax))", "m/s^2"),
+    "velocity": ("velocity fluctuates less", "rms({place}.vx - ideal.{link}_vx)", "m/s"),
+    "acceleration": ("acceleration peaks are lower", "max(abs({place}.ax))", "m/s^2"),
     "force": ("contact force peaks are lower", FORCE, "N"),
-    "smooth_velocity": ("velocity curve is smoother", "rms({0}.ax - ideal.{1}_ax)", "m/s^2"),
-    "smooth_acceleration": ("acceleration curve is smoother", "variation({0}.ax)", "m/s^2"),
+    "smooth_velocity": ("velocity curve is smoother", "rms({place}.ax - ideal.{link}_ax)", "m/s^2"),
+    "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }
-"""Text, reading and unit of each family of claims. {0} is a signal and {1} its link; `ideal` is the motion of rigid bars in
-ideal joints. The rms difference from its velocity measures fluctuation, from its acceleration the smoothness of the velocity.
+"""Text, reading and unit of each family of claims. The signals of a place on a link begin with `place`, those of the link's
+motion with rigid bars and ideal joints with `ideal`. Velocities fluctuate by their rms difference from the ideal velocity, and
+are the smoother the smaller the rms difference of the accelerations.
 """
 PLACES = {
-    "coupler": ("coupler", "coupler", "coupler"),
-    "rocker": ("rocker, centre of mass", "rocker", "rocker"),
-    "rocker_middle": ("rocker, mid-point", "rocker.middle", "rocker"),
+    "coupler": ("coupler", {"place": "coupler", "link": "coupler"}),
+    "rocker": ("rocker, centre of mass", {"place": "rocker", "link": "rocker"}),
+    "rocker_middle": ("rocker, mid-point", {"place": "rocker.middle", "link": "rocker"}),
 }
-"""Text of each place, its signals, and the link whose ideal motion it is compared with."""
-FORCES = {"coupler_rocker": ("coupler–rocker", "B"), "rocker_frame": ("rocker–frame", "C")}
-"""Text and point of the joints whose forces the paper shows."""
+"""Text of each place on a link, and its names in readings."""
+FORCES = {"coupler_rocker": ("coupler–rocker", {"place": "B"}), "rocker_frame": ("rocker–frame", {"place": "C"})}
+"""Text of the joints whose forces the paper shows, and their points in readings."""
 CLAIMS = tuple(
-    Claim(f"{family}.{name}", f"{text}: {place[0]}", reading.format(*place[1:]), unit)
+    Claim(f"{family}.{name}", f"{text}: {place}", reading.format(**names), unit)
     for family, (text, reading, unit) in FAMILIES.items()
-    for name, place in (FORCES if family == "force" else PLACES).items()
+    for name, (place, names) in (FORCES if family == "force" else PLACES).items()
 )
 """All claims, in the order of the tables' rows."""
 READINGS = tuple(claim.reading for claim in CLAIMS)
@@ -70,10 +72,10 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
     """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by their names in readings.
 
-    They are periodic functions of the time since the crank's angle was 0: cubic splines, with a relative error of 1e-6.
+    They are periodic cubic splines over the time since the crank's angle was 0, with a relative error of 1e-6.
     """
     mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
-    result = simulate(mechanism, times[-1], solver=Closure(Equal(4000)))
+    result = simulate(mechanism, times[-1], solver=Closure(Equal(2 * (SAMPLES - 1))))
     splines = {}
     for link in ("coupler", "rocker"):
         for signal in ("vx", "ax"):
@@ -95,7 +97,7 @@ class Ratio(NamedTuple):
         return Metric(self.value, "1", error=self.error / self.value)
 
     def half_width(self, level: float) -> float:
-        """Return the half width of the confidence interval by Student's t; `level` is the probability beyond each of its ends."""
+        """Return the half width of Student's confidence interval; `level` is the probability beyond each end."""
         return float(student.isf(level, self.freedom)) * self.error if self.error else 0.0
 
 

@@ -2,7 +2,7 @@
 
 Each point of the grid is an ensemble, whose journals start at random places in their bushes; its numbers are means over the turns
 of all members, after some turns that are discarded. Where a pin is deeper in its bush than the clearance no contact law holds:
-such points are named PENETRATION, are drawn hollow, and enter no fit. Forces are also given relative to those of ideal joints.
+such points are marked PENETRATION, are drawn hollow, and enter no fit. Forces are also given relative to those of ideal joints.
 
 With `sections` the study draws a bifurcation map by Poincaré sections: the velocity of joint B along x once a turn, in one run
 for each of `section_count` clearances. A motion with the period of a turn gives one point, of two turns two, chaos a cloud.
@@ -31,7 +31,7 @@ from .bars import RockerParameters
 from .turns import FORCE, Turns, period, run_turns, solver
 
 MEASURES = {
-    "peak_force": (FORCE.format("B"), "N"),
+    "peak_force": (FORCE.format(place="B"), "N"),
     "rms_ax_coupler": ("rms(coupler.ax)", "m/s^2"),
     "rms_ax_rocker": ("rms(rocker.ax)", "m/s^2"),
 }
@@ -43,7 +43,7 @@ IMPACTS = "onsets(B.normal_force)"
 IDEAL_FORCE = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"
 """Reading of the largest force in B where the joint is ideal [N]."""
 SECTION = "end(B.vx)"
-"""Reading of the bifurcation map [m/s]."""
+"""Reading of the bifurcation map: velocity of joint B along x at the end of a turn [m/s]."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
 """Labels of the figure's panels."""
 
@@ -105,7 +105,7 @@ def sections(p: Parameters, clearances: Array) -> Array:
             mechanisms, (p.settle + p.sections) * turn, 1, of=[SECTION], skip=0, each=turn,
             solver=solver(mechanisms[0], p.tolerance), seed=p.seed, executor=pool,
         )  # fmt: skip
-    return np.asarray(found.values[:, p.settle :, 0])
+    return np.asarray(found.values[:, p.settle :, 0])  # (clearances, turns, readings): of the only reading
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -137,7 +137,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def _metrics(
     p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], chosen: SpeedPoint
 ) -> tuple[dict[str, Metric], list[str]]:
-    """Return the metrics, of the chosen point and of powers fitted to the valid points; and the faults of the chosen point."""
+    """Return the metrics of the chosen point, with exponents fitted to the valid points; and the faults of the chosen point."""
     metrics, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in chosen.notes]
     is_valid = np.array([not x.notes for x in points])
     fitted, values = np.array(grid)[is_valid], np.array([x.mean for x in points])[is_valid]
@@ -161,7 +161,8 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     rows = []
     for (clearance, speed), x, reference in zip(grid, points, of_ideal, strict=True):
         numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
-        numbers.insert(1, f"{x.mean[0] / reference[0]:.1f}")
+        peak, ideal_peak = x.mean[0], reference[0]  # the first of `MEASURES`
+        numbers.insert(1, f"{peak / ideal_peak:.1f}")
         names = ", ".join(note.partition(":")[0] for note in x.notes)
         rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *numbers, f"{x.depth:.3f}", f"{x.impacts:.0f}", names])
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")

@@ -1,9 +1,9 @@
-"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of the paper on rattling.
+"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of a paper of unknown authors.
 
-A run is one turn of the crank; its journals start centred. Both rockers are compared with rigid bars in ideal joints. With
+A run is one turn of the crank; the journals start centred. Both rockers are compared with rigid bars in ideal joints. With
 `damping_unit` N.s/m the joints rattle and the motion is chaotic, with N.s/mm it is nearly repeatable. The numbers are means over
 `members` runs of successive seeds, with standard errors. The figures show one run, as the paper does, in front of the band in
-which two thirds of the runs lie.
+which two thirds of the runs lie. `buckler.studies.kit.published` has numbers of the paper.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ BAND = 2001
 """Number of times at which the band of the members is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 """Names of the joints in figures."""
-SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
-"""Signals that are drawn, besides forces."""
+MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
+"""Velocities and accelerations that are drawn."""
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
 """Joints whose forces are read and drawn, by their names in metrics.json."""
 NOTES = """\
@@ -45,7 +45,7 @@ where joints rattle (damping_unit N.s/m). With N.s/mm peaks are repeatable, but 
 per cent too small, less with a smaller `tolerance`."""
 """Notes below the table."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Joints with clearance, by their number: first those whose forces the paper shows, coupler–rocker and rocker–frame."""
+"""Joints with clearance by their number, `clearance_joints`: first those whose forces the paper shows, B and C."""
 ROCKERS = ("rigid", "beam", "modal")
 """Bodies of the rocker; all but the first are flexible."""
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
@@ -135,8 +135,8 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
 
 
-def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
-    """Compute the numbers of a run from `settle` [s] on, each with its unit; nan where the run ended before."""
+def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
+    """Compute the numbers of a run from `settle` [s] on; nan where the run ended before."""
     result, signals, found = variant.result, variant.result.signals, {}
     late = result.time >= settle
 
@@ -145,27 +145,27 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
 
     for name, joint in FORCES.items():
         size = np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))
-        found[f"peak_force_{name}"] = (curve(size).max(), "N")
+        found[f"peak_force_{name}"] = Metric(curve(size).max(), "N")
     for link in ("coupler", "rocker"):
         difference = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
-        found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
-        found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
-        found[f"rms_vx_error_{link}"] = (curve(difference).rms(), "m/s")
+        found[f"peak_ax_{link}"] = Metric(curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
+        found[f"rms_ax_{link}"] = Metric(curve(signals[f"{link}.ax"]).rms(), "m/s^2")
+        found[f"rms_vx_error_{link}"] = Metric(curve(difference).rms(), "m/s")
     deepest = max((curve(np.abs(signals[f"{joint}.penetration"])).max() for joint in variant.with_play), default=0.0)
     contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in variant.with_play)
-    checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
-    return found | checks
+    checks = {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
+    return found | checks | {"energy_balance": Metric(result.energy_balance, "1")}
 
 
 def signal_prefix(joint: str) -> str:
-    """Return the beginning of the names of a joint's force in signals.npz, as B.coupler-rocker."""
+    """Return the first part of the names of a joint's force components in signals.npz, as B.coupler-rocker."""
     return f"{joint}.{'-'.join(BODIES[joint])}"
 
 
 def samples(variant: Variant) -> dict[str, Array]:
     """Return the arrays of a run for signals.npz, by name."""
     states = ("journal_x", "journal_y", "contact_state")
-    names = [*SAMPLES, *(f"{joint}.{state}" for joint in variant.with_play for state in states)]
+    names = [*MOTIONS, *(f"{joint}.{state}" for joint in variant.with_play for state in states)]
     signals = {name: variant.result.signals[name] for name in names}
     signals |= {f"{signal_prefix(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
@@ -178,8 +178,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
     metrics: dict[str, Metric] = {}
     for v in first:
-        for name, (_, unit) in found[0][v.name].items():
-            metrics[f"{v.name}.{name}"] = mean(unit, [each[v.name][name][0] for each in found])
+        for name, metric in found[0][v.name].items():
+            metrics[f"{v.name}.{name}"] = mean(metric.unit, [each[v.name][name].value for each in found])
     bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
     return StudyResult(
         parameters=p,
@@ -198,7 +198,7 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
     arrays = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), BAND)
     found = {f"{name}.band.time": time}
-    for signal in (*SAMPLES, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
+    for signal in (*MOTIONS, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in arrays]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found

@@ -1,8 +1,8 @@
 """Influence of the rocker's modes: sets of modes of a solid rocker, compared with the rigid rocker and the largest set.
 
-The paper's rocker has "modes four, five and six", which may be counted among the modes of a free body, the first six of which are
-rigid; among its flexible modes in space; among those in the plane; or among its bending modes. The crank-rocker runs with each of
-these sets on the compiled solver. A case is a reading of the unit of c_max and a side of the bars in the plane.
+The paper on the crank-rocker, of unknown authors, gives the rocker "modes four, five and six". `bars.SETS` has the four ways of
+counting them. The crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max, the largest
+contact damping, and a side of the bars in the plane.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
 
 
 def sameness(found: Ratio, level: float, margin: float) -> str:
-    """Return = if the confidence interval of a ratio lies within the margin about 1; else ≠ if it excludes 1, ? if not.
+    """Return = if the confidence interval of a ratio lies within 1 ± `margin`, else ≠ if the interval excludes 1, else ?.
 
     The `level` is the probability beyond each end of the interval.
     """
@@ -138,12 +138,13 @@ def sameness(found: Ratio, level: float, margin: float) -> str:
 
 def _modes_table(depth: float) -> Table:
     """Tabulate the flexible modes of the solid rocker, with their numbers in each way of counting."""
-    rows: list[list[Any]] = []
+    rows, planar = list[list[Any]](), 0
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
-    for number, hertz, kind, share, in_plane in solid_modes(depth).table()[:MOST_ROWS]:
-        planar = 1 + sum(row[2] is not None for row in rows) if in_plane else None
+    for number, hertz, kind, share, is_planar in solid_modes(depth).table()[:MOST_ROWS]:
+        planar += is_planar
         exact = f"{next(theory[kind]):.0f}" if kind in theory else None
-        rows.append([number, number + 6, planar, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
+        in_plane, in_free_body = planar if is_planar else None, number + 6  # after six rigid modes
+        rows.append([number, in_free_body, in_plane, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
     heads = ["flexible", "free body", "in the plane", "kind", "Hz", "share of its energy", "beam theory, Hz"]
     thick, slender = (beam_frequencies(depth, shear)[BENDING][3:6] / 1e3 for shear in (True, False))
     notes = "Bending 4 to 6: {:.0f} {:.0f} {:.0f} kHz; {:.0f} {:.0f} {:.0f} kHz without shear and rotary inertia."

@@ -24,15 +24,15 @@ from ..kit.statistics import Mean
 from .assumptions import BODIES, JOINTS
 
 LOOSE = 1e-6
-"""Tolerance above which stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
+"""Tolerance from which on implicit steps may be chosen: stability, not accuracy, limits explicit ones at stiff damping."""
 START_OFFSET = 1e-9
 """Standard deviation of the crank's angle at the start of a run on the engine [rad]: far below all errors."""
 STEPS_A_TURN = 720
 """Smallest number of steps of the engine in a turn of the crank."""
-FORCE = "max(sqrt({0}.normal_force**2 + {0}.friction_force**2))"
-"""Reading of a joint's largest force [N]."""
+FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
+"""Reading of the largest force [N] in the joint at the point `place`."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
-"""Readings of each joint's largest penetration [m]."""
+"""Reading of the largest penetration of each joint [m]."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class TestedRuns(Runs):
 
 
 class Turns(NamedTuple):
-    """Means over members and turns by reading, largest penetration over the clearance, and faults that make them invalid."""
+    """Means over members and turns by reading, largest penetration over the clearance, and faults that make the means invalid."""
 
     means: dict[str, Mean]
     depth: float
@@ -98,7 +98,7 @@ def period(mechanism: Mechanism) -> float:
 
 
 def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
-    """Make the compiled solver, with steps of at most a hundredth of a turn; below the tolerance `LOOSE` they are explicit."""
+    """Make the compiled solver, with steps of at most a hundredth of a turn, explicit ones below the tolerance `LOOSE`."""
     steps = Controlled(tolerance, max_step=period(mechanism) / 100, max_steps=20_000_000)
     return Spectral(steps, method="chosen" if tolerance >= LOOSE else "explicit")
 
@@ -109,7 +109,7 @@ def draw_offset(seed: int) -> float:
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Return the force on the second of a joint's `BODIES` [N]; where that carries the pin, the signal is minus the force."""
+    """Return the force on the second of a joint's `BODIES` [N]; if that body carries the pin, the signal is minus the force."""
     first, second = BODIES[joint]
     signals, if_reversed = result.signals, f"{joint}.{second}-{first}.f{axis}"
     return -signals[if_reversed] if if_reversed in signals else signals[f"{joint}.{first}-{second}.f{axis}"]

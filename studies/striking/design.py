@@ -1,7 +1,7 @@
 """Inverse design of the striking slider-crank: strip, stop and speed for a wished contact force, impact force and contact angle.
 
-The equations of `inverse` give the design, and one simulated turn checks it. They are for a massless coupler, the model `strut`.
-The coupler of the model `beam` has inertia: nearly straight, it buckles late and strikes far harder.
+The equations of `inverse` give the design, and one simulated turn checks it. They hold for a massless coupler, the model `strut`.
+The coupler of the model `beam` has inertia: nearly straight, it buckles late, and the slider strikes far harder.
 
 References
 ----------
@@ -30,7 +30,7 @@ from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limit
 AFTER_RELEASE = np.radians(2.0)
 """Angle by which the crank turns in the simulation after the slider has left the stop [rad]."""
 LARGEST_ERRORS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
-"""Largest relative differences of the simulated turn from the wish: the equations err by 1 % in the impact only."""
+"""Largest relative differences of the simulated turn from the wish; only the equation of the impact errs, by 1 %."""
 UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
 """Units of the unknowns of the design."""
 
@@ -60,8 +60,8 @@ class Parameters(StrikeParameters):
     def given_numbers(self) -> Given:
         """Numbers that the design does not change."""
         return Given(
-            self.width, self.mass, self.stop_stiffness, self.restitution, self.friction_force, self.yield_strength,
-            fastest=self.fastest,
+            width=self.width, mass=self.mass, stiffness=self.stop_stiffness, restitution=self.restitution,
+            friction=self.friction_force, yield_strength=self.yield_strength, fastest=self.fastest,
         )  # fmt: skip
 
 

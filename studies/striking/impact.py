@@ -1,7 +1,8 @@
 """Striking slider-crank: parameters of its studies, the run of a model, and the numbers that are read from a turn of the crank.
 
-A contact is a stretch of time in which the stop feels a force. The first contact is the impact; later ones are rebounds. The
-slider rests if the last contact that begins on the inward stroke, before the dead centre at 180 degrees, lasts beyond it.
+A contact is a time interval in which the stop feels a force. The first contact is the impact; later ones are rebounds. The slider
+rests if the last contact that begins before the dead centre at 180 degrees, on the inward stroke, lasts beyond the dead centre.
+The paper is B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ class StrikeAssumptions(Gravity):
     def apply(self, mechanism: Mechanism) -> Mechanism:
         """Add gravity to a mechanism, and replace the drive of its crank by the motor.
 
-        The motor starts with the speed of the drive, and its voltage is that at which it has this speed without load. As only
-        the slope of torque over speed matters, constant^2/resistance, the torque constant is 1 N m/A.
+        The motor starts with the speed of the drive, and its voltage is the one that gives this speed without load. Only the
+        slope of torque over speed, constant^2/resistance, matters: the torque constant is 1 N m/A.
         """
         if self.gravity:
             mechanism = replace(mechanism, gravity=self.pull)
@@ -155,7 +156,7 @@ def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
 
 
 class TurnReading(NamedTuple):
-    """Numbers of one turn of the crank; nan where something does not happen.
+    """Numbers of one turn of the crank; nan for an event that does not happen.
 
     Attributes
     ----------
@@ -208,7 +209,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
         return TurnReading()
     inner = force.copy()
     inner[[0, -1]] = 0.0  # contacts across the ends of the turn are left out
-    contacts, shortening = positive_ranges(inner), run.shortening[part]  # rows: first sample of a contact, first sample after it
+    contacts, shortening = positive_ranges(inner), run.shortening[part]  # a contact: its first sample, the first one after it
     before = slice(contacts[0, 0] + 1 if len(contacts) else None)
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
@@ -272,7 +273,7 @@ def findings(run: ModelRun, readings: Sequence[TurnReading]) -> list[str]:
 
 
 def by_case(metrics: Mapping[str, Mapping[str, Metric]]) -> dict[str, Metric]:
-    """Name every metric by its case, often a model, and itself."""
+    """Join the metrics of all cases, often models, under names `case.metric`."""
     return {f"{case}.{name}": metric for case, each in metrics.items() for name, metric in each.items()}
 
 

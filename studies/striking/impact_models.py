@@ -31,7 +31,7 @@ AXIAL_DAMPING = 9e-5
 BUCKLED_FROM = 1e-3
 """End shortening over length above which a strip counts as buckled before contact."""
 IMPACT_UNTIL = np.radians(150.0)
-"""Crank angle at which a run of the first impact only ends [rad]."""
+"""Crank angle at which a run ends that needs only the first impact [rad]."""
 CALIBRATED_TO = 1e-3
 """Largest relative difference of a calibrated force from the published one: a tenth of the accuracy of values from figures."""
 TRIALS = 12
@@ -66,11 +66,12 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
-    shortening = signals["coupler.end_shortening"] / (mechanism.points["A"][0] - mechanism.points["B"][0])
+    shortening = signals["coupler.end_shortening"] / (mechanism.points["A"][0] - mechanism.points["B"][0])  # over the length
     work = {name: result.work[name] for name in ("wall_s", "steps")}
     return ModelRun(
-        model, str(result.status), result.message, result.time, crank_angle(signals), signals["B.contact_force"],
-        -signals["B.vx"], shortening, push, shortening / BUCKLED_FROM, result.energy_balance, work,
+        model=model, status=str(result.status), message=result.message, time=result.time, angle=crank_angle(signals),
+        force=signals["B.contact_force"], speed=-signals["B.vx"], shortening=shortening, push=push,
+        overload=shortening / BUCKLED_FROM, energy_balance=result.energy_balance, work=work,
     )  # fmt: skip
 
 
@@ -85,8 +86,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
-            model, "OK", remark, trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.push, trace.load,
-            trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
+            model=model, status="OK", message=remark, time=trace.time, angle=trace.angle, force=trace.force, speed=-trace.speed,
+            shortening=trace.shortening, push=trace.push, overload=trace.load, energy_balance=trace.energy_balance,
+            work={"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
         )  # fmt: skip
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
@@ -138,7 +140,7 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
         return ratio if abs(ratio) >= CALIBRATED_TO else 0.0
 
     first = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
-    second = first - 2 * log_ratio(first)
+    second = first - 2 * log_ratio(first)  # F grows with sqrt(k)
     root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
     if log_ratio(root):
         raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {forces[root]:.4g} N")

@@ -1,25 +1,25 @@
 """Inverse design of the striking slider-crank: equations for strip, stop and speed by wished forces and contact angle.
 
-A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g. In between the coupler, a pinned strip of width b
-and thickness h, is buckled. It presses the slider against the stop, with the largest force at the dead centre pi. The crank has
-length r and speed omega, the coupler length L; x(theta) is the slider's position, v its speed at first contact, K the stiffness
-of the stop, p(u) the load of the exact elastica (`buckler.elastica.law.fast`):
+A slider of mass m moves along the negative x axis and meets a stop at a crank angle pi - g: the impact. From then to pi + g, the
+phase of contact, the coupler is buckled, a pinned strip of width b and thickness h. It presses the slider against the stop, most
+strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L; x(theta) < 0 is the slider's
+position, v its speed at the impact, K the stop's stiffness, p(u) the load of the exact elastica (`buckler.elastica.law.fast`):
 
-    contact angle 2 g      ->  stop at x(pi - g);                                                               (1)
-    contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;            (2)
+    contact angle 2 g      ->  stop at x_s = x(pi - g);                                                         (1)
+    contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
-At the dead centre the coupler lies on the slider's line, and the depth in the stop is F_c/K. During the impact the coupler, which
-makes the angle phi with the slider's line, pushes the slider with Q = P_cr cos(phi) - f: P_cr is the Euler load, f the slider's
-friction. It reaches this load after a time t. Until then the stop's force K (1 + chi) v t delays the slider against the crank by
-K (1 + chi) v t^3/(6 m), which compresses the strip. The push that is missing meanwhile costs the momentum 3 Q' t/4, so that:
+At the dead centre the coupler lies on the x axis, and the depth in the stop is F_c/K. During the impact the coupler, which makes
+the angle phi with the x axis, pushes the slider with Q = P_cr cos(phi) - f: P_cr is the Euler load, f the slider's friction. The
+coupler reaches the Euler load after a time t. Until then the stop's force K (1 + chi) v t delays the slider against the crank by
+K (1 + chi) v t^3/(6 m), which compresses the strip. The push missing meanwhile costs the momentum 3 Q' t/4 and the force D:
 
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2.                   (4)
 
-Here Q' = Q - m a, because the acceleration a of the slider had compressed the strip by m a before. c0 and c1 are the factors of
-`buckler.mbs.laws.peak`, chi is the hysteresis factor of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold for
-a massless strip, a `Strut`, within 1 % up to Q = 0.4 (S - D). A straight `Beam` buckles late and strikes far harder. Each number
-is a float or an array; arrays broadcast.
+Here Q' = Q + m x''(pi - g) omega^2 is the rise of the push: before the impact it is -m x'' omega^2, the slider's inertia.
+Equation (3) is the largest force on a linear stop under a constant push, with the factors c0 and c1 of `buckler.mbs.laws.peak`
+for the hysteresis factor chi of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to
+Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight `Beam` buckles late and strikes far harder. Arrays broadcast.
 
 References
 ----------
@@ -43,13 +43,15 @@ from buckler.mbs.library import PAPER
 Floats = Any
 """Float, or array that broadcasts with the others."""
 PASSES = 14
-"""Fixed-point iterations for the speed, on which D depends: each reduces the error by a factor of 100 or more."""
+"""Fixed-point iterations for the speed, on which D depends: each reduces the error 20-fold or more, 12 reach rounding."""
 MOST_COMPRESSION = 0.8
-"""Largest compression before contact over the Euler load: a load that is applied suddenly, as at the start, overshoots."""
+"""Largest compression before the impact over the Euler load: below 1, as a load applied suddenly at the start overshoots."""
 MOST_PUSH = 0.4
-"""Largest Q over S - D: up to it equation (3) holds within 1 %, and the impact ends before the contact begins."""
+"""Largest Q over S - D: up to it equation (3) holds within 1 %, and the slider rebounds before the coupler presses it."""
+LEAST_STRENGTH = 1e-3
+"""Least S - D over F_i: it keeps the speed positive where Q alone exceeds F_i, a design that the limit `push` excludes."""
 ANGLES = 33
-"""Number of crank angles before contact at which the compression is computed: they give its maximum within 1e-3."""
+"""Number of crank angles before the impact at which the compression is computed: its maximum is then right within 1e-3."""
 
 
 def _require_positive(numbers: object) -> None:
@@ -61,7 +63,7 @@ def _require_positive(numbers: object) -> None:
 
 @dataclass(frozen=True)
 class Wish:
-    """Wished largest forces of the buckled strip and of the first impact [N], and crank angle from contact to release [rad]."""
+    """Wished largest forces F_c of contact and F_i of impact [N], and contact angle 2 g [rad]."""
 
     contact_force: Floats
     impact_force: Floats
@@ -106,7 +108,7 @@ class Given:
 class StrikeDesign:
     """Slider-crank with the wished forces and angle, if its `limits` allow it; floats, or arrays of one shape, in SI units.
 
-    `stop` is the stop's position on the slider's line, `angle` the crank angle at first contact, `shortening` the largest end
+    `stop` is the stop's position on the slider's line, `angle` the crank angle at the impact, `shortening` the largest end
     shortening over length. `push` is Q and `strength` is S - D in equation (3), or 0 where Q alone exceeds the wished force.
     """
 
@@ -143,9 +145,10 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
     axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
     for _ in range(PASSES):
-        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # Q'; limits exclude more
+        # Q', clipped for designs that the limit `buckling` excludes
+        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)
         lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D over (K/m)^(1/6)
-        elastic = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
+        elastic = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
         speed = elastic / (rate * np.sqrt(stiffness * mass))
     found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
@@ -172,9 +175,9 @@ class Limit(NamedTuple):
 def limits(chosen: StrikeDesign) -> list[Limit]:
     """List the limits of a design, or of an array of designs.
 
-    Only a run shows if the slider comes to rest before the dead centre, and if the impact ends before the contact begins.
+    Only a run shows if the slider comes to rest before the dead centre, and rebounds before the coupler presses it.
     """
-    u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, 1e-3 * chosen.wish.impact_force)
+    u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load
     stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
@@ -198,7 +201,7 @@ def binding(chosen: StrikeDesign) -> Limit:
 
 
 def _compression(chosen: StrikeDesign) -> Floats:
-    """Find the largest compression of a rigid coupler before contact [N], by inertia and friction of the slider."""
+    """Find the largest compression (f - m x'' omega^2)/cos(phi) of a rigid coupler before the impact [N]."""
     angle = np.linspace(0.0, 1.0, ANGLES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
     inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)

@@ -55,9 +55,9 @@ def _draw_turn(result: StudyResult, exact: Array) -> Figure:
 
 def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
     """Draw the force over the whole run, and the impact, contact maximum and contact time of each turn over its crank speed."""
-    fig, axes = subplots(4, 1, height=200)
-    run, *below = axes
-    draw_forces(run, result, "time", exact[0] / 4)
+    fig, (run, *below) = subplots(4, 1, height=200)
+    at_contact, at_dead_centre = exact
+    draw_forces(run, result, "time", at_contact / 4)
     run.set(xlabel="time [s]")
     run.legend(loc="upper left", ncols=3)
     labels = {"impact_peak": "impact force [N]", "contact_max": "contact maximum [N]", "contact_time": "contact time [s]"}
@@ -68,7 +68,7 @@ def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
         ax.set(xlabel="crank speed [rad/s]", ylabel=label, ylim=(0, None), xlim=(0, None))
     speeds = np.array([0.0, result.signals["turn.crank_speed"].max()])
     below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **DOTTED)
-    below[1].axhline(exact[1], color="#000000", linestyle="--")
+    below[1].axhline(at_dead_centre, color="#000000", linestyle="--")
     return fig
 
 

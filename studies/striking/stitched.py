@@ -3,12 +3,12 @@
 1. Rigid: the coupler is straight, and the loop closure gives the slider's motion (eqs 1-5).
 2. Impact: the slider of mass m meets the stop at speed v and leaves it at e v (eq. 6). The stop feels a constant force
    F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back with the constant force F_c of that crank angle,
-   against friction f. It returns at e v sqrt((F_c - f)/(F_c + f)). This repeats until rebounds are negligible.
+   against friction f, and the slider returns with the speed e v sqrt((F_c - f)/(F_c + f)), until rebounds are negligible.
 3. Contact: the slider rests against the stop, which feels F_c = p(u) E I/L^2 cos(phi) in equilibrium (eqs 7-13), until the
    coupler is straight again. Here u is the end shortening over length, phi the angle of the coupler to the slider's line.
 
-The energy ledger computes the strip's energy at the actual crank angle and slider position, and the drive's work against the
-strip's actual force. Its error is the energy that the model creates or loses, because its modes do not fit together exactly.
+The energy ledger takes the strip's energy and the drive's work at the actual crank angle and slider position. The error of the
+ledger is the energy that the model creates or loses, because its three modes do not fit together exactly.
 
 References
 ----------
@@ -130,7 +130,8 @@ class Trace(NamedTuple):
     push : compression of the strip [N]
     load : compression of the rigid coupler over the Euler load, 0 in the other modes; above 1 the strip buckles in the rigid
         mode, and the model does not hold
-    energy : `kinetic`, `strain`, and since t = 0 `taken_impact`, `taken_friction`, `given_drive`, `error` [J]
+    energy : `kinetic`, `strain`; since t = 0 dissipated in impacts (`taken_impact`) and by friction (`taken_friction`), given
+        by the drive (`given_drive`), and the ledger's `error` [J]
     held : true if friction has held the slider off the stop
     """
 
@@ -211,10 +212,10 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
     time = start
     first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
     while time < end and speed > NEGLIGIBLE * first:
-        pulse, away = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
-        yield _piece("impact", pulse, model.stop, np.linspace(-speed, away, len(pulse)), model.impact_force(speed))
+        pulse, rebound_speed = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
+        yield _piece("impact", pulse, model.stop, np.linspace(-speed, rebound_speed, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])
-        rebound = Rebound.of(away, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
+        rebound = Rebound.of(rebound_speed, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
         flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
@@ -229,7 +230,7 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
 
 def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     """Join the pieces, and compute the energy ledger."""
-    time, position, speed, force = (np.concatenate([piece[i] for piece in pieces]) for i in range(1, 5))
+    time, position, speed, force = (np.concatenate([getattr(piece, name) for piece in pieces]) for name in _Piece._fields[1:])
     piece_number = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[piece_number]
     angle, crank_speed, crank_acceleration = crank.sample(time)
@@ -243,7 +244,7 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     kinetic, push = model.mass * speed**2 / 2, model.strip_force(shortening)
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    power = -push * model.lengths.crank * np.sin(angle) * position / chord * crank_speed
+    power = -push * model.lengths.crank * np.sin(angle) * position / chord * crank_speed  # moment of the strip about O
     work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2  # trapezoidal rule
     energy = {
         "kinetic": kinetic,
@@ -256,5 +257,5 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     energy["error"] = stored - stored[0] + dissipated - energy["given_drive"]
     compression = is_rigid * model.compression(angle, crank_speed, crank_acceleration)
     push = np.where(is_rigid, compression, push)
-    load = compression / model.strip_force(0.0)
+    load = compression / model.strip_force(shortening=0.0)
     return Trace(time, angle, position, speed, force, shortening, push, load, energy, bool((modes == "held").any()))

@@ -1,10 +1,9 @@
 """The slider-crank over strip thickness and crank speed: contact force, impact, duration of the contact, energy balance.
 
 Every case is a run of the study `slider-crank` with one model; a sweep runs them on processes. The force with which the strip
-presses on the stop at the dead centre grows with the cube of the thickness: the published ratios are 27 and 125. It does not
-depend on the speed where the slider comes to rest before. The state of a case tells why it does not: the slider is still off the
-stop ("in the air"), or its inertia and friction have buckled the strip before contact. The ratios of forces are computed at a
-speed low enough for every strip.
+presses on the stop at the dead centre grows with the cube of the thickness: the published ratios are 27 and 125. The force does
+not depend on the speed if the slider rests by then. If not, the state of the case tells why: the slider is off the stop ("in the
+air"), or its inertia and friction have buckled the strip before contact. The ratios are computed at a speed low enough for all.
 
 Friction in the guide above the Euler load, 0.054 N at 0.1 mm, would keep the thinnest strip from pressing on the stop. So
 `friction` is 0 by default. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
@@ -124,7 +123,10 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 
 
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
-    """Compute a model's metrics from columns (thicknesses, speeds): cubes, differences from the elastica, powers of impact."""
+    """Compute a model's metrics from columns (thicknesses, speeds), the slow speed first.
+
+    They are ratios of forces, the largest difference from the elastica, and exponents of impact force over speed.
+    """
     found: dict[str, Metric] = {}
     force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
     base, printed = p.thicknesses[0], CONTACT_FORCES
@@ -150,7 +152,7 @@ def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
         if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:
             ratio = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
             why = ratio if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
-            lines.append(f"{name[5:]} at {p.slow:g} rad/s: {why}")
+            lines.append(f"{name.removeprefix('cube.')} at {p.slow:g} rad/s: {why}")
     return lines
 
 

@@ -1,6 +1,6 @@
 """Cases of a sweep from the texts of `--vary`; their table and figures, each number with its error; all cases as CSV.
 
-`thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`, `models=strut,beam`: all combinations are cases.
+Texts are `thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`. Each combination of values is a case.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ CONSTANT = 1e-9
 
 
 class Axis(NamedTuple):
-    """Varied parameter and its values; `log` where the values are equally spaced in the logarithm.
+    """Varied parameter and its values in SI; `log` where the values are equally spaced in the logarithm.
 
-    Tables and figures show the values in `unit`, that of the text, which is `factor` in SI; without it in the parameter's unit.
+    Tables and figures show the values in `unit`, written in the text of `--vary` and `factor` in SI; else in the parameter's.
     """
 
     name: str
@@ -88,11 +88,12 @@ def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
 
 
 def _set_unit(axis: Axis, text: str, unit: str) -> Axis:
-    """Give an axis of numbers the unit of the first value in the text, where it has one."""
+    """Give an axis of numbers the unit of the first value in the text, where it has one; `unit` is the parameter's, or empty."""
     shown = written_unit(re.split("[:,]", text)[0])
     if not shown or not isinstance(axis.values[0], float):
         return axis
-    return axis._replace(unit=shown, factor=parse_quantity(f"1 {shown}", unit) if unit else float(measured(f"1 {shown}")))
+    one = f"1 {shown}"  # of a parameter without a declared unit `measured` takes any
+    return axis._replace(unit=shown, factor=parse_quantity(one, unit) if unit else float(measured(one)))
 
 
 def _value(name: str, text: str, spec: Declaration) -> Any:
@@ -118,7 +119,7 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
     if len(counts) > 1 or not counts[0].strip().isdecimal() or not 2 <= int(counts[0]) <= MOST_CASES:
         raise ValueError(f"'{':'.join(counts)}' is no count; allowed: 2 to {MOST_CASES}, and `:log` behind it")
     spaced = (np.geomspace if log else np.linspace)(low, high, int(counts[0]))
-    inner: list[Any] = [float(f"{x:.{DIGITS}g}") + 0.0 for x in spaced[1:-1]]
+    inner: list[Any] = [float(f"{x:.{DIGITS}g}") + 0.0 for x in spaced[1:-1]]  # + 0.0 makes -0.0 to 0.0
     if isinstance(low, int):
         if fractions := [x for x in inner if not x.is_integer()]:
             raise ValueError(f"gives {fractions[0]:g}, which is not a whole number; choose another count or list them")
@@ -160,15 +161,15 @@ class DesignPoint(NamedTuple):
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
-    """Gather the points of the sweep; in a case whose varied parameter is `strut`, the metric `strut.force` is called `force`."""
+    """Gather the points; a metric named after a varied value, as `strut.force` for "strut", becomes `force` in all cases."""
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
         pairs = ((axis, getattr(case, axis.name)) for axis in plan.axes)
         values = tuple(axis.show(value[0] if isinstance(value, tuple) else value) for axis, value in pairs)
         metrics = {}
         for name, metric in row.metrics.items():
-            word, _, rest = name.partition(".")
-            metrics[rest if rest and word in values else name] = metric
+            first, _, rest = name.partition(".")
+            metrics[rest if rest and first in values else name] = metric
         found.append(DesignPoint(values, replace(row, metrics=metrics)))
     return found
 
@@ -201,7 +202,7 @@ def _units(rows: Sequence[Row]) -> dict[str, str]:
 def _cell(metric: Metric | None) -> str | float | None:
     if metric is None or math.isnan(metric.value):
         return None
-    return metric.value if metric.off is None or math.isnan(metric.off) else metric.format(".6g")
+    return metric.value if (error := metric.error_in_unit) is None or math.isnan(error) else metric.format(".6g")
 
 
 def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
@@ -210,13 +211,13 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a curve over the number with most values for each combination of the others; hollow marks are suspect cases."""
+    """Draw a metric over the numeric parameter with most values: a curve for each combination of the others."""
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
     labels = np.array([", ".join(_label(axis, point.values[i], units) for i, axis in others) for point in found])
     metrics = [point.metric(metric) for point in found]
-    y, error = np.array([(np.nan, None) if each is None else (each.value, each.off) for each in metrics], float).T
+    y, error = np.array([(np.nan, None) if each is None else (each.value, each.error_in_unit) for each in metrics], float).T
     is_known = np.isfinite(y)
     if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
         y[is_known] = np.median(y[is_known])
@@ -281,7 +282,7 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[obj
         if any(each is not None and each.error is not None for each in metrics):
             found[f"{name} relative error"] = [None if each is None else each.error for each in metrics]
         if any(each is not None and each.absolute is not None for each in metrics):
-            found[label_with_unit(f"{name} error", unit)] = [None if each is None else each.off for each in metrics]
+            found[label_with_unit(f"{name} error", unit)] = [None if each is None else each.error_in_unit for each in metrics]
     found["wall_s [s]"] = [row.wall_s for row in rows]
     return found | {name: [str(row.provenance.get(name, "")) for row in rows] for name in ("ended", "host", "sources")}
 

@@ -9,7 +9,7 @@ from buckler.mbs import Controlled, Spectral, simulate
 from buckler.studies.rattling.bars import FourBarParameters, PlayParameters
 from buckler.studies.rattling.turns import DEPTHS, FORCE, period, run_turns, solver
 
-READINGS = (FORCE.format("B"), "rms(coupler.ax)", "onsets(B.normal_force)")
+READINGS = (FORCE.format(place="B"), "rms(coupler.ax)", "onsets(B.normal_force)")
 
 
 def found(batch=0, **given):

@@ -147,7 +147,7 @@ def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):
 
     failed = Variant("rigid", "OABC", Failed())
     found = crank_rocker.read(failed, failed, 0.01)
-    assert np.isnan(found["peak_force_coupler_rocker"][0]) and np.isnan(found["rms_ax_rocker"][0])
+    assert np.isnan(found["peak_force_coupler_rocker"].value) and np.isnan(found["rms_ax_rocker"].value)
     assert worst([(failed.name, failed.result)]) == {"status": "TIMED_OUT", "message": "rigid: out of time"}
 
 

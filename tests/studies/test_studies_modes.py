@@ -131,7 +131,7 @@ def test_planted_difference_gets_its_mark(monkeypatch):
             body = bar.link("rocker").body
             means = {reading: draw.gumbel(1.0, 0.05, p.members) for reading in of}
             if body.flexible and len(body.planar(L)) == 1:
-                means[FORCE.format("B")] *= 1.3
+                means[FORCE.format(place="B")] *= 1.3
             for reading in of if not body.flexible else ():
                 means[reading] *= 1.5 if ".vx" in reading else 1.0
             numbers = {name: Mean(x.mean(), x.std(ddof=1) / len(x) ** 0.5, len(x)) for name, x in means.items()}

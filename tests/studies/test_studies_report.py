@@ -22,7 +22,7 @@ def test_a_value_that_is_zero_shows_its_error_in_its_unit():
         "force": Metric(2.0, "N", error=0.01),
         "stress": Metric(0.0, "Pa", absolute=2e3),
     }
-    assert metrics["zero"].format() == "0 ± 6.4e-08" and metrics["force"].off == pytest.approx(0.02)
+    assert metrics["zero"].format() == "0 ± 6.4e-08" and metrics["force"].error_in_unit == pytest.approx(0.02)
     lines = str(StudyResult(parameters=Parameters(), metrics=metrics)).splitlines()
     assert [re.split(r" {2,}", line.strip())[-1] for line in lines[2:]] == ["± 6.4e-08 N", "1 %", "± 0.002 MPa"]
 
