@@ -1,9 +1,9 @@
 """Error against run time of several works: hand-tuned runs of the engine, runs of the compiled solver, runs by an accuracy.
 
-The series are `engine`, bare Exudyn with the best settings found by hand (for rattling works, Buckler's items with tolerances
-set by hand); `once`, one run of the compiled solver (for the buckled strip, of the engine's beams); and `known`, a run by an
-accuracy, which reports its error. Processor times are from the description of the mechanism to the numbers that are compared;
-they are measured in rounds (`kit.statistics`). A second table lists the ingredients of the runs.
+A work is a mechanism and the numbers that are computed of it. The series are `engine`, bare Exudyn with the best settings found
+by hand (for rattling works, Buckler's items with tolerances set by hand); `once`, one run of the compiled solver (for the buckled
+strip, of the engine's beams); `known`, a run by an accuracy, which reports its error. Processor times, from the description of
+the mechanism to the numbers, are measured in rounds (`kit.statistics`). A second table lists the ingredients of the runs.
 """
 
 from __future__ import annotations
@@ -81,9 +81,10 @@ class MeasuredWork:
 
 def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
     """Run each setting once for its error, without timing, because first calls are slow; then measure the times."""
-    quick = [key for series in MARKERS for key in [key for key in work.runs if key[0] == series][:2]]
-    runs = {key: run for key, run in work.runs.items() if not p.quick or key in [*quick, (ENGINE, work.tuned)]}
-    errors = {key: work.error(key[0], run()) for key, run in runs.items()}
+    by_series = {series: [(name, setting) for name, setting in work.runs if name == series] for series in MARKERS}
+    quick = [(ENGINE, work.tuned), *(key for keys in by_series.values() for key in keys[:2])]
+    runs = {key: run for key, run in work.runs.items() if not p.quick or key in quick}
+    errors = {(series, setting): work.error(series, run()) for (series, setting), run in runs.items()}
     return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
 
 
@@ -94,8 +95,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     contents = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
     metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
     if "strip" in found:
-        beams = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
-        metrics["strip_order"] = Metric(exponent([*beams], [*beams.values()]), "1", exact=ORDER)
+        errors = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
+        metrics["strip_order"] = Metric(exponent([*errors], [*errors.values()]), "1", exact=ORDER)
     points = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
     signals = {key: np.array([[point.time, point.error] for point in series]) for key, series in points.items() if series}
     tables = [_table(found, footnote(p))]

@@ -122,7 +122,8 @@ def power(value: float) -> str:
 
 def engine_runs(run: Callable[[HandSetting], Array], settings: Sequence[HandSetting]) -> Runs:
     """Make the series `engine`, whose settings are named by elements and steps."""
-    return {(ENGINE, f"{setting[0]} x {setting[1]}"): partial(run, setting) for setting in settings}
+    names = [f"{elements} x {steps}" for elements, steps, _, _ in settings]
+    return {(ENGINE, name): partial(run, setting) for name, setting in zip(names, settings, strict=True)}
 
 
 def cross_references(engine: Run, compiled: Run) -> dict[str, Run]:

@@ -2,8 +2,9 @@
 
 A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
 problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
-runs of the compiled solver are compared with a fine run of the engine, and runs of the engine with a fine run of the compiled
-solver. The difference of the two fine runs is part of the result.
+runs of the compiled solver are compared with a fine run of the engine, and vice versa. The difference of the two fine runs is
+part of the result. Settings are (elements, steps, relative and absolute tolerance of Newton's method) by `hand`, and (tolerance,
+degree) `once`; in rattling works (elements, tolerance) by hand.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
     point = f"link{last}" if bars else f"P{LINKS}"
-    motion = Motion(build(), 0.2, (f"{point}.x", f"{point}.y"))
+    motion = Motion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
         elements, *steps = setting
@@ -178,14 +179,14 @@ def rattling(
 
     def body(elements: int | None) -> Body:
         if rocker == "modal":
-            return mbs.Modal(BAR, BarModes(2, 1), 0.01)
+            return mbs.Modal(BAR, BarModes(bending=2, axial=1), damping=0.01)
         damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
         return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
 
     def build(elements: int | None = None) -> mbs.Mechanism:
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
-            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(0.3, 0.1, 0.1, 1.0))
+            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(0.3, 0.1, 0.1, 1.0))  # published
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
@@ -200,7 +201,7 @@ def rattling(
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
     references = cross_references(partial(run_engine, *finest), partial(motion.run_compiled, *fine))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
-    return Work(about, measure, runs, tuned, references, GAP, motion=motion)
+    return Work(about, measure, runs, tuned, references, scale=GAP, motion=motion)
 
 
 WORKS: Mapping[str, Callable[[], Work]] = {

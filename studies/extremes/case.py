@@ -94,12 +94,12 @@ class AllowedError(NamedTuple):
 
 
 KINDS = {"force": AllowedError(0.05), "impulse": AllowedError(0.05), "place": AllowedError(1e-3), "path": AllowedError(5e-3)}
-KINDS["journal"] = AllowedError(0.1, lambda off: float(np.sqrt((off**2).mean(axis=-1)).max()))
+KINDS["journal"] = AllowedError(0.1, lambda error: float(np.sqrt((error**2).mean(axis=-1)).max()))
 """Allowed errors by the kind of a measure; the name of a measure begins with its kind, as in `force peak of B.contact_force`.
 
-Contact laws give forces to 5 % at best, and an impulse to as much as a coefficient of restitution that is wrong by 5 %. Places
-are relative to the longest link: 1e-3 is visible in a drawing; 5e-3 in a `path` with impacts is the effect of such a restitution.
-A journal is a place relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
+Contact laws give forces to 5 % at best, and impulses as well as if restitution were wrong by 5 %. Places are relative to the
+longest link: 1e-3 is visible in a drawing; in a `path` with impacts a restitution wrong by 5 % has an effect of 5e-3. A `journal`
+is a place relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
 """
 
 
@@ -169,7 +169,7 @@ def read(draw: Draw, result: Result) -> Measures:
     """Read the measures of a run."""
     mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
-        late = result.time > 0.999 * result.time[-1]
+        late = result.time > 0.999 * result.time[-1]  # a mean, because the strip vibrates
         inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # force of inertia of the mass of 0.1 kg at A
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
@@ -188,7 +188,7 @@ def read(draw: Draw, result: Result) -> Measures:
 
 
 def find_forces(result: Result) -> dict[str, str]:
-    """Find the forces and torques that are compared, each with its vector; of those that vibrate, the moving averages."""
+    """Find the forces and torques that are compared, each with its vector; a moving average replaces a force that vibrates."""
     averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
@@ -255,7 +255,7 @@ def read_reference(draw: Draw, finer: int) -> Measures | None:
 
 
 def run_reference(draw: Draw, finer: int) -> Result | None:
-    """Run the compiled solver, with finer steps and strips for `finer` = 1; return None if it fails."""
+    """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
     longest = draw.duration / 800
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
@@ -275,7 +275,7 @@ def is_pressed(mechanism: Mechanism) -> bool:
 
 
 def find_load(draw: Draw) -> float:
-    """Compute the elastica's load at the end of the travel of a pressed column [N]."""
+    """Compute the load P_cr p(u)/pi^2 of a pressed column at the end of its travel [N]; u is less by the axial compression."""
     (strip,), pushed, length = draw.mechanism.links, draw.mechanism.drives[0].motion, draw.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
     return critical / np.pi**2 * float(pinned.load(pushed.position(draw.duration) / length - critical / axial))

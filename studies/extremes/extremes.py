@@ -40,8 +40,9 @@ def strike(dice: Dice) -> Run:
     section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
     body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
     speed, law = dice.log(0.1, 60), laws.CarvalhoMartins(dice.log(1e3, 1e8), dice.uniform(0.1, 1.0), exponent=1.0)
-    friction = mbs.GuideFriction(dice.uniform(0, 0.9) * 0.3 * 9.81)
-    return slider_crank(body, law=law, mass=0.3, speed=speed, friction=friction), 0.56 * 2 * pi / speed
+    mass, until = 0.3, 1.12 * pi  # crank angle beyond the dead centre, which the slider passes on the stop
+    friction = mbs.GuideFriction(dice.uniform(0, 0.9) * mass * 9.81)
+    return slider_crank(body, law=law, mass=mass, speed=speed, friction=friction), until / speed
 
 
 def pass_dead_centre(dice: Dice) -> Run:
@@ -64,7 +65,7 @@ def rattle(dice: Dice) -> Run:
 
     joints = dice.one("B", "BC", "ABC", "OABC")
     linkage = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
-    return linkage, PREDICTABLE * 10 * pi / max(speed, 10 * pi)
+    return linkage, PREDICTABLE * 10 * pi / max(speed, 10 * pi)  # 10 pi rad/s is 300 r/min
 
 
 FAMILIES = {**drawn.FAMILIES, "strike range": strike, "dead centre": pass_dead_centre, "clearance range": rattle}

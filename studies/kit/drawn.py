@@ -1,8 +1,7 @@
 """Random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
 
-A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads; "axial force" is a
-turning linkage whose strip is loaded by inertia. The generator of a family returns a mechanism and the duration of its run [s].
-Numbers are in SI units. Points are complex numbers x + i y, which `place` turns into pairs.
+A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
+returns a mechanism and the duration of the run [s]. Numbers are in SI units, points are x + i y until `place` makes them pairs.
 """
 
 from __future__ import annotations
@@ -87,8 +86,8 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         crank, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        dead_centre = crank.points["B"][0] - 2 * crank.points["A"][0]  # of the slider B; the crank starts at angle 0
-        face = dead_centre + dice.log(1e-6, 3e-3)
+        (crank_length, _), (start, _) = crank.points["A"], crank.points["B"]  # at crank angle 0; the dead centre is at pi
+        face = start - 2 * crank_length + dice.log(1e-6, 3e-3)
         return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
     faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
@@ -174,11 +173,8 @@ def _draw_spinning(dice: Dice) -> Run:
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
     body = dice.one(parts.draw_strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
-    tip, stiffness, inner = (
-        length * parts.ray(turn),
-        dice.uniform(0.1, 1.0),
-        {"M": 0.6} if body.meshed else {},
-    )  # only elements carry an M
+    tip, stiffness = length * parts.ray(turn), dice.uniform(0.1, 1.0)
+    inner = {"M": 0.6} if body.meshed else {}  # modes carry no point between the ends
     return mbs.Mechanism(
         {"O": (0, 0), "A": parts.place(tip), "B": parts.place(tip + 0.1 * parts.ray(turn + dice.uniform(-1, 1)))},
         [mbs.Link("link", "O", "A", body, carries=inner), mbs.Link("arm", "A", "B", parts.draw_bar(dice))],
@@ -216,7 +212,7 @@ def _draw_coupled(dice: Dice) -> Run:
 
 SLIDER = ("slider-crank",)
 FAMILIES: dict[str, Generator] = {
-    "axial force": partial(parts.draw_turning, bodies=("strip",)),
+    "axial force": partial(parts.draw_turning, bodies=("strip",)),  # of inertia
     "pressed straight": _draw_pressed,
     "near critical": _draw_critical,
     "kinks": partial(parts.draw_turning, bodies=("rigid", "strut", "strip"), motions=("ramp", "table")),

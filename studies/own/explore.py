@@ -54,7 +54,7 @@ class LateError(Exception):
 class Explorer:
     """Mechanism with sliders: `free` maps paths of numbers in the document to ranges (low, high), or None for the default.
 
-    Requests are answered one at a time. A change of a number ends a run for the error that is in progress.
+    Requests are answered one at a time. A change of a number ends a run of `judge` that is in progress.
     """
 
     def __init__(
@@ -95,8 +95,8 @@ class Explorer:
         with self.lock:
             if name == "move":
                 self.changed.clear()
-            content: dict[str, Any] = ANSWERS[name](self, values)
-            return content
+            found: dict[str, Any] = ANSWERS[name](self, values)
+            return found
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """Make the mechanism with these values; a ValueError names a path without a slider."""
@@ -132,8 +132,8 @@ class Explorer:
         sizes = ((path, float(value), *units[path]) for path, value in values.items())
         texts = {path: value if factor == 1.0 else f"{value / factor:.12g} {unit}" for path, value, unit, factor in sizes}
         written = change(self.written, texts)
-        free = (self.path.with_name(f"{self.path.stem}-{k}{self.path.suffix}") for k in count(1))
-        out = next(path for path in free if not path.exists())
+        paths = (self.path.with_name(f"{self.path.stem}-{k}{self.path.suffix}") for k in count(1))
+        out = next(path for path in paths if not path.exists())
         return {"saved": str(documents.write(written, out))}
 
     def page(self) -> str:

@@ -68,13 +68,14 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
 
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: FileContent) -> int:
     """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
-    if "to" in options:
+    follows_path = "to" in options
+    if follows_path:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
     arguments = {name: getattr(options, name) for name in names if name in options}
     found, stopped = ask(method, options, file.mechanism, **arguments)
-    if "to" in options and options.plot and len(found.parameter):
+    if follows_path and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
     if options.csv:
@@ -108,7 +109,7 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
 
 
 def _csv(found: Any, options: argparse.Namespace) -> list[str]:
-    """Write an answer as lines of CSV: of a path of equilibria or periodic motions one line for each of its points."""
+    """Write an answer as lines of CSV; a path of equilibria or periodic motions (`--to`, `--period`) has a line a point."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
     if "period" in options:
@@ -117,8 +118,8 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     else:
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
         stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
-    places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
-    rows = zip(found.parameter.tolist(), places, stability, strict=True)
+    places, _, _ = found.heights(*_point(options, found.scene.mechanism))
+    rows = zip(found.parameter.tolist(), places.tolist(), stability, strict=True)
     return [head, *(",".join(map(repr, [parameter, *place, *numbers])) for parameter, place, numbers in rows)]
 
 
@@ -149,13 +150,13 @@ def describe(mechanism: Mechanism) -> str:
 
 
 def _poses(mechanism: Mechanism) -> Iterator[str]:
-    """Write the points that follow from lengths, and each other pose as the `near` that chooses it in a file."""
+    """Write the points that follow from lengths, and each other pose as the entry `near` that chooses it in a file."""
     found = mechanism.assemblies()
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
-        size = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()
-        moved = {name: xy for name, xy in other.items() if not np.allclose(xy, found.points[name], rtol=0, atol=size)}
+        rounding = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()
+        moved = {name: xy for name, xy in other.items() if not np.allclose(xy, found.points[name], rtol=0, atol=rounding)}
         yield f"another pose: near = {{ {_places(moved)} }}"
 
 

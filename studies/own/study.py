@@ -1,6 +1,6 @@
 """Mechanism of a file, or of Python, as a study: the parameters of a run, its solver, its readings and its figure.
 
-A solver has settings, such as its tolerance. Each is a field of the solver's class or of the class of its steps. In a file they
+A setting of a solver, such as its tolerance, is a field of the solver's class or of the class of its steps. In a file settings
 stand in the table `solver`, on the command line each is an option.
 """
 
@@ -45,7 +45,7 @@ GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
 RENAMED = {"count": "steps", "method": "integrator"}
-"""Names of settings whose fields have names that are unclear without their class."""
+"""Names of settings in files, by the names of their fields, where these are unclear without the class."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
 KIND = Declaration(
@@ -72,7 +72,7 @@ def settings() -> dict[str, Setting]:
     found: dict[str, Setting] = {}
     for kind in (Controlled, Equal, *SOLVERS.values()):
         for key, about in declarations(kind).items():
-            if key != "steps":
+            if key != "steps":  # of a solver: an instance of `Controlled` or `Equal`, whose fields are settings
                 name = RENAMED.get(key, key)
                 classes = (*found[name].classes, kind) if name in found else (kind,)
                 found[name] = Setting(classes, key, about._replace(group=SOLVER_GROUP))
@@ -87,7 +87,7 @@ def solver_options() -> dict[str, Declaration]:
 
 
 class Settings(Spec):
-    """Name of a solver, or a table of `kind` and settings; it is read to pairs of key and value."""
+    """Name of a solver, or a table of `kind` and settings; `read` turns either into pairs of key and value."""
 
     words = f"{' or '.join(SOLVERS)}, or a table of kind and settings"
 
@@ -106,12 +106,13 @@ class Settings(Spec):
 def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
     """Make the solver with these settings, or return None without any.
 
-    Without a kind it is `Closure` if that has all settings and solves the mechanism, else `Exudyn`. Unfit settings raise.
+    Without a kind it is `Closure` if that has all settings and solves the mechanism, else `Exudyn`. A ValueError names a setting
+    that the solver or its steps do not have.
     """
     if not given:
         return None
-    in_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].classes) for key in given if key != "kind")
-    name = given.get("kind", "closure" if in_closure and Scene.of(mechanism).is_kinematic else "exudyn")
+    suits_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].classes) for key in given if key != "kind")
+    name = given.get("kind", "closure" if suits_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled
@@ -232,7 +233,7 @@ def summarise(parameters: Parameters, result: Result) -> StudyResult:
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
-    """Make the report page; if that fails, print why and keep the numbers."""
+    """Make the report page; if that fails, print the reason and return no page, so that the numbers are kept."""
     try:
         return {"report.html": page(result, parameters.name, parameters.measure)}
     except Exception as error:
@@ -245,7 +246,7 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     found = {}
     for each in measures(result, parameters.measure):
         relative = None if isnan(each.relative) else each.relative
-        absolute = each.error if relative is None and each.error >= 0 else None
+        absolute = each.error if relative is None and each.error >= 0 else None  # nan is an unknown error
         found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)
     if not result.status.finished:
         return found
@@ -265,7 +266,7 @@ def target_signals(parameters: Parameters) -> tuple[str, ...]:
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw over time the signals that the readings name."""
+    """Draw over time the signals whose whole names occur in the readings."""
     patterns = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
     names = [name for name, pattern in patterns.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
     if not names:

@@ -38,7 +38,7 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys of a document below which numbers change only if they are named: coordinates and whole numbers."""
+"""Keys of a document whose numbers change only if a user names them: coordinates and whole numbers."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
@@ -98,7 +98,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
 
 
 class Typed(Anything):
-    """Value that a file takes at some path: any TOML value or text."""
+    """Any TOML value or text, for an entry that is no number."""
 
     allowed = "what the file takes there"
 
@@ -108,13 +108,13 @@ class Typed(Anything):
 
 
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
-    """Return the declaration of a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
+    """Declare the entry at a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
     about, now, unit = find_entry(document, path)
     doc = about.doc if about else path
     if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
-        return Declaration(about.spec, doc, {}, True, None)
-    number = Quantity(unit).fits(now) or (about and unit and now is None)
-    return Declaration(Quantity(unit) if number else Typed(), doc, {}, True, None)
+        return Declaration(about.spec, doc, bounds={}, required=True, default=None)
+    is_number = Quantity(unit).fits(now) or (about and unit and now is None)
+    return Declaration(Quantity(unit) if is_number else Typed(), doc, bounds={}, required=True, default=None)
 
 
 class File(Study):
@@ -286,7 +286,7 @@ def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[di
 
 
 def find_numbers(content: object, path: str = "") -> Iterator[str]:
-    """Find the paths of all numbers of a document that are neither zero nor below `FIXED_KEYS` keys."""
+    """Find the paths of all numbers of a document that are not zero and have none of the `FIXED_KEYS` above them."""
     if isinstance(content, Mapping):
         for key, each in content.items():
             if key not in FIXED_KEYS and not (path.startswith("guides") and key == "along"):

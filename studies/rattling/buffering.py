@@ -10,7 +10,7 @@ beyond that. The share of samples in which the claim holds has Wilson's confiden
 ratio has a 95 % interval wholly below 1 - `margin`, the upper end all whose interval reaches below. A claim holds if the share's
 interval is above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of
 the table is wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with
-the last. The paper, of unknown authors, is described in `buckler.studies.kit.published`.
+the last. The authors of the paper are unknown.
 
 References
 ----------
@@ -200,8 +200,7 @@ def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
             judgement = judge(*cell[:, :, k], margin=p.margin, level=level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
-    values = found[:, 0]  # (cells, samples, claims); the cells of a unit are adjacent, in the order of gravities
-    holds = np.where(np.isnan(values), np.nan, values < 1 - p.margin)
+    holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)  # (cells, samples, claims), cells by unit
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):

@@ -3,7 +3,7 @@
 A run is one turn of the crank; the journals start centred. Both rockers are compared with rigid bars in ideal joints. With
 `damping_unit` N.s/m the joints rattle and the motion is chaotic, with N.s/mm it is nearly repeatable. The numbers are means over
 `members` runs of successive seeds, with standard errors. The figures show one run, as the paper does, in front of the band in
-which two thirds of the runs lie. `buckler.studies.kit.published` has numbers of the paper.
+which two thirds of the runs lie.
 """
 
 from __future__ import annotations

@@ -2,10 +2,7 @@
 
 The equations of `inverse` give the design, and one simulated turn checks it. They hold for a massless coupler, the model `strut`.
 The coupler of the model `beam` has inertia: nearly straight, it buckles late, and the slider strikes far harder.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations

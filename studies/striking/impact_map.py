@@ -21,11 +21,8 @@ a_n sin(n pi x/L), in the stress-free strip of b_n sin(n pi x/L). Bending shorte
     mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
 
 The q_n are the sine components of weight and of the chord's transverse acceleration, which is linear from A to B. The slider of
-mass m and friction f obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is Hoff's column with more modes.
-
-References
-----------
-N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74.
+mass m and friction f obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is the column
+of N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74, with more modes.
 """
 
 from __future__ import annotations

@@ -20,11 +20,7 @@ Here Q' = Q + m x''(pi - g) omega^2 is the rise of the push: before the impact i
 Equation (3) is the largest force on a linear stop under a constant push, with the factors c0 and c1 of `buckler.mbs.laws.peak`
 for the hysteresis factor chi of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to
 Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight `Beam` buckles late and strikes far harder. Arrays broadcast.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
-A. S. Carvalho, J. M. Martins, doi 10.1016/j.mechmachtheory.2019.03.028.
+Sources: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796; Carvalho, Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
 """
 
 from __future__ import annotations

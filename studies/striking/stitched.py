@@ -9,10 +9,7 @@
 
 The energy ledger takes the strip's energy and the drive's work at the actual crank angle and slider position. The error of the
 ledger is the energy that the model creates or loses, because its three modes do not fit together exactly.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations

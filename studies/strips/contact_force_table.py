@@ -7,10 +7,7 @@ of the 0.3 mm strip, and predicts the other two forces.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
 force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -88,13 +85,14 @@ class Press:
 
 def table_2_stop() -> float:
     """Compute the stop [m] at which the exact elastica has the printed force of the `KNOWN` strip at the dead centre."""
-    load = CONTACT_FORCES[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
+    load = CONTACT_FORCES[KNOWN] / Press(KNOWN, stop=0.0).unit  # any stop: the unit does not depend on it
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the force of every strip by every model at both stops, and the range of the force with friction."""
-    stops = {f"e{np.degrees(p.stop_angle):g}": float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
+    described = float(PAPER.slider(p.stop_angle))  # the stop of the paper's text
+    stops = {f"e{np.degrees(p.stop_angle):g}": described, "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
     signals = {"angle": angle}
@@ -105,13 +103,12 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         for name, stop in stops.items():
             press, key = Press(h, stop), f"h{_mm(h)}_{name}"
             largest = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
-            metrics[f"F_{key}"] = Metric(largest["beam"], "N", CONTACT_FORCES.get(h), largest["exact"])
+            metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
             metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
             metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
             if press.stress > p.yield_strength:
                 yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
-        press = Press(h, next(iter(stops.values())))
-        signals |= {f"F_h{_mm(h)}.{model}": press.force(load, angle) for model, load in loads.items()}
+        signals |= {f"F_h{_mm(h)}.{model}": Press(h, described).force(load, angle) for model, load in loads.items()}
     metrics |= _ratios(p, metrics) | {
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
@@ -136,8 +133,8 @@ def _mm(thickness: float) -> str:
 
 def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
     """Make the law p(u) of each model; rod and beam give nan below `STRAIGHTEST`, and failures of the beam are appended."""
-    press = Press(thickness, 0.0)
-    strip = Rod(press.section.axial_stiffness / press.unit, press.section.shear_stiffness / press.unit)
+    press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
+    strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
         try:
@@ -157,13 +154,13 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
 
 
 def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
-    """Compute the forces at the stop of the paper over that of the thinnest strip."""
+    """Compute the forces at the stop of the paper's text over the force of the thinnest strip."""
     first, *others = sorted(p.thicknesses)
     found = {}
     for h in others:
         printed = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         force, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
-        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(force / base, "1", printed, (h / first) ** 3)
+        found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(force / base, "1", published=printed, exact=(h / first) ** 3)
     return found
 
 

@@ -46,7 +46,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
     unit = p.section.bending_stiffness / PAPER.coupler**2
-    rods = {"rod": Rod(), "strip": Rod(p.section.axial_stiffness / unit, p.section.shear_stiffness / unit)}
+    rods = {"rod": Rod(), "strip": Rod(axial=p.section.axial_stiffness / unit, shear=p.section.shear_stiffness / unit)}
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
     loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in rods.items()}
     errors = {name: load / exact - 1 for name, load in loads.items()}
@@ -76,8 +76,8 @@ def _largest(error: Array) -> float:
 def _metrics(u: Array, exact: Array, errors: dict[str, Array]) -> dict[str, Metric]:
     worst = int(np.abs(errors["quartic"]).argmax())
     return {
-        "euler_load": Metric(float(law.quartic(0.0)), "1", law.QUARTIC[-1], pinned.LOAD_CRITICAL),
-        "load_at_1": Metric(float(law.quartic(1.0)), "1", sum(law.QUARTIC), float(pinned.load(1.0))),
+        "euler_load": Metric(float(law.quartic(0.0)), "1", published=law.QUARTIC[-1], exact=pinned.LOAD_CRITICAL),
+        "load_at_1": Metric(float(law.quartic(1.0)), "1", published=sum(law.QUARTIC), exact=float(pinned.load(1.0))),
         "quartic_error": Metric(_largest(errors["quartic"]), "1"),
         "quartic_error_at": Metric(float(u[worst]), "1"),
         "rod_difference": Metric(_largest(errors["rod"]), "1"),

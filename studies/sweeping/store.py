@@ -59,7 +59,7 @@ class StoreError(ValueError):
 
 
 class Part(NamedTuple):
-    """Part of the cases for one of several jobs: every `of`-th case, from the `number`-th on."""
+    """Part of the cases for job `number` of `of` jobs: every `of`-th case, from the `number`-th on."""
 
     number: int
     of: int
@@ -113,7 +113,7 @@ class Store:
         self.connection.close()
 
     def ask(self, statement: str, values: Sequence[Any] | Mapping[str, Any] = ()) -> list[tuple[Any, ...]]:
-        """Execute a statement; errors of SQLite name the file."""
+        """Execute an SQL statement and return its rows; a StoreError names the file."""
         try:
             return self.connection.execute(statement, values).fetchall()
         except sqlite3.Error as error:
@@ -183,7 +183,7 @@ class Store:
                 raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
     def copy(self, path: Path, about: About) -> None:
-        """Copy the results of the cases of this sweep from another store of the study, such as that of a part."""
+        """Copy the results of cases of this sweep from another store of the study, such as the store of a part."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)
