@@ -3,7 +3,7 @@
 A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the compression of
 the strip and the force of the stop at their maxima, over the Euler load P_E. An independent theory, a strip of sine modes
 (`SineStrip`), is compared with the beam. Two numbers decide the regime of a strike. The first is the strip's deflection at first
-contact over its radius of gyration. The second is the rise of the compression, in Euler loads, in a radian of its first vibration,
+contact over its radius of gyration. The second is the rise of compression, in Euler loads, in a radian of its first vibration,
 
     s = K' v/(P_E w1 cos phi).
 
