@@ -7,7 +7,6 @@ import numpy as np
 from ..elements import Beam, Clearance, Rigid, Section
 from ..laws import Coulomb, Impact
 from ..library import crank_rocker, slider_crank
-from ..mechanism import Mechanism
 from ..process import COMPILING, has_compiler
 from ..solvers import Spectral
 
@@ -32,26 +31,17 @@ def compile_all() -> float:
     from .run import integrate
     from .scene import CompiledScene
 
+    def play(point: str, first: str, second: str) -> Clearance:
+        """Return a joint with a pin of 5 mm and a gap of 0.25 mm, typical sizes."""
+        return Clearance(point, first, second, 5e-3, 2.5e-4, LAW, FRICTION)
+
+    rattling = crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)
+    strip = slider_crank(Beam(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
     before = COMPILING.seconds
-    for mechanism, method in ((_make_rattling(), "explicit"), (_make_strip(), "implicit")):
+    for mechanism, method in ((rattling, "explicit"), (strip, "implicit")):
         scene = CompiledScene.of(mechanism)
         out, _, _ = integrate(scene, SHORT, Spectral(method=method))
         at_times(scene, out, np.zeros(1)), record_of(scene, out)
         scene.measure(0, scene.q0), scene.mass_at(scene.q0)
     compile_kernel(LAW, FRICTION)
     return COMPILING.seconds - before
-
-
-def _make_strip() -> Mechanism:
-    """Return a slider-crank with a strip, which runs implicitly."""
-    return slider_crank(Beam(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
-
-
-def _make_rattling() -> Mechanism:
-    """Return a crank-rocker with clearance in its joints, which runs explicitly."""
-
-    def play(point: str, first: str, second: str) -> Clearance:
-        """Return a joint with a pin of 5 mm and a gap of 0.25 mm, typical sizes."""
-        return Clearance(point, first, second, 5e-3, 2.5e-4, LAW, FRICTION)
-
-    return crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)

@@ -141,11 +141,8 @@ class Builder:
 
         Vectors have this unit across a chord only; `chord` are the places of x and y of its start and of its end.
         """
-        group = self._next_group()
+        group = 1 + max((row[2] for row in self.elastic), default=-1)
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
-
-    def _next_group(self) -> int:
-        return 1 + max((row[2] for row in self.elastic), default=-1)
 
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find an equal one; return its index. Arguments are columns of `Markers`."""
@@ -264,7 +261,7 @@ class Builder:
         self.add_mass(places, np.eye(len(initial)))
         self.state_rates |= dict(zip(places, initial, strict=True))
         self.units |= {i: max(1.0, abs(x)) for i, x in self.state_rates.items()}
-        group = self._next_group()
+        group = 1 + max((row[2] for row in self.elastic), default=-1)
         self.elastic += [(i, STATE, group, -1, -1, -1, -1) for i in places]
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
         numbers = (column, load.law.size, len(initial), offset)

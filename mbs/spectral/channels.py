@@ -1,7 +1,7 @@
-"""Signals of ensembles, read from the compiled solver's states where that is possible: statistics then need no record of a run.
+"""Signals of ensembles, read from the compiled solver's states where possible: statistics then need no record of a run.
 
-A signal that can be read so is a column: a component of a force's report, of a marker's state or acceleration, or a multiplier,
-times a factor. Other signals are made from a record of each part of the run.
+Such a signal is a column: a component of a force's report, of a marker's state or acceleration, or a multiplier, times a factor.
+Other signals are made from a record of each part of the run.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from ..elements.clearance import Clearance
 from ..elements.drive import Drive
 from ..elements.stop import Stop
-from ..geometry import Array
+from ..geometry import Array, rotate
 from ..modal.planar import STATIONS
 from ..record.lookup import unknown
 from ..record.run import collect
@@ -67,7 +67,7 @@ def evaluate(tables, work, out, columns, scales, values):
 
 
 Column = tuple[int, int, int, int, float]
-"""Source, index there, component, transform and factor of a signal."""
+"""Source of a signal, index of the force, marker or constraint, component, transform, and factor."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Channels:
     """Signals by name, with the columns of those that have one."""
 
     names: tuple[str, ...]  # those with a column come first
-    columns: Array  # source, index, component, transform; (columns, 4)
+    columns: Array  # the first four entries of each `Column`, (columns, 4)
     scales: Array  # factors, (columns,)
 
     @classmethod
@@ -107,10 +107,8 @@ class Channels:
 def _column(scene: CompiledScene, name: str) -> Column | None:
     """Find the column of a signal OWNER.QUANTITY; None if it has none."""
     owner, _, quantity = name.rpartition(".")
-    for find in (_find_contact, _find_point, _find_link, _find_drive):
-        if (found := find(scene, owner, quantity)) is not None:
-            return found
-    return None
+    found = (find(scene, owner, quantity) for find in (_find_contact, _find_point, _find_link, _find_drive))
+    return next((column for column in found if column is not None), None)
 
 
 JOINT = {
@@ -151,15 +149,13 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
-    if body.model is None:
+    if body.model is None:  # rigid; arm: from the link's start, in the link's axes [m]
         length = scene.mechanism.length(name)
         arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.mass_properties(length)[2]), None
     else:
         arm = body.model.centre + (body.model.place("centre") if station else 0.0)
         shape = body.model.shapes[STATIONS.index("centre")].T.copy() if station else None
-    c, s = np.cos(body.angle), np.sin(body.angle)
-    place = body.start + np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
-    marker = body.marker_at(scene.builder, place, shape, turned=True)
+    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape, turned=True)
     scene.refresh()
     if quantity in POINT:
         return (Source.MARKER, marker, POINT[quantity], Transform.PLAIN, 1.0)

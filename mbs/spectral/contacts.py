@@ -154,10 +154,7 @@ def compute_time_to_faces(tables, reports, near):
 
 @draft
 def has_released(tables, state, end, controls):
-    """Return True if the step must be shortened to a kink: a contact with a noticeable force opens, or one closes and opens.
-
-    Forces are noticeable above the contact's tolerance times its largest force.
-    """
+    """Return True if the step must be shortened to a kink: a contact opens from a large enough force, or closes and opens."""
     start, landing = state.start_reports, controls.landing
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):

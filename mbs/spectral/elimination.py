@@ -119,10 +119,7 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 
 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
-    """Return the fronts, one for each group, in the order of minimum degree; `adjacent` is overwritten.
-
-    A group of constraints waits for all its coordinates. A heap gives the group with fewest neighbours.
-    """
+    """Return the fronts, one for each group, by minimum degree, constraints after their coordinates; overwrite `adjacent`."""
     size = [len(members) for members in groups]
     is_constraint = [members[0] >= coordinates for members in groups]
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]

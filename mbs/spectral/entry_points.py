@@ -26,10 +26,7 @@ def place(tables, work, q, v):
 
 @jit
 def measure_at(tables, work, k, grad, hess):
-    """Return measure k, a length or angle between markers a and b as `place` left them.
-
-    Fills its gradient (6,) and Hessian (6, 6) by (x, y, angle) of a, then b.
-    """
+    """Return measure k of placed markers a and b; fill its gradient (6,) and Hessian (6, 6) by (x, y, angle) of a, then b."""
     value, _ = compute_measure(tables, work, k, grad)
     compute_hessian(tables, work, k, grad, hess)
     return value

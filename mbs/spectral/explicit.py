@@ -15,7 +15,7 @@ from .compiling import copy, draft, inline, jit
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, compute_change, compute_row, couple_modes, multiply_row, renew_mass, renew_rows
+from .kernel import add_modal, compute_changes, compute_rows, couple_modes, multiply_row, renew_mass, renew_rows
 from .lawtable import JUST_AFTER, bristle_rate
 from .markers import place_marker
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
@@ -80,9 +80,9 @@ def compute_rates(model, t, y, out):
     now = Instant(t, -1.0, q, v, state.lam, state.memory)  # time since the memory below 0: bristles are states
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, state.right_side)
+    compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
+    compute_changes(tables, work, t, JUST_AFTER, state.change)
     for k in range(r):
-        compute_row(tables, work, k, t, state.violation, state.jacobian, state.speed)
-        compute_change(tables, work, k, t, JUST_AFTER, state.change)
         state.right_side[n + k] = state.change[k]
     if _has_changed(tables, state):
         if state.free_modes[0] > 0:
@@ -111,15 +111,12 @@ def fill_accelerations(model, out):
     state = model.state
     n = state.force.size
     for i in range(out.time.size):
-        for j in range(n):
-            state.y_stage[j], state.y_stage[n + j] = out.q[i, j], out.v[i, j]
+        copy(out.q[i], state.y_stage[:n]), copy(out.v[i], state.y_stage[n : 2 * n])
         for k in range(model.tables.forces.shape[0]):
             state.memory[k, Memory.ONSET] = out.memory[i, k, Memory.ONSET]
             state.y_stage[2 * n + k] = out.memory[i, k, Memory.BRISTLE]
         compute_rates(model, out.time[i], state.y_stage, state.stage_rates[1])
-        for j in range(n):
-            out.a[i, j] = state.stage_rates[1, n + j]
-        copy(state.lam, out.lam[i])
+        copy(state.stage_rates[1, n : 2 * n], out.a[i]), copy(state.lam, out.lam[i])
 
 
 @inline
@@ -176,14 +173,6 @@ def _estimate_error(state, h, tolerance):
 
 
 @draft
-def _find_next_stop(clock, controls, stops):
-    """Return the next time at which a step must end."""
-    while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
-        clock.stop += 1
-    return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
-
-
-@draft
 def _try_step(model, clock, h, last, controls, counts):
     """Try a step of length h; return True if accepted, else shorten the next. A `last` step ends just before its stop."""
     state = model.state
@@ -213,12 +202,11 @@ def _accept(model, clock, end, stop, controls, out, counts):
     is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
     if is_projected:
         _project(tables, order, state)
+    copy(state.y_new, state.y)
     if is_projected or is_event or end == stop:
-        copy(state.y_new, state.y)
         compute_rates(model, end, state.y, state.stage_rates[0])
     else:
-        for i in range(state.y.size):
-            state.y[i], state.stage_rates[0, i] = state.y_new[i], state.stage_rates[6, i]
+        copy(state.stage_rates[6], state.stage_rates[0])
     for i in range(n):
         state.largest_rate[0] = max(state.largest_rate[0], abs(state.y[n + i]) / state.units[i])
     copy(work.reports, state.start_reports)
@@ -239,7 +227,9 @@ def run_explicit(model, clock, controls, stops, out, counts):
         copy(model.work.reports, state.start_reports)
         _write(state, out, counts, clock.time, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
-        stop = _find_next_stop(clock, controls, stops)
+        while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
+            clock.stop += 1
+        stop = min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
         h = min(clock.next_step, controls.longest)
         reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH
         if clock.time + reach * h >= stop:

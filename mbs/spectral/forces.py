@@ -35,7 +35,9 @@ def _add_along(tables, work, k, now, f):
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION:
         law = tables.forces[k, Forces.FRICTION]
         out[Report.BRISTLE] = lawtable.evaluate_friction(tables, law, rate, now.memory[k], now.since)[1]
-    markers.add_gradient(tables, work, number, grad, force, f)
+    a, b = tables.measures[number, Measures.A], tables.measures[number, Measures.B]
+    markers.add_force(tables, work, a, force * grad[0], force * grad[1], force * grad[2], f)
+    markers.add_force(tables, work, b, force * grad[3], force * grad[4], force * grad[5], f)
 
 
 @draft
@@ -91,10 +93,7 @@ def _add_derivatives(tables, work, a, b):
 
 @draft
 def _add_contact_friction(tables, work, k, now, ratio):
-    """Add the derivatives of friction along a face, `ratio` times its contact's force.
-
-    They are the outer product of the gradient of its measure with the derivatives of its force, at first in h[0] and c[0].
-    """
+    """Add derivatives of friction along a face, `ratio` times its contact's force, whose derivatives h[0] and c[0] get first."""
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]

@@ -35,8 +35,7 @@ class FrameBody:
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
         """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or theta less its start if `turned`."""
-        arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
-        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
+        local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         o = self.offset
         return builder.add_marker(MarkerKind.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])

@@ -128,7 +128,7 @@ def _find_next_stop(model, clock, controls, stops, out, counts):
 def _choose_length(clock, controls, stop):
     """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
 
-    A step to an event is not halved: it would be lengthened to the event and halved again without end.
+    A step cut short by an event, whose reach is 1, is not halved: it would then be cut and halved without end.
     """
     h, left = min(clock.next_step, controls.longest), stop - clock.time
     if clock.time + clock.reach * h >= stop:
@@ -139,9 +139,9 @@ def _choose_length(clock, controls, stop):
 
 @draft
 def _try_step(model, clock, h, end, controls, counts):
-    """Try a step of length h to the time `end`; return True if it is accepted.
+    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next.
 
-    It is rejected, with a shorter next one, if Newton's method fails, the error is too large, or a contact closes within it.
+    It is rejected if Newton's method fails, the error is too large, a contact closes or a measure reaches an edge of its law.
     """
     tables, work, state = model.tables, model.work, model.state
     start, shortest = state.start_reports, controls.shortest

@@ -5,7 +5,7 @@ from `blocks[r, 0]` on; each block's last entry, of its multiplier, is not used.
 G v = speed and G a = change need markers that are placed.
 
 The mass matrix is constant but for modal links (docs/theory-modal.md): with amplitudes eta the frame's inertia is
-I + 2 h.eta + eta.G eta, and its coupling with the modes C^T eta = -C eta. The numbers h, G, C are radial, gram, gyration.
+I + 2 h.eta + eta.Q eta, and its coupling with the modes C^T eta = -C eta. The numbers h, Q, C are radial, gram, gyration.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def add_modal(tables, q, v, f):
         o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
         spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
-            stretch, coriolis = tables.data[radial + i], 0.0  # h + G eta, C eta'
+            stretch, coriolis = tables.data[radial + i], 0.0  # h + Q eta, C eta'
             for j in range(m):
                 stretch += tables.data[gram + i * m + j] * q[e + j]
                 coriolis += tables.data[gyration + i * m + j] * v[e + j]
@@ -127,7 +127,7 @@ def add_modal_mass(tables, work, q, mass):
 
 @draft
 def _modal_mass(tables, row, q, i):
-    """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (G eta)_i, and its coupling -(C eta)_i."""
+    """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (Q eta)_i, and its coupling -(C eta)_i."""
     _, e, m, radial, gram, gyration, _ = _indices(tables, row)
     inertia, coupling = 2.0 * tables.data[radial + i], 0.0
     for j in range(m):
@@ -138,10 +138,10 @@ def _modal_mass(tables, row, q, i):
 
 @draft
 def couple_modes(tables, work, q, a):
-    """Change M_0^-1 f to M(q)^-1 f in the accelerations of modal links that no constraint acts on.
+    """Change M_0^-1 f to M(q)^-1 f in the accelerations a of modal links that no constraint acts on.
 
-    M(q) differs from the constant M_0 in the frame's inertia and in its coupling with the modes, whose own mass is 1. The angle's
-    acceleration follows from the Schur complement of the modes.
+    M(q) differs from the constant M_0 in the frame's inertia, and couples the frame's angle with the modes, whose mass is 1. The
+    angle's acceleration follows from the Schur complement of the modes.
     """
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
@@ -212,43 +212,31 @@ def compute_tangents(tables, work, now, mass, damp, stiff):
     add_forces_tangents(tables, work, now, mass, damp, stiff)
 
 
-@inline
-def compute_row(tables, work, r, t, residual, jacobian, speed):
-    """Compute residual, row of G and right side of G v = speed of constraint r at time t."""
-    grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
-    first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
-    travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
-    for k in range(first, first + count):
-        value, _ = markers.compute_measure(tables, work, k, grad)
-        total += tables.directions[k, Directions.FACTOR] * value
-        at = markers.write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
-    residual[r], speed[r] = total - tables.values[r] - travel, rate
-    if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
-        residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
-
-
-@inline
-def compute_change(tables, work, r, t, side, change):
-    """Compute the right side of G a = change of constraint r at time t; `side` as in `evaluate_acceleration`."""
-    first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
-    change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
-    for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
-        markers.compute_measure(tables, work, k, grad)
-        change[r] -= tables.directions[k, Directions.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
-
-
 @draft
 def compute_rows(tables, work, t, residual, jacobian, speed):
-    """Compute residuals, G and right sides of G v = speed of all constraints at time t."""
+    """Compute residuals g, entries of G and right sides of G v = speed of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
-        compute_row(tables, work, r, t, residual, jacobian, speed)
+        grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
+        first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
+        travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
+        for k in range(first, first + count):
+            value, _ = markers.compute_measure(tables, work, k, grad)
+            total += tables.directions[k, Directions.FACTOR] * value
+            at = markers.write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
+        residual[r], speed[r] = total - tables.values[r] - travel, rate
+        if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
+            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
 @draft
 def compute_changes(tables, work, t, side, change):
-    """Compute the right sides of G a = change of all constraints at time t."""
+    """Compute the right sides of G a = change of all constraints at time t; `side` as in `evaluate_acceleration`."""
     for r in range(tables.rows.shape[0]):
-        compute_change(tables, work, r, t, side, change)
+        first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
+        change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
+        for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
+            markers.compute_measure(tables, work, k, grad)
+            change[r] -= tables.directions[k, Directions.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
 @draft

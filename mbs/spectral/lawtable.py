@@ -68,10 +68,7 @@ def evaluate_motion(tables, k, t):
 
 @draft
 def evaluate_acceleration(tables, k, t, side):
-    """Return the acceleration of drive k at time t; at a jump the limit from the side JUST_AFTER or JUST_BEFORE.
-
-    It is the one-sided difference of second order of the speed.
-    """
+    """Return the acceleration of drive k JUST_AFTER or JUST_BEFORE time t: the difference of second order of the speed there."""
     kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
     t = factor * t
     if kind == MotionKind.RAMP:
@@ -130,17 +127,10 @@ def motor(t, speed, p, address):
 
 
 @draft
-def _get_address(tables, k):
-    """Return the address of the function of force k, 0 without a law."""
-    law = tables.forces[k, Forces.LAW]
-    return tables.laws[law, LawColumn.CALL] if law >= 0 else 0
-
-
-@draft
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction."""
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
-    kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
+    kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
     p = tables.data[number : number + 8]
     if kind == ForceKind.SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
@@ -149,29 +139,26 @@ def evaluate_along(tables, k, now, value, rate, reaction):
         depth = side * (value - face)
         if depth <= 0.0:
             return 0.0
-        return -side * normal_force(tables, tables.forces[k, Forces.LAW], depth, side * rate, mem[Memory.ONSET])
+        return -side * normal_force(tables, law, depth, side * rate, mem[Memory.ONSET])
     if kind == ForceKind.FRICTION_FORCE:
         return -friction_force(rate, p)
     if kind == ForceKind.FRICTION:
         return -evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
+    address = tables.laws[law, LawColumn.CALL] if law >= 0 else 0
     if kind == ForceKind.STRUT:
-        return -strut(value, rate, p, _get_address(tables, k))
+        return -strut(value, rate, p, address)
     if kind == ForceKind.PRESCRIBED:
-        address = _get_address(tables, k)
         return p[0] if address == 0 else call(address, (t,))
     if kind == ForceKind.MOTOR:
-        return motor(t, rate, p, _get_address(tables, k))
+        return motor(t, rate, p, address)
     if p[0] == 1.0:  # the law of a spring, which does not depend on time
-        return -call(_get_address(tables, k), (value - p[2], rate))
-    return call(_get_address(tables, k), (t, value - p[2], rate))
+        return -call(address, (value - p[2], rate))
+    return call(address, (t, value - p[2], rate))
 
 
 @draft
 def differentiate_along(tables, k, now, value, rate, reaction):
-    """Return the derivatives of force k along its measure by the measure and its rate.
-
-    They are exact for a linear spring and for forces given in time, else central differences of the law.
-    """
+    """Return the derivatives of force k by its measure and rate: exact if linear or given in time, else by differences."""
     mem = now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]

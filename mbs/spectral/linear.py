@@ -101,5 +101,5 @@ class Linear(NamedTuple):
         return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
 
     def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
-        """Factor that matrix; raise a SingularError if it has no inverse: a free motion, or redundant constraints."""
+        """Factor the `matrix`; raise a SingularError if it has no inverse: a free motion, or redundant constraints."""
         return Factors(self.matrix(mass, damping, stiffness))

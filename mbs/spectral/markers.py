@@ -199,13 +199,6 @@ def compute_hessian(tables, work, k, grad, hess):
 
 
 @inline
-def add_gradient(tables, work, k, grad, factor, out):
-    """Add `factor` times the gradient of measure k by the coordinates."""
-    add_force(tables, work, tables.measures[k, Measures.A], factor * grad[0], factor * grad[1], factor * grad[2], out)
-    add_force(tables, work, tables.measures[k, Measures.B], factor * grad[3], factor * grad[4], factor * grad[5], out)
-
-
-@inline
 def write_gradient(tables, work, k, grad, factor, out, index):
     """Write `factor` times the gradient of measure k by the coordinates of a, then b, to `out`; return the index after it."""
     for side in range(2):

@@ -25,10 +25,7 @@ SLOW = 0.3
 
 @draft
 def renew_matrices(tables, orders, work, state, t, h, counts):
-    """Compute and factor the Newton matrices M + k C + k^2 K with G and G^T at the middle node; return False if not finite.
-
-    There is a real and a complex one, with k = h/eigenvalue of A^-1.
-    """
+    """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite."""
     q, lam = state.node_q[1], state.node_lam[1]
     since = NODES[1] * h
     copy(state.node_stress[1], work.stress)

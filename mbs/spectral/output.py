@@ -69,8 +69,6 @@ CONTROLS = _record_type(
     within="?",  # rows are also written within steps, by the implicit method
 )
 """Options of an integrator, constant during a run."""
-
-
 SMALLEST_RATIO = 0.2
 """Least ratio of the length of a step to that of the step before."""
 LARGEST_RATIO = 5.0

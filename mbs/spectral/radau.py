@@ -56,10 +56,7 @@ MOST_EXTRAPOLATION = 100.0
 
 @draft
 def measure_change(state, elastic, u):
-    """Compute the largest component of a change u (n,) of the coordinates, in the units of the error control.
-
-    Pairs of inner coordinates have one unit along the chord of their strip piece, and another across it.
-    """
+    """Compute the largest component of a change u (n,) of q, in units of the error control; vectors along and across chords."""
     worst = 0.0
     for i in range(u.size):
         worst = max(worst, abs(u[i]) * state.inverse_unit[i])

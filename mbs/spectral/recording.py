@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..elements.link import Link
-from ..geometry import Array
+from ..geometry import Array, rotate
 from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory
 from ..record.lookup import corrected_trapezoidal
@@ -41,9 +41,9 @@ def compute_acceleration(tables, work, m, component, a):
 
 @jit
 def follow(tables, work, out, wanted, traces, reports):
-    """Fill the traces of the `wanted` markers, (wanted, 3, 3, times), and the reports of all forces, (times, forces, 8).
+    """Fill the traces of `wanted` markers, (wanted, rate 0 to 2, component, times), and the reports of all forces.
 
-    The axes of a trace are rate (0 to 2), component of (x, y, angle), time. Reports of shape (times, forces, 0) are not filled.
+    Reports have the shape (times, forces, 8); those of shape (times, forces, 0) are not filled.
     """
     unused_forces = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
@@ -101,8 +101,7 @@ def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], rep
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Add a marker at the centre of mass of a rigid link without attached masses; return it, mass, inertia, position at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
-    c, s = np.cos(body.angle), np.sin(body.angle)
-    centre = body.start + np.array([c * x - s * y, s * x + c * y])
+    centre = body.start + rotate(np.array(body.angle), (x, y))
     return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
 
 

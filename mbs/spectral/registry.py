@@ -1,6 +1,6 @@
-"""Functions that add a link or an element to the lists of the compiled solver, with tables of them by kind.
+"""Functions that add a link or an element to the lists of the compiled solver, and tables that give the function of a kind.
 
-The numbers of a force are those that `lawtable` and `forces` read for its kind.
+The order of a force's `numbers` is the one in which `lawtable` and `forces` read them for its kind.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
 
 def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     """Add the constraint of a link's point to a line of the ground, and friction along the line."""
-    row = len(builder.rows)  # of the constraint that follows
+    row = len(builder.rows)  # index of the constraint that `connect` adds
     connect(builder, name, guide)
     friction = guide.friction
     if friction is None:
@@ -58,7 +58,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
     b = marker_of(builder, origin.body, origin.point)
     arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
-    start = arm[0] * across[0] + arm[1] * across[1]  # distance from the origin across the face at t = 0
+    start = arm[0] * across[0] + arm[1] * across[1]  # distance of the point from the origin, across the face, at t = 0
 
     def add_distance(direction: tuple[float, float]) -> int:
         """Add the distance from the origin along a direction that turns with the face."""
@@ -144,7 +144,7 @@ def add_spring(builder: Builder, name: str, load: Spring) -> None:
 
 
 def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
-    """Add the force of a spring along a measure l: -k (l - l0) - c l', or minus its law's value at (l - l0, l'), l0 = `free`."""
+    """Add the force of a spring along a measure l: -k (l - l0) - c l', or -law(l - l0, l'); l0 is `free`."""
     if load.law is None:
         builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return

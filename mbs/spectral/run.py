@@ -1,4 +1,4 @@
-"""Run of the compiled solver: the scene, the choice of its integrator, the loop over the integrator's calls, the record.
+"""Run of the compiled solver: its scene, the choice of the integrator, the loop over calls of the integrator, the record.
 
 A stop is a time at which a step must end. Compiled functions raise no exceptions: a run's status comes back in its counts.
 """
@@ -30,11 +30,10 @@ from .start import Balance, balance, dormand_prince, radau_state, start_rates
 from .tables import ForceKind, Forces, Memory, State
 
 NEWTON_SHARE = 1e-4
-"""Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above.
+"""Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above. Below, it falls as tol^(1/4).
 
-Below it falls as tol^(1/4): what Newton steps leave adds up over the run as tol^(1/2), while the errors of steps add up as
-tol^(3/4). With a fixed share a double pendulum of 10 s is off by 3e-3 at any tolerance below 1e-8. A tenth of it costs a tenth
-more iterations."""
+Errors of Newton's method add up over the run as tol^(1/2), those of steps as tol^(3/4). With a fixed share a double pendulum of
+10 s is off by 3e-3 at any tolerance below 1e-8. A tenth of the share costs a tenth more iterations."""
 NEWTON_TOLERANCE = 1e-5
 """Tolerance above which the last Newton step is a fixed share of it: errors of coarser runs are larger by far."""
 NEWTON_EQUAL = 1e-12
@@ -42,11 +41,9 @@ NEWTON_EQUAL = 1e-12
 END_ROUNDING = 1.1e-12
 """Time left, over the end, at which a run is over; the integrators themselves stop 1e-12 before the end."""
 FIRST_STEP = 1e-3
-"""First step over the longest. So short, a finer run is finer from its start on, where stiff parts vibrate, and no two runs share
-their first samples."""
+"""First step over the longest: so short that a finer run is finer from its start on, where stiff parts vibrate."""
 CLEARANCE_SHARE = 4e-3
-"""Largest local error of explicit steps, over the smallest clearance. At a hundredth contacts chatter:
-a tenth more onsets are found."""
+"""Largest local error of explicit steps, over the smallest clearance. At 0.01 contacts chatter: a tenth more onsets are found."""
 MOST_VIOLATION = 1e-6
 """Largest violation of constraints at the end, over the longest link, or in rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
@@ -67,7 +64,7 @@ ROUNDING = 1e-15
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
     """Translate a mechanism to arrays; return the reason if this solver does not support it.
 
-    A guide's friction that follows its reaction must have bristles: else its first reactions near self-locking are wrong.
+    Guide friction that depends on the reaction must have bristles: without them the first reactions near self-locking are wrong.
     """
     for guide in mechanism.guides:
         if isinstance(guide.friction, FrictionLaw) and not isinstance(guide.friction, BristleLaw):
@@ -89,10 +86,7 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces from which a run is continued, (forces, 4).
-
-    The fastest onset so far, which rows do not contain, is taken to be the last.
-    """
+    """Return the memories of forces to continue a run, (forces, 4), with the last onset for the fastest, which rows lack."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -113,7 +107,6 @@ def once(
         "jacobians": float(counts.jacobians),
         "rejected": float(counts.rejected),
     }
-
     notes, record = [*scene.source.remarks, *scene.notes], record_of(scene, out)
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 

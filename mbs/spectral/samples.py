@@ -13,7 +13,7 @@ from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
 LINE_EXPONENT = 0.75
-"""Exponent of the tolerance in the error allowed of linear interpolation between rows; errors of runs go as tol^(3/4), too."""
+"""Exponent of the tolerance in the error allowed of linear interpolation between rows; errors of runs go as tol^(3/4)."""
 MOST_SAMPLES = 40
 """Largest number of rows in a step."""
 JUMP = 0.1
@@ -61,7 +61,7 @@ def write_at_face(state, out, counts, t, h, moment):
 
 @draft
 def _write_memory(state, out, row, start):
-    """Write the forces' memories used in the step to this row; `write` overwrites onset speeds by later ones."""
+    """Write to this row the memories that forces had in the step; `write` overwrites onset speeds by those after it."""
     for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
         m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], start
@@ -72,7 +72,7 @@ def _write_memory(state, out, row, start):
 def count_parts(state, elastic, h, controls, depth_bending):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
-    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is that of depths, relative.
+    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is the relative one of depths.
     """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))

@@ -116,10 +116,8 @@ class CompiledScene:
     @property
     def units(self) -> Array:
         """Unit of each coordinate, shape (n,): the longest link's length [m], 1 rad, or 1 of a law's state."""
-        out = np.full(self.size, self.length)
-        for i, unit in self.builder.units.items():
-            out[i] = unit
-        return out
+        units, length = self.builder.units, self.length
+        return np.array([units.get(i, length) for i in range(self.size)])
 
     @cached_property
     def strip_places(self) -> list[tuple[Array, Array]]:
@@ -136,14 +134,10 @@ class CompiledScene:
     @cached_property
     def mass_fronts(self) -> Fronts:
         """Order of elimination of mass matrix and constraints, [M G^T; G 0]."""
-        return self._find_mass_fronts(constant=False)
+        return self.find_mass_fronts(constant=False)
 
-    @cached_property
-    def constant_mass_fronts(self) -> Fronts:
-        """Order of elimination of [M G^T; G 0] with the constant part of M, which is diagonal for modal links."""
-        return self._find_mass_fronts(constant=True)
-
-    def _find_mass_fronts(self, constant: bool) -> Fronts:
+    def find_mass_fronts(self, constant: bool) -> Fronts:
+        """Find the order of elimination of [M G^T; G 0]; with the constant part of M it is diagonal for modal links."""
         s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
         filled = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n)
         for first, modes, _ in [] if constant else s.modal:

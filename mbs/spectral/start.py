@@ -125,7 +125,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
     """Allocate the data of an explicit run that starts from this state; `memory` (forces, 4)."""
     tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
-    order = scene.constant_mass_fronts if free_modes else scene.mass_fronts
+    order = scene.find_mass_fronts(constant=free_modes)
     n, r, k, g, z = len(q), len(lam), len(memory), _size_of_jacobian(tables), np.zeros
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))

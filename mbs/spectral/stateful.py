@@ -38,7 +38,7 @@ def _evaluate(tables, work, k, r, count):
 
 @draft
 def _find_coordinate(tables, k, first, count, component):
-    """Return marker, column of its state, and first row in the force's block, of a component of p."""
+    """Return, of a component of p, its marker, the column of the marker's state, and its first row in the force's block."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0

@@ -1,7 +1,8 @@
 """Statistics of signals over windows of time, accumulated during a run; compiled.
 
-A column is a signal, a row its values at one time. Between rows a column is linear; intervals are split at the edges of windows.
-Extremes between rows are those of the parabola through three rows. Total variation is that of samples at equal distances.
+A column is a signal, a row the values of all signals at one time. Between rows a column is linear; intervals are split at the
+edges of windows. Extremes also consider the vertex of the parabola through three rows. Total variation is that of samples at
+equal distances.
 """
 
 from __future__ import annotations
@@ -29,13 +30,13 @@ class Statistic(IntEnum):
 
 
 StateIndex = IntEnum("StateIndex", "T1 T2 ROWS SAMPLES FIRST", start=0)
-"""Indices of the state kept from call to call: times of the last row and of the one before, numbers of rows and samples so far.
-From FIRST on follow the values of the last row, of the one before, and of the last sample, (columns,) each."""
+"""Indices of the state kept from call to call: times of the last row and of the row before, numbers of rows and samples so far.
+From FIRST on follow the values of the last row, of the row before, and of the last sample, (columns,) each."""
 SAMPLES = 2000
 """Samples per window from which the total variation is computed: what a drawing of a turn resolves."""
 OVERSHOOT = 0.125
-"""Largest height of a vertex over the middle row, over the larger difference of the rows; with equal steps none is higher. Where
-a short step lies beside a long one the parabola through a kink would be unbounded."""
+"""Largest height of a vertex above the middle row, over the larger difference of the rows: the largest with equal steps. Where a
+short step lies beside a long one, the vertex of a parabola through a kink would be unbounded."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +61,12 @@ class Accumulator:
 
 @inline
 def add_interval(at, h, a, b):
-    """Add an interval of length h, on which a column changes from a to b, to the statistics `at`, (8,)."""
+    """Add an interval of length h, on which a column goes linearly from a to b, to its statistics `at`, (8,)."""
     at[Statistic.INTEGRAL] += 0.5 * h * (a + b)
     at[Statistic.SQUARES] += h * (a * a + a * b + b * b) / 3.0
     if a > 0.0 and b > 0.0:
         at[Statistic.ABOVE] += h
-    elif a > 0.0 or b > 0.0:  # half, if a force that is never negative begins or ends
+    elif a > 0.0 or b > 0.0:  # if the other is 0 a force begins or ends, somewhere in the interval: half of it
         at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b) if a * b < 0.0 else 0.5)
     if a <= 0.0 and b > 0.0:
         at[Statistic.ONSETS] += 1.0

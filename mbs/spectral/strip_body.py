@@ -149,13 +149,8 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
 
 def _fit_strip(line: Line, start: float, end: float, degree: int, kind: int) -> Array:
     """Fit the coefficients of x, y (and angle) on a piece, in the link's frame; shape (fields, degree + 1)."""
-    ends = line(np.array([start, end]))
-
-    def fit_field(i: int) -> Array:
-        """Fit the coefficients of field i of the line."""
-        return fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
-
-    return np.array([fit_field(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
+    ends, fields = line(np.array([start, end])), range(3 if kind == StripKind.REISSNER else 2)
+    return np.array([fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i])) for i in fields])  # noqa: B023
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:

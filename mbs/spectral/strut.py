@@ -35,14 +35,13 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
             builder.separate_masses.append((len(builder.q), link.name, each.point, False))
-            body.hosts[each.point] = builder.add_point(
-                x, y, sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
-            )
+            mass = sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
+            body.hosts[each.point] = builder.add_point(x, y, mass)
     return body
 
 
 def find_hosts(builder: Builder, body: StrutBody) -> None:
-    """Find the neighbours' markers at the ends, after all links are added; a neighbour may be another strut."""
+    """Find the markers of the neighbours at both ends, once all links are added; a neighbour may be another strut."""
     link = body.link
     for joint in builder.mechanism.joints:
         if link.name not in (joint.first, joint.second) or joint.point in body.hosts:
