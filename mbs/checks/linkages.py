@@ -52,7 +52,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """
     time, places = run.record.time, _places(run.record)
     linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
-    _, jacobian, _ = linkage.system(places, np.zeros_like(places))
+    jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())
     for k in np.flatnonzero(singular):
@@ -72,8 +72,7 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
     """
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
-    rows = [row for _, row in linkage.named_rows]
-    return rigid, [k for k in linkage.lasting_rows if rows[k].motion is None and rows[k].bodies <= among]
+    return rigid, [k for k in linkage.lasting_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
 
 
 def compute_gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
@@ -84,7 +83,7 @@ def compute_gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
         link = linkage.mechanism.links[i]
         q[:, i, :2] = record.links[link.name].point(link.start)[0]
         q[:, i, 2] += record.links[link.name].turn()[0]
-    residuals, *_ = linkage.system(q, np.zeros_like(q))
+    residuals, _ = linkage.system(q)
     return [linkage.names[k] for k in rows], residuals[:, rows]
 
 

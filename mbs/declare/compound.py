@@ -93,10 +93,10 @@ class Several(Spec):
 
 @dataclass(eq=False, repr=False)
 class Named(Spec):
-    """A mapping of names to values of one specification; `of` says in messages what the names are."""
+    """A mapping of names to values of one specification; `keys` is the word for the names in messages."""
 
     item: Spec
-    of: str = "names"
+    keys: str = "names"
 
     def __post_init__(self) -> None:
         self.unit = self.item.unit
@@ -104,7 +104,7 @@ class Named(Spec):
     @property
     def words(self) -> str:  # type: ignore[override]
         """Text after 'must be' in messages: names and items."""
-        return f"a table of {self.of}, each {self.item.words}"
+        return f"a table of {self.keys}, each {self.item.words}"
 
     def fits(self, raw: object) -> bool:
         """Return True for a table."""

@@ -50,10 +50,8 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
     for name, each in raw.items():
         path = f"{PARAMETERS}.{name}"
         meanings = {
-            "the name of a point or link": names,
-            "a variable of formulas": VARIABLES,
-            "a name that formulas know": FORMULA_NAMES,
-        }
+            "the name of a point or link": names, "a variable of formulas": VARIABLES, "a name that formulas know": FORMULA_NAMES,
+        }  # fmt: skip
         if meaning := next((meaning for meaning, used in meanings.items() if name in used), ""):
             raise ValueError(f"{path}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):

@@ -29,6 +29,7 @@ PANELS = 64
 SAMPLES = 401
 """Points at which a shape's function is sampled; the error of the cubic spline falls with their number to the power -4."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
+"""Stress-free shape: points (x, y) [m], or a function of the fraction of the arc length that returns a point."""
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
 ELEMENTS = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; finer runs for an accuracy double it"
 BOW = "stress-free half-sine bow at mid-span, positive to the left of the direction from start to end"

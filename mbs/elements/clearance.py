@@ -92,25 +92,25 @@ class Clearance(Joint):
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
         found, point = self._contact(name, record), self.point
         changes = onsets(record.time, found.depth, found.rate)
-        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=changes)
-        yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, f"{name}.f")
+        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=changes)
+        yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)
         yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m", Kind.CONTACT)
         yield Signal(f"{point}.sliding_speed", found.sliding, "m/s", Kind.RATE)
-        yield Signal(f"{point}.journal_x", found.ex, "m", Kind.PLACE, f"{point}.journal", scale=self.gap)
-        yield Signal(f"{point}.journal_y", found.ey, "m", Kind.PLACE, f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.journal_x", found.ex, "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.journal_y", found.ey, "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
         yield Signal(f"{point}.contact_state", contact_state(found.depth), "1", Kind.COUNT)
         touching = found.depth > 0
         yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
 
     def _contact(self, name: str, record: Recorded) -> PinContact:
         memory, time = record.channel(name, "memory"), record.time
-        return record.once(("contact", name), lambda: contact(self, *states(self, record), memory, time))
+        return record.once(("contact", name), lambda: compute_contact(self, *read_motions(self, record), memory, time))
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the contact force on both bodies, with its moments about the centres of pin and bush."""
-        pin, bush = states(self, record)
+        pin, bush = read_motions(self, record)
         found = self._contact(name, record)
         force, arm = np.column_stack([found.fx, found.fy]), self.pin * np.column_stack([found.nx, found.ny])
         for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
@@ -123,14 +123,15 @@ class Clearance(Joint):
         Simpson's rule integrates the powers over each step. Cubic Hermite polynomials give the motion in the middle of a step;
         the deflection of the bristle there is the mean of its values at the ends of the step.
         """
-        pin, bush = states(self, record)
+        pin, bush = read_motions(self, record)
         memory, time = record.channel(name, "memory"), record.time
         ends = self._contact(name, record)
         steps = np.diff(time)
         middle_memory = memory[1:].copy()
         middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
-        middle_memory[:, SINCE] = time[:-1] + steps / 2
-        middle = contact(self, _middle(pin, steps), _middle(bush, steps), middle_memory, middle_memory[:, SINCE])
+        middle_memory[:, SINCE] = time[:-1] + steps / 2  # as if just accepted: the bristle keeps its mean
+        sides = _at_middle(pin, steps), _at_middle(bush, steps)
+        middle = compute_contact(self, *sides, middle_memory, time=middle_memory[:, SINCE])
 
         def work(force: str, speed: str) -> Array:
             """Integrate a power by Simpson's rule; force and speed are fields of `PinContact`."""
@@ -161,14 +162,14 @@ class Side(NamedTuple):
     spin: Array
 
 
-def states(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
+def read_motions(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
     """Return the motion of pin and bush."""
     references = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
     pin, bush = (Side(*record.point(at), *record.turn(at)) for at in references)
     return pin, bush
 
 
-def _middle(side: Side, steps: Array) -> Side:
+def _at_middle(side: Side, steps: Array) -> Side:
     """Interpolate the motion in the middle of steps (times - 1,) [s]."""
 
     def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
@@ -196,7 +197,7 @@ class PinContact(NamedTuple):
     ey: Array  # component y [m]
 
 
-def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
+def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
     """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
 
     `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.

@@ -132,7 +132,7 @@ class Torque(Stateful):
     title: ClassVar[str] = "torque on '{link}'"
     label: ClassVar[str] = "torque.{link:body}"
     law: ClassVar[Law] = Law("t, angle, speed", "N m")
-    variables_with_states: ClassVar[str] = law.of
+    variables_with_states: ClassVar[str] = law.variables
 
     link: str = names(doc="any but a Strut; on a flexible link the torque acts at the start; 'beam:B' names another point")
     value: float | Callable[..., float] = field(

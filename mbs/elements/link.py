@@ -172,7 +172,7 @@ def moving(name: str, *motion: Array) -> Iterator[Signal]:
 
 
 def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:
-    """Yield the potential energy of gravity in the plane."""
+    """Yield the potential energy of a body in gravity; nothing without gravity in the plane of motion."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:
         yield Energy("held", "weight", -motion.mass * (motion.centre()[0] @ gravity))

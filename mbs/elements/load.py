@@ -127,11 +127,11 @@ class Stateful(Load):
     def variables(self) -> list[str]:
         """Names of the arguments of the function and of the rates."""
         if self.states is None:
-            return self.law.of.split(", ")
+            return self.law.variables.split(", ")
         return [*self.variables_with_states.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start_arguments(self, mechanism: Parts) -> list[float]:
-        """Return all arguments of the functions at t = 0, at rest."""
+        """Return all arguments of the functions at t = 0, at rest; a force without states has the argument t alone."""
         states = () if self.states is None else self.states.initial
         return [*self.start_motion(mechanism), *states][: len(self.variables)]
 

@@ -28,7 +28,7 @@ COUNTED = (
 )
 NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 MOST_BAR_MODES = 13
-"""Largest number of bending or of axial modes: 3 polynomials for each, of degree 40 at most."""
+"""Largest number of bending or of axial modes: some three polynomials for each, of degree 40 at most."""
 Point3 = tuple[float, float, float]
 
 
@@ -60,7 +60,7 @@ Interface = Callable[[Array, Array], Array]
 
 @declared
 class Box(Declared):
-    """Mesh of a straight bar: length between the joints' centres, thickness in the plane, width normal to the plane."""
+    """Mesh of a straight bar of the section, between the joints' centres."""
 
     elements: tuple[int, int, int] = field(
         Several(Whole(1, 1000), 3, 3), "along length, thickness and width, of second order", default=(16, 2, 1)
@@ -88,7 +88,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes with rigid interfaces, orthogonalised: `fixed` vibrations and 6 static modes, 12 - 6 rigid motions."""
+    """Craig-Bampton modes with rigid interfaces: `fixed` vibrations and 6 static modes (12 motions of interfaces, 6 rigid)."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: without any of them statics is not exact",
@@ -197,7 +197,7 @@ class Modal(Body):
         return import_late("modal.bar:planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
-        """Return one damping ratio for all modes, or one for each of their angular frequencies [rad/s]."""
+        """Return one damping ratio for all modes, or a ratio for each mode from the angular frequencies [rad/s]."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:

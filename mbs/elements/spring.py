@@ -31,7 +31,8 @@ def potential(law: Law, values: Array) -> Array:
     if not high > low:
         return np.zeros_like(values)
     edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
-    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], edges, np.nextafter(edges, np.inf)]))
+    both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # of each jump
+    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
 
     def integrate(starts: Array, ends: Array) -> Array:
         """Integrate the force over intervals."""
@@ -48,7 +49,7 @@ def potential(law: Law, values: Array) -> Array:
 
 
 class Elastic(Load):
-    """Base of springs, whose coordinate is a distance or an angle, less its value without force.
+    """Base of springs, whose coordinate is a distance or an angle, less the distance or angle without force.
 
     The force is given by stiffness and damping, or by a law of the coordinate and its rate.
     """

@@ -126,7 +126,7 @@ class Stop(Element):
         return mechanism.guide(self.point).along if self.along is None else self.along
 
     def side(self, mechanism: Parts) -> float:
-        """Return +1 if the normal points from the start of the point to the face, -1 if it points away."""
+        """Return +1 if the normal points from the point's start to the face, -1 if it points the other way."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:
@@ -182,7 +182,7 @@ class Stop(Element):
             yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Return friction against the sliding [N], and the sliding speed [m/s], each (times,)."""
+        """Return friction [N], which opposes the sliding, and sliding speed [m/s], each (times,)."""
         sliding = self.sliding(record)
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 

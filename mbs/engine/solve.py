@@ -9,7 +9,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from ..kinematics.diagnosis import diagnose_stop
+from ..kinematics.diagnosis import diagnose_last_pose
 from ..kinematics.exact import sample_times
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
@@ -137,7 +137,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     }
     record = scene.record(history)
     if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
-        failure = diagnose_stop(record) or failure
+        failure = diagnose_last_pose(record) or failure
     if failure is None and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])

@@ -59,12 +59,12 @@ _PARTS = Several(Either((Quantity(""), Callables())))
 
 @dataclass(eq=False, repr=False)
 class Function(Callables):
-    """Specification of a function of the variables `of` that returns `size` numbers of a unit.
+    """Specification of a function of `variables`, such as 't, angle', that returns `size` numbers of a unit.
 
     `read` calls it once, with all variables zero. `named` are functions that files may refer to by name.
     """
 
-    of: str
+    variables: str
     unit: str = ""
     size: int = 1
     named: Mapping[str, Callable[..., Any]] = plain_field(default_factory=dict)
@@ -72,7 +72,7 @@ class Function(Callables):
     @property
     def words(self) -> str:  # type: ignore[override]
         """Text after 'must be' in messages: variables of the function, and its form in files."""
-        return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
+        return f"a function of {self.variables}, in files {' or '.join(self.named) or 'a formula'}"
 
     def fits(self, raw: object) -> bool:
         """Return True for a function, or a list with one function or number for each component."""
@@ -90,7 +90,7 @@ class Function(Callables):
 
     def check_call(self, name: str, function: object) -> None:
         """Call the function with all variables zero; ValueError if it fails or does not return `size` numbers."""
-        names = self.of.split(", ")
+        names = self.variables.split(", ")
         for each in function.parts if isinstance(function, Components) else [function]:
             try:
                 if isinstance(each, Expression):
@@ -98,7 +98,7 @@ class Function(Callables):
             except ValueError as error:
                 raise ValueError(f"{name} = {error}") from None
         zeros = [0.0] * len(names)
-        at = f"{name} at {self.of} = 0"
+        at = f"{name} at {self.variables} = 0"
         value = call_checked(name, function, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
 

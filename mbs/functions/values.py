@@ -40,7 +40,8 @@ EXACT = 1e-11
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Return the kinks [s] of a function of time: the times of a table, or the edges that `breaks` finds by sampling.
 
-    Sampling needs the duration of the run [s]; without it, a function that has to be sampled has no kinks.
+    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions that it consists of. Sampling
+    needs the duration of the run [s]; without the duration, other functions have no kinks.
     """
     if isinstance(function, Integral) and duration < inf:
         function.span(duration)
@@ -155,9 +156,9 @@ class Table(UserFunction, Declared):
 
 @dataclass(frozen=True)
 class Integral(UserFunction):
-    """Integral from 0 of the function `of`, by adaptive Gauss-Kronrod quadrature (QUADPACK) on pieces, which are stored."""
+    """Integral from 0 of a function, by adaptive Gauss-Kronrod quadrature (QUADPACK) on pieces, whose integrals are stored."""
 
-    of: Callable[..., Any]
+    integrand: Callable[..., Any]
 
     def __post_init__(self) -> None:
         self.span(0.0)
@@ -166,13 +167,13 @@ class Integral(UserFunction):
         """Set the time span [s] that is divided into pieces and searched for kinks of the integrand; forget the stored pieces."""
         if duration != getattr(self, "_span", None):
             object.__setattr__(self, "_span", duration)
-            object.__setattr__(self, "_known", kinks(self.of, duration))
+            object.__setattr__(self, "_known", kinks(self.integrand, duration))
             object.__setattr__(self, "_sums", [0.0])
 
     @property
     def made_of(self) -> tuple[Any, ...]:
         """Integrand, whose kinks are also kinks of the integral."""
-        return (self.of,)
+        return (self.integrand,)
 
     def _piece(self, start: float, end: float) -> float:
         """Integrate over a piece, divided at kinks of the integrand."""
@@ -180,7 +181,7 @@ class Integral(UserFunction):
 
         known: tuple[float, ...] = self._known  # type: ignore[attr-defined]
         edges = [start, *known[bisect_right(known, start) : bisect_left(known, end)], end]
-        return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
+        return sum(quad(self.integrand, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the integral from 0 to a time or an array of times t >= 0 [s]."""
@@ -203,14 +204,14 @@ class Integral(UserFunction):
 class TableIntegral(Integral):
     """Integral from 0 of a table: the antiderivative of its spline, and straight lines outside of its times."""
 
-    of: Table
+    integrand: Table
 
     def __post_init__(self) -> None:
         from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
 
-        table = self.of
+        table = self.integrand
         if not isinstance(table, Table):
-            raise ValueError(f"of = {table!r}: must be a Table")
+            raise ValueError(f"integrand = {table!r}: must be a Table")
         spline = table._curve if table.smooth else make_interp_spline(table.times, table.values, k=1)  # type: ignore[attr-defined]
         object.__setattr__(self, "_curve", spline.antiderivative())
         object.__setattr__(self, "_at_zero", self._since_first(0.0))
@@ -219,10 +220,11 @@ class TableIntegral(Integral):
         """Do nothing: a table needs no pieces and no search."""
 
     def _since_first(self, t: Any) -> Any:
-        first, last = self.of.times[0], self.of.times[-1]
+        table = self.integrand
+        first, last = table.times[0], table.times[-1]
         before, after = np.minimum(t - first, 0.0), np.maximum(t - last, 0.0)
         inside = self._curve(np.clip(t, first, last))  # type: ignore[attr-defined]
-        return inside + self.of.values[0] * before + self.of.values[-1] * after
+        return inside + table.values[0] * before + table.values[-1] * after
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the integral from 0 to a time or an array of times t [s]."""

@@ -32,14 +32,13 @@ class Course(NamedTuple):
 
 def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     """Close the loops at each time by Newton's method from guesses q (times, links, 3); return None if it fails."""
-    zero = np.zeros_like(q)
     travel, scale = linkage.travel(times), max(1.0, linkage.size)
     previous = np.inf
     for _ in range(MAX_ITERATIONS):
-        residual, jacobian, _ = linkage.system(q, zero)
+        residual, jacobian = linkage.system(q)
         residual = residual - travel
         gap = float(np.abs(residual).max(initial=0.0))
-        if not np.isfinite(gap) or gap > 1e3 * scale:
+        if not np.isfinite(gap) or gap > 1e3 * scale:  # Newton's method diverges
             return None
         if gap < ROUNDING * scale or (previous < CLOSED * scale and gap >= previous):
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
@@ -90,7 +89,7 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     Newton's method starts from six poses, displaced from q along the right singular vector of the least singular value of the
     Jacobian, by up to four times `distance`: the distance of q from a singular pose.
     """
-    jacobian = linkage.system(q, np.zeros_like(q))[1]
+    jacobian = linkage.jacobian(q)
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):

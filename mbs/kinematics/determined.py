@@ -1,9 +1,8 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates q at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt, as in
-`mbs.scene.linkage`. The multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to
-stay on the branch of the start: each begins with a prediction by q, q_t and q_tt. The poses at the ends of steps, called anchors,
-are interpolated for a guess from which loops are closed at other times.
+Coordinates q at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt. The multipliers mu of
+the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the start: each
+begins with a prediction by q, q_t and q_tt. Loops at other times are closed from interpolated ends of steps, called anchors.
 """
 
 from __future__ import annotations
@@ -95,9 +94,7 @@ class Follower:
             if self.interrupted():
                 self.ended = Ended(t, Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {duration:.6g} s")
                 break
-            h = min(h, duration - t)
-            if duration - t - h < 1e-12 * duration:
-                h = duration - t
+            h = duration - t if duration - t - h < 1e-12 * duration else h  # no last step of the size of rounding
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
             error = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
@@ -112,6 +109,7 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             anchors.append(state)
+            # the error grows with h^3, so that a double step has at most `SMALL_ERROR`
             h *= 2 if error < SMALL_ERROR / 8 else 1.3 if error < SMALL_ERROR else 0.8 if error > LARGEST_ERROR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 

@@ -41,7 +41,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
             found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
     if found:
         return min(found)[1]
-    matrix = linkage.system(q, np.zeros_like(q))[1]
+    matrix = linkage.jacobian(q)
     rows = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[rows])[0][:, -1]
     large = np.where(np.abs(weights) > NEGLIGIBLE * np.abs(weights).max(), weights, 0.0)
@@ -49,7 +49,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
-def diagnose_stop(record: Record) -> tuple[Status, str] | None:
+def diagnose_last_pose(record: Record) -> tuple[Status, str] | None:
     """Diagnose the last pose of a run that failed, from its rigid links, by the least singular value; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
@@ -60,10 +60,10 @@ def diagnose_stop(record: Record) -> tuple[Status, str] | None:
         motion = record.links[link.name]
         q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
-    rows = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and row.bodies <= among]
+    rows = [k for k in linkage.lasting_rows if linkage.rows[k].bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # angles times the longest link are lengths, too
-    first, last = (linkage.system(pose, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
+    first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
     independent = independent_rows(first)
     if not len(independent) or not np.isfinite(last).all():
         return None

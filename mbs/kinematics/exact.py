@@ -72,14 +72,9 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
     failure = None if ended is None else (ended.status, ended.message)
-    return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=Scene.of(mechanism).remarks)
-
-
-def _summary(follower: Follower) -> dict[str, int]:
-    """Count the elements of each kind, coordinates and constraints."""
-    linkage = follower.linkage
-    counts = Scene.of(linkage.mechanism).counts
-    return {**counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
+    scene, linkage = Scene.of(mechanism), follower.linkage
+    counts = {**scene.counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
+    return Run(solver, record, failure, work | {"rejected": 0.0}, counts, notes=scene.remarks)
 
 
 def _find_failed_load(record: Record) -> Ended | None:

@@ -92,9 +92,9 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
 
 GEOMETRY = journal.GAP + 1
 """Number of columns of geometry in a joint's row; kinds and addresses of its two laws follow, as the bits of floats."""
-FIRST = GEOMETRY + 2 * CODES
+FIRST_FLOAT = GEOMETRY + 2 * CODES
 """First column of the floats of both laws."""
-LAST = FIRST + 2 * NUMBERS
+COLUMNS = FIRST_FLOAT + 2 * NUMBERS
 """Number of all columns of a joint's row."""
 WIDTH = len(journal.COLUMNS)
 """Number of columns of the report."""
@@ -124,14 +124,11 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 
 def make_plain_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Make the kernel of two laws in plain Python."""
-
-    def normal(_numbers: Array, depth: float, rate: float, onset: float) -> float:
-        """Return the normal force [N]."""
-        return law.force(depth, rate, onset)
-
     bristle_law = as_bristle_law(friction)
     report = journal.make_report(
-        normal, lambda _, *state: bristle_law.coefficient(*state), lambda _, *state: bristle_law.after(*state)
+        lambda _numbers, *state: law.force(*state),
+        lambda _numbers, *state: bristle_law.coefficient(*state),
+        lambda _numbers, *state: bristle_law.after(*state),
     )
     return Kernel(_with_report(_forces, report), report, compiled=False)
 
@@ -168,7 +165,7 @@ class _PairTable:
 
 
 def _laws_of(numbers: Array) -> Laws:
-    return Laws(numbers[GEOMETRY:FIRST].view(np.int64).reshape(2, CODES), numbers[FIRST:LAST].reshape(2, NUMBERS))
+    return Laws(numbers[GEOMETRY:FIRST_FLOAT].view(np.int64).reshape(2, CODES), numbers[FIRST_FLOAT:COLUMNS].reshape(2, NUMBERS))
 
 
 def _normal(numbers: Array, depth: float, rate: float, onset: float) -> float:

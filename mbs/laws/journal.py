@@ -63,7 +63,7 @@ def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
     if offset < 0:
         return EndState(x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0)
     c, s = np.cos(q[offset + 2]), np.sin(q[offset + 2])
-    bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]
+    bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]  # turned arm, angular velocity
     return EndState(x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w)
 
 

@@ -60,9 +60,9 @@ FrictionKind = IntEnum(
 )
 """Kinds of friction laws: those of this package, and functions given by their address, without or with a bristle."""
 LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
-"""Columns of whole numbers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
+"""Columns of integers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
 CODES = 4
-"""Number of columns of whole numbers of a law; the last one is spare."""
+"""Number of columns of integers of a law; the last one is spare."""
 NUMBERS = 8
 """Number of columns of floats of a law; LuGre, the longest, has 7."""
 
@@ -84,7 +84,7 @@ def power(x: float, n: float) -> float:
 
 
 def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
-    """Return the ADAMS function STEP; see `buckler.mbs.laws.step`."""
+    """Return the ADAMS function STEP, the cubic of `pieces.step`, for floats."""
     part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
@@ -92,17 +92,17 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float) -> float:
     """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its onset speed [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == NormalKind.POWER:
+    if kind == NormalKind.POWER:  # p: stiffness, exponent, chi
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
-    if kind == NormalKind.VOIGT:
+    if kind == NormalKind.VOIGT:  # p: stiffness, damping
         return max(0.0, p[0] * depth + p[1] * rate)
-    if kind == NormalKind.IMPACT:
+    if kind == NormalKind.IMPACT:  # p: stiffness, exponent, damping, damping depth
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
     return call(tables.laws[law, LawColumn.CALL], (depth, rate, onset))
 
 
 def stribeck(speed: float, p: Array) -> float:
-    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta), p being static, dynamic, v_stribeck, exponent, ..."""
+    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta), p being mu_s, mu_d, v_str, delta, ..."""
     return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
 
 
@@ -112,7 +112,7 @@ def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     if kind == FrictionKind.LUGRE:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
-        step = 1e-9  # of a forward difference [s], short compared with any motion
+        step = 1e-9  # step of a forward difference [s], short compared with any motion
         return (call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, step)) - bristle) / step
     return 0.0
 
@@ -133,19 +133,19 @@ def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.SMOOTH:
         return 0.0
-    if kind == FrictionKind.COULOMB:
+    if kind == FrictionKind.COULOMB:  # p: mu_d, v_reg, beta
         return p[0] * min(max(speed / p[1], -1.0), 1.0) + p[2] * speed
-    if kind == FrictionKind.ADAMS:
+    if kind == FrictionKind.ADAMS:  # p: mu_s, mu_d, v_s, v_d
         x = min(max(speed / p[2], -1.0), 1.0)
         return 0.5 * x * (3.0 - x * x) * cubic_step(abs(speed), p[2], p[0], p[3], p[1])
-    if kind == FrictionKind.AMBROSIO:
+    if kind == FrictionKind.AMBROSIO:  # p: mu_d, v0, v1
         return np.sign(speed) * p[0] * min(max((abs(speed) - p[1]) / (p[2] - p[1]), 0.0), 1.0)
-    if kind == FrictionKind.THRELFALL:
+    if kind == FrictionKind.THRELFALL:  # p: mu_d, v0
         return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
-    if kind == FrictionKind.STRIBECK:
+    if kind == FrictionKind.STRIBECK:  # p: mu_s, mu_d, v_str, delta, v_reg, beta
         return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
     if kind == FrictionKind.LUGRE:
-        return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed
+        return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed  # p[4:]: s0, s1, beta
     if kind == FrictionKind.COEFFICIENT_CALLED:
         return call(tables.laws[law, LawColumn.CALL], (speed,))
     return call(tables.laws[law, LawColumn.CALL], (speed, bristle))

@@ -49,37 +49,31 @@ class Forms:
         self.bodies, self.count = bodies, len(rows)
         points: list[list[Any]] = []
         turns: list[list[Any]] = []
-        terms = [(k, coefficient, measure) for k, row in enumerate(rows) for coefficient, measure in row.terms]
-        for index, (_, _, measure) in enumerate(terms):
+        terms = [term for row in rows for term in row.terms]
+        start = np.zeros(len(terms))  # measures at t = 0; angles since t = 0 are zero
+        for number, (_, measure) in enumerate(terms):
             first, second = ends.number(measure.first), ends.number(measure.second)
             if isinstance(measure, Turn):
-                turns.append([index, first, second, bodies, 0, 0, 0, False])
+                turns.append([number, first, second, bodies, 0, 0, 0, False])
                 continue
             arms = [ends.arm(measure.first), ends.arm(measure.second)]
+            vector = ends.place(measure.first) - ends.place(measure.second)
             if isinstance(measure, Distance):
-                points.append([index, first, second, bodies, *arms, 0, True])
+                start[number] = abs(vector)
+                points.append([number, first, second, bodies, *arms, 0, True])
             else:
-                frame = second if measure.turns else bodies
-                points.append([index, first, second, frame, *arms, complex(*measure.direction), False])
+                frame, direction = second if measure.turns else bodies, complex(*measure.direction)
+                start[number] = (np.conj(direction) * vector).real
+                points.append([number, first, second, frame, *arms, direction, False])
         self.points, self.turns = _table(points), _table(turns)
-        self.coefficients = np.array([coefficient for _, coefficient, _ in terms])
-        self.first_terms = np.searchsorted([k for k, _, _ in terms], np.arange(len(rows)))
-        self.single = len(terms) == len(rows) and bool((self.coefficients == 1.0).all())
-        self.start = self._sum_terms(self._at_start([measure for _, _, measure in terms], ends), -1)
-
-    def _at_start(self, measures: list[Any], ends: Ends) -> Array:
-        """Compute the measures of all terms at t = 0, (terms,); angles since t = 0 are zero."""
-        start = np.zeros(len(measures))
-        for k, measure in enumerate(measures):
-            if not isinstance(measure, Turn):
-                vector = ends.place(measure.first) - ends.place(measure.second)
-                is_distance = isinstance(measure, Distance)
-                start[k] = abs(vector) if is_distance else (np.conj(complex(*measure.direction)) * vector).real
-        return start
+        self.coefficients = np.array([coefficient for coefficient, _ in terms])
+        self.first_terms = np.cumsum([0, *(len(row.terms) for row in rows)])[:-1]  # number of the first term of each row
+        self.has_plain_rows = len(terms) == len(rows) and bool((self.coefficients == 1.0).all())  # one term, coefficient 1
+        self.start = self._sum_terms(start, -1)
 
     def _sum_terms(self, values: Array, axis: int) -> Array:
-        """Sum coefficients times values, which have the terms along an axis, over the terms of each row."""
-        if self.single or not self.count:
+        """Sum coefficients times values over the terms of each row; the terms lie along an axis of the values."""
+        if self.has_plain_rows or not self.count:
             return values
         coefficients = self.coefficients.reshape(-1, *[1] * (-1 - axis))
         found: Array = np.add.reduceat(values * coefficients, self.first_terms, axis=axis)
@@ -92,7 +86,7 @@ class Forms:
         """
         n, lead, count = self.bodies, q.shape[:-2], len(self.coefficients)
         measures, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
-        k, i, j, f = self.points.number, self.points.first, self.points.second, self.points.frame
+        k, i, j, f = self.points.number, self.points.first, self.points.second, self.points.frame  # terms; bodies
         angles, arm_1, arm_2, vector, d = self._arms(q)
         measures[..., k] = _dot(d, vector)
         for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
@@ -113,7 +107,7 @@ class Forms:
         if q_t.any():
             i, j, f = self.points.first, self.points.second, self.points.frame
             (v, w), (_, arm_1, arm_2, vector, d) = self._with_ground(q_t), self._arms(q)
-            velocity = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)  # of the vector
+            velocity = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)  # rate of `vector`
             term = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
             term += -2 * w[..., f] * _dot(1j * d, velocity) + w[..., f] ** 2 * _dot(d, vector)
             distances = self.points.is_distance
@@ -123,7 +117,7 @@ class Forms:
         return self._sum_terms(gamma, -1)
 
     def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Compute the angles of all bodies; for terms of points both arms, vector from second to first point, unit direction."""
+        """Compute angles of bodies; for terms of points both arms, vector from second to first point, unit direction d."""
         terms, (z, angles) = self.points, self._with_ground(q)
         rotation = np.exp(1j * angles)
         arm_1, arm_2 = terms.arm_1 * rotation[..., terms.first], terms.arm_2 * rotation[..., terms.second]

@@ -68,19 +68,23 @@ class Linkage:
         return max(self.mechanism.length(link.name) for link in self.mechanism.links)
 
     @cached_property
-    def named_rows(self) -> list[tuple[str, Row]]:
-        """All rows, each with the name of its element."""
-        return [(name, row) for name, element in self.mechanism.elements().items() for row in element.rows(self.mechanism)]
+    def _rows_by_element(self) -> dict[str, list[Row]]:
+        return {name: list(element.rows(self.mechanism)) for name, element in self.mechanism.elements().items()}
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """Constraint equations of all elements."""
+        return [row for rows in self._rows_by_element.values() for row in rows]
 
     @cached_property
     def names(self) -> list[str]:
         """Name of the element of each row."""
-        return [name for name, _ in self.named_rows]
+        return [name for name, rows in self._rows_by_element.items() for _ in rows]
 
     @cached_property
-    def drive_rows(self) -> list[tuple[int, Any]]:
-        """Rows that follow a motion: index of the row, motion."""
-        return [(k, row.motion) for k, (_, row) in enumerate(self.named_rows) if row.motion is not None]
+    def motions(self) -> dict[int, Any]:
+        """Motion of each row that follows a drive, by the index of the row."""
+        return {k: row.motion for k, row in enumerate(self.rows) if row.motion is not None}
 
     def _number(self, place: Place) -> int:
         return len(self.index) if place.body == GROUND else self.index[place.body]
@@ -96,7 +100,7 @@ class Linkage:
     def _forms(self) -> Forms:
         """Equations of all rows."""
         ends = Ends(self._number, self._arm, lambda place: complex(*self.mechanism.points[place.point]))
-        return Forms([row for _, row in self.named_rows], len(self.index), ends)
+        return Forms(self.rows, len(self.index), ends)
 
     # --- positions and velocities -----------------------------------------------------------------------------------------
 
@@ -118,13 +122,16 @@ class Linkage:
 
     # --- constraints ------------------------------------------------------------------------------------------------------
 
-    def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
-        """Compute residuals C (..., rows), Jacobian J (..., rows, 3 links) and convective term gamma (..., rows).
+    def system(self, q: Array) -> tuple[Array, Array]:
+        """Compute residuals C (..., rows) without the travel of drives, and Jacobian J (..., rows, 3 links).
 
-        Coordinates and rates are (..., links, 3); the travel of drives is left out.
+        The coordinates q are (..., links, 3).
         """
-        residual, jacobian = self._forms.system(q - self._directions)
-        return residual, jacobian, self.convective(q, q_t)
+        return self._forms.system(q - self._directions)
+
+    def jacobian(self, q: Array) -> Array:
+        """Compute the Jacobian J (..., rows, 3 links) at coordinates q (..., links, 3)."""
+        return self.system(q)[1]
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """Compute the convective term gamma, quadratic in the velocities, shape (..., rows)."""
@@ -150,14 +157,14 @@ class Linkage:
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
-        for k, motion in self.drive_rows:
+        for k, motion in self.motions.items():
             values[..., k] = np.reshape([evaluate(motion, float(t)) for t in time.ravel()], time.shape)
         return values
 
     @cached_property
     def lasting_rows(self) -> Array:
         """Indices of the rows that hold throughout a run, not only at its start."""
-        return np.flatnonzero([not row.start_only for _, row in self.named_rows])
+        return np.flatnonzero([not row.start_only for row in self.rows])
 
     @cached_property
     def general_pose(self) -> Array:
@@ -167,11 +174,11 @@ class Linkage:
         redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
         """
         reference = self.reference
-        rows = self.lasting_rows[[self.named_rows[k][1].motion is None for k in self.lasting_rows]]
+        rows = np.array([k for k in self.lasting_rows if k not in self.motions], dtype=int)
         unit = np.tile([self.size, self.size, 1.0], len(self.index))
         if not len(rows):
             return reference
-        _, values, right = np.linalg.svd(self.system(reference, np.zeros_like(reference))[1][rows] * unit)
+        _, values, right = np.linalg.svd(self.jacobian(reference)[rows] * unit)
         free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # small motions that the rows allow
         best, largest_rank = reference, -1
         for weights in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
@@ -180,24 +187,26 @@ class Linkage:
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
             if pose is None:
                 continue
-            pose_rank = rank(self.system(pose, np.zeros_like(pose))[1][self.lasting_rows])
+            pose_rank = rank(self.jacobian(pose)[self.lasting_rows])
             if pose_rank > largest_rank:
                 best, largest_rank = pose, pose_rank
         return best
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
         """Close loops by the Gauss-Newton method from a nearby pose; return None if it does not converge or goes far away."""
+        scale = max(1.0, self.size)
         for _ in range(20):
-            residual, jacobian, _ = self.system(q, np.zeros_like(q))
-            if np.abs(residual[rows]).max() < 1e-13 * max(1.0, self.size):
+            residual, jacobian = self.system(q)
+            if np.abs(residual[rows]).max() < 1e-13 * scale:
                 break
             q = q - (unit * (np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6) @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
-        return q if np.abs(residual[rows]).max() < 1e-11 * max(1.0, self.size) and distance < 20 * DISPLACEMENT else None
+        has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # rounding of an ill-conditioned Jacobian allowed
+        return q if has_closed and distance < 20 * DISPLACEMENT else None
 
     def mobility(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
-        jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
+        jacobian = self.jacobian(self.reference)
         return jacobian.shape[1] - rank(jacobian)
 
 

@@ -59,10 +59,11 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
             yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
-    rows = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
-    free = rows.shape[1] - rank(rows)
+    matrix = linkage.jacobian(linkage.reference)
+    free = matrix.shape[1] - rank(matrix)
     if free:
-        motion = np.abs(np.linalg.svd(rows)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
+        null_vectors = np.linalg.svd(matrix)[2][-free:]
+        motion = np.abs(null_vectors).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, size in zip(mechanism.links, motion, strict=True) if size > ROUNDING]
         count = "1 way" if free == 1 else f"{free} ways"
         driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
@@ -102,7 +103,7 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
     """Return elements and scaled derivatives of the rows that hold throughout, in general position; rows of drives first."""
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
-    order = sorted(linkage.lasting_rows, key=lambda k: linkage.named_rows[k][1].motion is None)
+    order = sorted(linkage.lasting_rows, key=lambda k: k not in linkage.motions)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix
 

@@ -101,8 +101,8 @@ class Scene:
         """True if constraints and drives alone determine the pose: as many independent constraints as coordinates."""
         if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
             return False
-        rows = self.linkage.named_rows
-        if any(row.start_only for _, row in rows) or len(rows) < 3 * len(self.linkage.index):
+        rows = self.linkage.rows
+        if any(row.start_only for row in rows) or len(rows) < 3 * len(self.linkage.index):
             return False
         return self.linkage.mobility() == 0
 

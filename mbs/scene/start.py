@@ -102,16 +102,16 @@ def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
     """Compute the rows' derivatives by coordinates of m rigid links, (rows, 3 m), and by n stations, (rows, 3 n)."""
     stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
-    rigid = linkage.system(q, np.zeros_like(q))[1]
-    flexible = np.array([stations.columns(row) for _, row in linkage.named_rows]).reshape(len(rigid), 3 * len(stations.points))
+    rigid = linkage.jacobian(q)
+    flexible = np.array([stations.columns(row) for row in linkage.rows]).reshape(len(rigid), 3 * len(stations.points))
     return rigid, flexible
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
     """Explain that a mechanism has more drives than degrees of freedom in general position; return '' if it has not."""
     matrix = np.hstack(jacobian(linkage, linkage.general_pose))
-    driven = [k for k in linkage.lasting_rows if linkage.named_rows[k][1].motion is not None]
-    constraints = [k for k in linkage.lasting_rows if linkage.named_rows[k][1].motion is None]
+    driven = [k for k in linkage.lasting_rows if k in linkage.motions]
+    constraints = [k for k in linkage.lasting_rows if k not in linkage.motions]
     free = matrix.shape[1] - rank(matrix[constraints])
     if len(driven) <= free:
         return ""

@@ -116,7 +116,7 @@ def reactions(mechanism, closure, state):
         (ax, ay, alpha), spin = state.q_tt[i], state.q_t[i, 2]
         fx, fy = mass * (ax - alpha * arm[1] - spin**2 * arm[0]), mass * (ay + alpha * arm[0] - spin**2 * arm[1])
         inertial += [fx, fy, inertia * alpha + arm[0] * fy - arm[1] * fx]
-    jacobian = closure.system(state.q, state.q_t)[1]
+    jacobian = closure.jacobian(state.q)
     multipliers = np.linalg.lstsq(jacobian.T, np.array(inertial))[0]
     names = np.array(closure.names)
     return {name: element.reactions(multipliers[None, names == name])
