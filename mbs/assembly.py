@@ -79,19 +79,19 @@ def assemble(
     lines = [((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag for guide in guided]
     base, free = _solve_linear([*_linear_equations(places, links, lengths), *lines], 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0
-    turning = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
-    vectors = np.array([places[link.end] - places[link.start] for link in turning], dtype=complex)
-    poses = _Poses(vectors.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in turning]), base, free)
-    poses.check_decided(turning)
+    of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
+    vectors = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)
+    poses = _Poses(vectors.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in of_length]), base, free)
+    poses.check_decided(of_length)
     solutions, solved = poses.find_all(size)
     found = [_by_name(unknown, x) for x in solutions]
     if not solved:
-        raise _out_of_reach(turning, {**points, **found[0]})
+        raise _out_of_reach(of_length, {**points, **found[0]})
     allowed = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)] or found
     first, *others = sorted(sorted(allowed, key=_topmost(unknown, size)), key=_nearest(near, size))
     for link in deciding:
         _check(link, {**points, **first})
-    poses.check_regular(unknown, first, turning)
+    poses.check_regular(unknown, first, of_length)
     return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
 
 

@@ -20,15 +20,9 @@ PAPER_STOP = float(PAPER.slider(np.radians(120)))
 
 
 def slider_crank(
-    coupler: Body,
-    *,
-    law: NormalLaw | None,
-    mass: float,
-    speed: float | Ramp | Motion,
-    friction: GuideFriction | None = None,
-    stop: float = PAPER_STOP,
-    lengths: SliderCrank = PAPER,
-) -> Mechanism:
+    coupler: Body, *, law: NormalLaw | None, mass: float, speed: float | Ramp | Motion, friction: GuideFriction | None = None,
+    stop: float = PAPER_STOP, lengths: SliderCrank = PAPER,
+) -> Mechanism:  # fmt: skip
     """Return the compliant slider-crank at crank angle 0, its slider at negative x, on the far side of the crank pivot.
 
     Parameters
@@ -70,10 +64,7 @@ class CrankRocker(NamedTuple):
     def places(self, angle: float) -> dict[str, tuple[float, float]]:
         """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch.
 
-        Raises
-        ------
-        KinematicsError
-            If coupler and rocker do not reach each other, or are in line: a dead centre.
+        Raise a KinematicsError if coupler and rocker do not reach each other, or are in line: a dead centre.
         """
         a, c = self.crank * np.array([np.cos(angle), np.sin(angle)]), np.array([self.frame, 0.0])
         diagonal = float(np.hypot(*(c - a)))
@@ -101,15 +92,9 @@ Play = Callable[[str, str, str], Clearance]
 
 
 def crank_rocker(
-    rocker: Body,
-    *,
-    speed: float | Ramp | Motion,
-    play: Play | None = None,
-    with_play: str = "OABC",
-    section: Section = BAR,
-    lengths: CrankRocker = STEEL_CRANK_ROCKER,
-    angle: float = 0.5,
-) -> Mechanism:
+    rocker: Body, *, speed: float | Ramp | Motion, play: Play | None = None, with_play: str = "OABC", section: Section = BAR,
+    lengths: CrankRocker = STEEL_CRANK_ROCKER, angle: float = 0.5,
+) -> Mechanism:  # fmt: skip
     """Return the crank-rocker with clearance in any of its joints, its journals centred at the start.
 
     Parameters

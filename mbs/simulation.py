@@ -73,18 +73,10 @@ STALLED = 3
 
 @one_thread()
 def simulate(
-    mechanism: Mechanism,
-    duration: float,
-    accuracy: float | None = None,
-    *,
-    of: str | Sequence[str] = PLACES,
-    solver: Solver | None = None,
-    verify: bool = False,
-    ledger: bool = False,
-    shapes: Sequence[float] = (),
-    timeout: float | None = None,
-    progress: bool | Callable[[float], None] | None = None,
-) -> Result:
+    mechanism: Mechanism, duration: float, accuracy: float | None = None, *, of: str | Sequence[str] = PLACES,
+    solver: Solver | None = None, verify: bool = False, ledger: bool = False, shapes: Sequence[float] = (),
+    timeout: float | None = None, progress: bool | Callable[[float], None] | None = None,
+) -> Result:  # fmt: skip
     """Simulate a mechanism from t = 0, its velocities given by the drive through the constraints.
 
     Parameters
@@ -149,7 +141,8 @@ def simulate(
                 result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                levels = KINDS[type(solver)](mechanism, duration, solver, demand.place / PLACE)
+                strictness = demand.place / PLACE  # error allowed of places, over the usual one
+                levels = KINDS[type(solver)](mechanism, duration, solver, strictness)
                 answer = refine(levels.runs(runs), levels, demand, duration)
                 single = answer.run
                 result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
@@ -162,7 +155,10 @@ def simulate(
 
 
 class _Runs:
-    """Runs of one call of `simulate`, which share the time limit, the compiled scene and the edges of users' functions."""
+    """Runs of one call of `simulate`, which share the time limit, the compiled scene and the edges of users' functions.
+
+    `ended` are the runs so far, of which some may have failed.
+    """
 
     def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
         self.mechanism, self.timeout, self.progress, self.memory = mechanism, timeout, progress, EdgeMemory()

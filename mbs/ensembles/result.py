@@ -92,10 +92,7 @@ class Ensemble:
     def of(self, reading: str, cell: int | None = None) -> Array:
         """Return values of a reading, of members that did not fail, without skipped windows, shape (members, windows).
 
-        Raises
-        ------
-        KeyError
-            If there is no such reading.
+        Raise a KeyError, with all readings, if there is no such reading.
         """
         if reading not in self.readings:
             raise KeyError(f"no reading '{reading}'; there are: {', '.join(self.readings)}")

@@ -109,20 +109,15 @@ class Result:
     def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
         """Interpolate a signal at other times, by cubics between the samples; linearly if the signal has no trait.
 
+        Raise an UnknownSignalError if there is no such signal.
+
         Parameters
         ----------
         name : str
         times : array_like
             Times within the run [s].
         outside : float, optional
-            Value at times outside the run, e.g. after a failure; by default such times are an error.
-
-        Raises
-        ------
-        UnknownSignalError
-            If there is no such signal.
-        ValueError
-            If a time lies outside the run.
+            Value at times outside the run, e.g. after a failure; by default such times raise a ValueError.
         """
         values, times = self[name], np.asarray(times, dtype=float)
         first, last = self.time[[0, -1]]
@@ -234,14 +229,10 @@ class Result:
         Parameters
         ----------
         path : str or Path
-            File name that ends in `.xdmf`.
+            File name that ends in `.xdmf`; any other is a ValueError.
         times : array of float, optional
             Times within the run [s]; by default the evenly spaced times of the movie. The first of them gives the mesh.
-
-        Raises
-        ------
-        ValueError
-            If the path ends otherwise, or if times are given for a result that was pickled.
+            Times for a result that was pickled raise a ValueError.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 DEGREE_STEP = 4
 """Increment of the degree of strips in a refinement."""
 MAX_DEGREE = 40
-"""Degree at which refinement ends."""
+"""Degree of strips at which refinement ends."""
 ACCURACY = 1e-8
 """Relative error at which refinement ends, for equilibria and frequencies."""
 CRITICAL_ACCURACY = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions."""
 FIRST_STEP = 0.02
-"""Default length of the first step of a path, in the metric of `arc`."""
+"""Default length of the first step of a path: root mean square of changes over extents and range, see `path`."""
 MAX_STEP = 0.1
-"""Default length of the longest step of a path, in the metric of `arc`."""
+"""Default length of the longest step of a path, in the same norm."""
 
 
 class Ending(StrEnum):
@@ -93,7 +93,7 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
         whole("degree", degree, 2, 200)
 
 
-def check_way(to: float, steps: int, step: float, longest: float, **alternatives: object) -> None:
+def check_path(to: float, steps: int, step: float, longest: float, **alternatives: object) -> None:
     """Raise a ValueError if the end or a step of a path is invalid, or if more than one of the alternatives is given."""
     number("to", to, -np.inf, np.inf, "1")
     whole("steps", steps, 1, 100_000)
@@ -103,7 +103,7 @@ def check_way(to: float, steps: int, step: float, longest: float, **alternatives
         raise ValueError(f"{', '.join(alternatives)}: give one of them")
 
 
-def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
+def explain_end(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
     """Return status and message of a path that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
@@ -164,7 +164,7 @@ class Equilibrium(Answer):
     error: float
 
     def point(self, link: str, point: str) -> MarkerMotion:
-        """Return the place of a point of a link."""
+        """Return position, angle and rates of a point of a link."""
         return places(self.scene, self.q, link, point)
 
     def reaction(self, name: str) -> Array:

@@ -17,7 +17,7 @@ from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
 from ..spectral.start import slopes
 from ..validate import one_of
-from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_STEP, Ending, Path, check, check_way, ending
+from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -83,7 +83,7 @@ def path(
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
     """
     check(mechanism, degree)
-    check_way(to, steps, step, longest, load=load, drive=drive, parameter=parameter)
+    check_path(to, steps, step, longest, load=load, drive=drive, parameter=parameter)
     one_of("branches", branches, (bool,))
     if branch is not None:
         _check_branch(mechanism, branch)
@@ -192,7 +192,7 @@ class _Follower:
         q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
         growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
-        status = ending(ended, parameter[-1], self.begun, self.to, self.steps)
+        status = explain_end(ended, parameter[-1], self.begun, self.to, self.steps)
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
@@ -239,7 +239,7 @@ class _Follower:
         return "steps"
 
     def _offset_load(self, point: Critical) -> Rest:
-        """Return the state of a branching with a slightly larger parameter, where the tangent is not singular."""
+        """Return the state of a branching with a parameter slightly nearer to the end, where the tangent is not singular."""
         return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.begun))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:

@@ -11,7 +11,7 @@ from ..mechanism import Mechanism
 from ..progress import watch
 from ..spectral.run import RunState
 from ..validate import positive
-from .answer import FIRST_STEP, KEYS, MAX_STEP, Route, check_way, ending, parameters_at
+from .answer import FIRST_STEP, KEYS, MAX_STEP, Route, check_path, explain_end, parameters_at
 from .curve import KINDS, ResponseCurve
 from .cycles import Periodic, failure_of, prepare
 from .problem import SEARCH_STOPS, Problem
@@ -87,7 +87,7 @@ def response(
     Response
         The status is OK if the end was reached.
     """
-    check_way(to, steps, step, longest, load=load, parameter=parameter)
+    check_path(to, steps, step, longest, load=load, parameter=parameter)
     shooting, state = prepare(mechanism, period, start, degree, settle)
     if shooting.autonomous:
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
@@ -114,5 +114,5 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
     errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
     motions, points = [curve.motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
-    status = ending(ended, parameters[-1], curve.begun, curve.to, len(orbits) - 1)
+    status = explain_end(ended, parameters[-1], curve.begun, curve.to, len(orbits) - 1)
     return Response(*status, ended, curve.shooting.scene, parameters, q, points, errors, motions)

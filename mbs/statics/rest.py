@@ -132,8 +132,8 @@ def settle(problem: Problem, rest: Rest) -> Rest:
 def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
     """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
 
-    A step is accepted after the first Newton iteration in which it does work along its forces at both ends. It is repeated with
-    a smaller tau if it is long, goes against the forces, or if its iteration diverges. Give tau = 0 for the first step.
+    A step is accepted at the first Newton iteration at which its work against the forces at its end is below its work along
+    those at its start. It is repeated with a smaller tau if it is long or if its iteration diverges. The first tau is 0.
     """
     n, units = problem.scene.size, problem.units
     begin, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
@@ -157,8 +157,7 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
             if not (is_short and goes_forward) or (iteration and correction > CONVERGED * change):
                 break
             force, _, last = problem.residual(new)
-            work_at_end = float(step @ force)
-            if change < ROUNDING or work_at_end >= -max(work_at_begin, 0.0):  # else the step went deep into an open contact
+            if change < ROUNDING or float(step @ force) >= -max(work_at_begin, 0.0):  # else it went deep into an open contact
                 return new, tau * min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300))), change
         tau *= max(0.1, min(0.5, TARGET_MOVE / change)) if np.isfinite(change) and change > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
