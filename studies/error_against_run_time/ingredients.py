@@ -1,7 +1,7 @@
 """Ingredients of a run: objects and unknowns of its scene, kernels that it compiles, modules that it loads.
 
 They show that a run has nothing that it does not need. The run is made in a new process, by `python -m
-buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that all loaded modules are its own.
+buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only this run has loaded modules there.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
         summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
     return Ingredients(
-        str(result.status),
-        {kind: count for kind, count in summary.items() if kind not in TOTALS},
-        summary["coordinates"] + summary["constraints"],
-        _find_kernels(),
-        [package for package in PACKAGES if package in sys.modules],
-        [x for x in FOLDERS if any(name.startswith(f"buckler.mbs.{x}.") for name in sys.modules.keys() - ALWAYS_LOADED)],
+        status=str(result.status),
+        objects={kind: count for kind, count in summary.items() if kind not in TOTALS},
+        unknowns=summary["coordinates"] + summary["constraints"],
+        kernels=_find_kernels(),
+        packages=[package for package in PACKAGES if package in sys.modules],
+        folders=[x for x in FOLDERS if any(name.startswith(f"buckler.mbs.{x}.") for name in sys.modules.keys() - ALWAYS_LOADED)],
     )
 
 

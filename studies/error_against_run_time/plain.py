@@ -1,7 +1,7 @@
-"""Works written directly for the engine, as its users write them: hand-tuned runs with which Buckler's run times are compared.
+"""Works written directly for the engine, as users of Exudyn write them: hand-tuned runs for comparison with Buckler's run times.
 
 No result of Buckler comes from here. Reduced integration of kind 2 (other kinds lock) and the sparse solver are the best settings
-found for these works. Static runs have default tolerances; motions have modified Newton and the tolerances of the work.
+found for these works. Static runs have default tolerances; motions have a modified Newton method and the tolerances of the work.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class _System:
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
 
     def strip(self, section: Section, length: float, nodes: list[int], gravity: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Add cables between nodes, whose reference configuration is free of stress."""
+        """Add cables between neighbouring nodes; the reference configuration is free of stress."""
         numbers: dict[str, Any] = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
         numbers["bendingDamping"] = section.bending_stiffness * section.material.bending_damping
         numbers |= {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length}
@@ -115,7 +115,7 @@ def _settings() -> Any:
 def buckled_strip(section: Section, length: float, shortenings: Array, elements: int) -> Array:
     """Compute the force of the pinned strip [N] at rising end shortenings; each static solution starts from the one before.
 
-    The first starts from a half-sine of approximate height, because from a straight strip it would remain straight.
+    The first one starts from a half-sine of approximate height: a straight strip would stay straight.
     """
     job = _System()
     nodes = _half_sine_nodes(job, length, float(shortenings[0]), elements)
@@ -179,7 +179,7 @@ def _speed(mechanism: Mechanism) -> float:
 
 
 def _moving_strip(job: _System, mechanism: Mechanism) -> list[int]:
-    """Add the bowed coupler, from the crank pin along negative x, with the velocity of a rigid one; return its nodes."""
+    """Add the bowed coupler, from the crank pin along negative x, with the velocity of a rigid coupler; return its nodes."""
     body, length, radius = mechanism.link("coupler").body, mechanism.length("coupler"), mechanism.length("crank")
     assert isinstance(body, Cable) and isinstance(body.section, Section)
     height, speed = body.imperfection, _speed(mechanism)
@@ -223,7 +223,7 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
 
 
 def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
-    """Make the engine's function for the force of a stop whose face is at a coordinate of the slider [m]."""
+    """Make the engine's function for the force of a stop; `face` is the slider's displacement at contact [m]."""
 
     def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
         return -max(0.0, law.stiffness * (face - x) - law.damping * v) if x < face else 0.0

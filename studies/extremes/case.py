@@ -32,6 +32,7 @@ from ..kit.published import GRAVITY
 Measures = Mapping[str, Any]
 """Measures by name, each an array whose last axis may be that of `SAMPLES`."""
 NOTHING = MappingProxyType[str, float]({})
+"""Empty default of scales and reported errors."""
 MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
 """Checks that find a law used beyond its range, which a reference with the same law cannot refute."""
 SAMPLES = np.linspace(0.02, 0.98, 49)
@@ -43,7 +44,7 @@ CHANGE = 1e-3
 SMALL = 0.02
 """Size over the largest force of the mechanism below which a force is not compared."""
 RINGING = 12
-"""Steps of the coarser reference run in a period of a strut's axial vibration."""
+"""Smallest number of steps of the coarser reference run in a period of a strut's axial vibration."""
 PATIENCE = 30.0
 """Time limit of a reference run [s]."""
 ENDED = (Status.OK, Status.SUSPECT)

@@ -35,7 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.turning:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
-"""Help of each command, and `module:name` of its `Command`, or for `BY_NAME` of its function of name, arguments and program."""
+"""Help of each command, and `module:name` of its `Command`; of a function (name, arguments, program) for those in `BY_NAME`."""
 BY_NAME = ("run", "sweep")
 """Commands whose options depend on the study or file that their first argument names."""
 OPTIONS = {
@@ -170,6 +170,7 @@ def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about
 
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
+"""Folder of the files that `new` copies."""
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -21,7 +21,7 @@ from .published import GRAVITY, STRIP_WIDTH
 WEIGHT = (0.0, -GRAVITY)
 """Gravity in the plane, downwards [m/s^2]."""
 PREDICTABLE = 0.01
-"""Longest run of a linkage with clearance at 300 r/min [s]: for a twentieth of a turn its motion is not yet chaotic."""
+"""Longest run of a linkage with clearance at 300 r/min [s], a twentieth of a turn: until then its motion can be predicted."""
 Run = tuple[mbs.Mechanism, float]
 """Random mechanism and the duration of its run [s]."""
 
@@ -54,7 +54,7 @@ Generator = Callable[[Dice], Run]
 
 
 def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
-    """Draw a damped strip of a thickness between `thin` and `thick`; half of the strips leave the elements to the solver."""
+    """Draw a damped strip of a thickness between `thin` and `thick`; half of the strips have no number of elements."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(dice.log(3e-3, 0.1), length)
     kind, fewest, most = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
     elements = int(dice.integers(fewest, most)) if dice.chance() else None
@@ -97,7 +97,7 @@ def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
     if kind == "table":
         times = [0.0, *np.sort(dice.uniform(0.05, 0.9, 3)).tolist()]
         return Table([t * duration for t in times], (speed * dice.uniform(0.2, 1.0, 4)).tolist())
-    frequency = 2 * pi * float(dice.integers(20, 200)) / duration
+    frequency = 2 * pi * float(dice.integers(20, 200)) / duration  # 20 to 199 periods in a run
     return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")
 
 
@@ -114,10 +114,10 @@ def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
     gap, stiffness, sliding = dice.log(2e-5, 1e-3), 10 ** dice.uniform(7.5, 10.4), dice.uniform(0.05, 0.3)
     damped, lossy = laws.Impact(stiffness, dice.uniform(100, 2e3), 1e-5), laws.Flores(stiffness, dice.uniform(0.3, 0.9))
     law = dice.one(damped, laws.Hertz(stiffness), lossy, laws.KelvinVoigt(1e7, dice.uniform(0, 500)))
-    both = 1.5 * sliding, sliding  # coefficients of static and sliding friction
+    pair = 1.5 * sliding, sliding  # coefficients of static and sliding friction; speeds below are in m/s
     friction = dice.one(
-        laws.NoFriction(), laws.Coulomb(sliding, 0.01), laws.AdamsFriction(*both, 0.1, 1.0), laws.AdamsFriction(*both),
-        laws.Ambrosio(sliding, 0.01, 0.1), laws.Threlfall(sliding, 0.1), laws.Stribeck(*both, 0.1), laws.LuGre(*both, 0.1),
+        laws.NoFriction(), laws.Coulomb(sliding, 0.01), laws.AdamsFriction(*pair, 0.1, 1.0), laws.AdamsFriction(*pair),
+        laws.Ambrosio(sliding, 0.01, 0.1), laws.Threlfall(sliding, 0.1), laws.Stribeck(*pair, 0.1), laws.LuGre(*pair, 0.1),
     )  # fmt: skip
     return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
@@ -192,7 +192,7 @@ def draw_mixed(dice: Dice) -> Run:
         return replace(mechanism, links=[coupler if link.name == "coupler" else link for link in mechanism.links]), duration / 2
     if kind == 1:
         return draw_rattling(dice, ("strip", "beam"))
-    near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
+    near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)  # stop near the slider's start
     mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
     return replace(mechanism, joints=[mechanism.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 

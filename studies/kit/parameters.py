@@ -74,7 +74,7 @@ def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: 
 class StudyParameters(Declared):
     """Base class of every study's `Parameters`. It reads and checks each field; errors name parameter, value, range and unit."""
 
-    in_files = False
+    in_files = False  # studies' parameters are no part of mechanism files
 
     def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
         """Return, by name, the parameters that another class of parameters also has."""
@@ -105,7 +105,7 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Cases of a sweep over numbers of a mechanism's file: it is called like a `Parameters` class, with values by name."""
+    """Maker of the cases of a sweep over numbers of a file: called like a `Parameters` class, with values by path (`places`)."""
 
     make: Callable[..., StudyParameters]
     places: Mapping[str, Declaration]

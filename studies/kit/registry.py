@@ -52,7 +52,7 @@ def find_studies() -> dict[str, Entry]:
 
 
 def entry(name: str) -> Entry:
-    """Look up a study by its name; a ValueError for an unknown name suggests the closest one."""
+    """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
         if "." in name or Path(name).exists():

@@ -12,9 +12,7 @@ interval is above one half, does not hold if it is below, else it is undecided. 
 the table is wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with
 the last. The authors of the paper are unknown.
 
-References
-----------
-E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
+Sources: E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
 I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
 """
 
@@ -197,7 +195,8 @@ def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
     for (unit, gravity), cell in zip(p.cells(), found, strict=True):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            judgement = judge(*cell[:, :, k], margin=p.margin, level=level)
+            values, errors, half_widths = cell[:, :, k]
+            judgement = judge(values, errors, half_widths, p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)  # (cells, samples, claims), cells by unit

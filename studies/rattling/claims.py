@@ -46,10 +46,8 @@ FAMILIES = {
     "smooth_velocity": ("velocity curve is smoother", "rms({place}.ax - ideal.{link}_ax)", "m/s^2"),
     "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }
-"""Text, reading and unit of each family of claims. The signals of a place on a link begin with `place`, those of the link's
-motion with rigid bars and ideal joints with `ideal`. Velocities fluctuate by their rms difference from the ideal velocity, and
-are the smoother the smaller the rms difference of the accelerations.
-"""
+"""Text, reading and unit of each family of claims. `ideal` is the motion of the link with rigid bars and ideal joints: a velocity
+fluctuates by its rms difference from the ideal one, and is the smoother the smaller that difference of the accelerations is."""
 PLACES = {
     "coupler": ("coupler", {"place": "coupler", "link": "coupler"}),
     "rocker": ("rocker, centre of mass", {"place": "rocker", "link": "rocker"}),

@@ -37,7 +37,7 @@ JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker",
 MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 """Velocities and accelerations that are drawn."""
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
-"""Joints whose forces are read and drawn, by their names in metrics.json."""
+"""Points of the joints whose forces are read and drawn, by the joints' names in metrics.json."""
 NOTES = """\
 ideal: rigid bars in ideal joints. Motions are of centres of mass, from `settle` on; rms_vx_error: rms difference from ideal.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of per cent
@@ -53,7 +53,7 @@ COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 
 
 def label(rocker: str) -> str:
-    """Return the name of the variant with this rocker: `rigid` or `flexible`."""
+    """Return the name of the variant with this rocker of `ROCKERS`: `rigid` or `flexible`."""
     return "rigid" if rocker == "rigid" else "flexible"
 
 
@@ -153,8 +153,8 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
         found[f"rms_vx_error_{link}"] = Metric(curve(difference).rms(), "m/s")
     deepest = max((curve(np.abs(signals[f"{joint}.penetration"])).max() for joint in variant.with_play), default=0.0)
     contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in variant.with_play)
-    checks = {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
-    return found | checks | {"energy_balance": Metric(result.energy_balance, "1")}
+    found |= {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
+    return found | {"energy_balance": Metric(result.energy_balance, "1")}
 
 
 def signal_prefix(joint: str) -> str:
@@ -192,7 +192,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
-    """Compute the range of the middle two thirds of the members at `BAND` times, for every signal that is drawn."""
+    """Compute the range of the middle two thirds of the members at `BAND` times, a row for each end, for all drawn signals."""
     if len(members) < 3 or name == "ideal":
         return {}
     arrays = [samples(v) for v in members]
@@ -245,7 +245,7 @@ def _variants(result: StudyResult) -> list[str]:
 
 
 def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
-    """Draw signals over time: a row for each signal, a column for each rocker, dashed the ideal mechanism."""
+    """Draw signals over time: a row for each signal, a column for each rocker; the ideal mechanism is dashed."""
     s, variants = result.signals, _variants(result)
     fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
     for line, (signal, name) in zip(axes, rows.items(), strict=True):

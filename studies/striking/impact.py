@@ -26,7 +26,7 @@ from ..kit.published import GRAVITY, STRIP_WIDTH
 from ..kit.report import Metric, Table, relative
 
 MODELS = ("stitched", "strut", "beam")
-"""Models of the slider-crank, see `impact_models`."""
+"""Models of the slider-crank: the published closed form, and simulations with a massless or a geometrically exact strip."""
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
 """Crank angle before which contacts count as those of the inward stroke [rad]."""

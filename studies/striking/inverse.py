@@ -141,14 +141,15 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
     axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
     for _ in range(PASSES):
-        # Q', clipped for designs that the limit `buckling` excludes
+        # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above 2 P_cr inertia pulls the strip
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)
         lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D over (K/m)^(1/6)
         elastic = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
         speed = elastic / (rate * np.sqrt(stiffness * mass))
-    found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)
-    shape = np.broadcast_shapes(*(np.shape(x) for x in found))
-    return StrikeDesign(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
+    found = {"thickness": thickness, "stop": stop, "speed": speed, "angle": angle, "shortening": u, "euler_load": euler}
+    found |= {"impact_speed": rate * speed, "push": push, "strength": strength}
+    shape = np.broadcast_shapes(*map(np.shape, found.values()))
+    return StrikeDesign(wish, given, **{name: np.broadcast_to(x, shape) if shape else float(x) for name, x in found.items()})
 
 
 class Limit(NamedTuple):

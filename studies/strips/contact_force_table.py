@@ -116,8 +116,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for h in p.thicknesses:
         low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
         metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
-    reason = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: "
-    yielding = reason + ", ".join(yields) if yields else ""
+    yielding = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(yields)
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",

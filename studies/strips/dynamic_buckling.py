@@ -10,9 +10,7 @@ P the compression and p = P/P_E. The first mode obeys equation (1), in which the
 
 The force has its peak where (a^2)' = 4 r^2 s.
 
-References
-----------
-N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74.
+Sources: N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74.
 V. A. Kuzkin, M. M. Dannert, The maximum force in a column under constant speed compression, arXiv:1511.01358; V. A. Kuzkin,
 Structural model for the dynamic buckling of a column under constant rate compression, arXiv:1506.00427.
 """

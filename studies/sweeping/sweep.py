@@ -86,8 +86,7 @@ def sweep(
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
     units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
-    about, (first, step) = About(name, versions(), units), (part.number - 1, part.of) if part else (0, 1)
-    numbers = range(first, len(cases), step)
+    about, numbers = About(name, versions(), units), range(len(cases))[part.number - 1 :: part.of] if part else range(len(cases))
     with Store(part.store(store) if part and store else store) as opened:
         opened.plan(about, cases, retry)
         for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")) if store and not part else ():

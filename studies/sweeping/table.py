@@ -42,7 +42,7 @@ CONSTANT = 1e-9
 class Axis(NamedTuple):
     """Varied parameter and its values in SI; `log` where the values are equally spaced in the logarithm.
 
-    Tables and figures show the values in `unit`, written in the text of `--vary` and `factor` in SI; else in the parameter's.
+    Tables and figures show the values in `unit`, if the text of `--vary` has one (`factor` in SI), else in the parameter's unit.
     """
 
     name: str
@@ -92,7 +92,7 @@ def _set_unit(axis: Axis, text: str, unit: str) -> Axis:
     shown = written_unit(re.split("[:,]", text)[0])
     if not shown or not isinstance(axis.values[0], float):
         return axis
-    one = f"1 {shown}"  # of a parameter without a declared unit `measured` takes any
+    one = f"1 {shown}"  # `measured` reads any unit, for a parameter without a declared one
     return axis._replace(unit=shown, factor=parse_quantity(one, unit) if unit else float(measured(one)))
 
 
