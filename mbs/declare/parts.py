@@ -72,7 +72,7 @@ class Part(Spec):
         return {"kind": type(value).__name__, **content}
 
     def schema(self) -> Schema:
-        """Return the JSON schema: references to those of the kinds."""
+        """Return the JSON schema: references to the schemas of the kinds."""
         return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.kinds_by_name())])
 
     def _explain(self, raw: object) -> str:

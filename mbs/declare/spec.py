@@ -42,7 +42,7 @@ class Spec:
         raise NotImplementedError
 
     def write(self, name: str, value: Any) -> Any:
-        """Return a stored value in the form of documents; see `buckler.mbs.documents`."""
+        """Return a stored value in the form of documents: a dictionary, list, text, number or truth value."""
         return value
 
     def schema(self) -> Schema:

@@ -1,6 +1,6 @@
 """Joints with clearance: a pin in a bush, with contact and friction between them.
 
-The equations of the contact are those of `buckler.mbs.laws.journal`. A record holds the memory of the contact at each step.
+`buckler.mbs.laws.journal` has the equations of the contact, and of its memory: onset speed and bristle at the last step.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ class Motion(Declared):
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
         """Compute central differences of the position with three steps, and return the one that is closest to the speed.
 
-        The shorter steps resolve fast oscillations; the longer ones lose fewer digits.
+        Short steps resolve fast oscillations; long steps lose fewer digits.
         """
         quotients = []
         for h in (step, step / 10, step / 100):

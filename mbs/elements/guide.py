@@ -19,7 +19,7 @@ from .rows import Row, yield_line
 from .signal import Energy, Kind, Signal
 
 ON_LINE = 1e-9
-"""Distance from a line, relative to the coordinates, within which a point lies on it."""
+"""Distance from a line, over the largest coordinate, within which a point lies on the line."""
 
 
 @declared
@@ -37,7 +37,7 @@ class GuideFriction(Declared):
     """
 
     dynamic: float = quantity("N", low=0, doc="friction force of sliding")
-    static: float | None = quantity("N", low="dynamic", doc="friction force at rest; that of sliding by default", default=None)
+    static: float | None = quantity("N", low="dynamic", doc="friction force at rest; `dynamic` by default", default=None)
     viscous: float = quantity("N s/m", low=0, doc="growth with the speed", default=0.0)
     regularisation: float = quantity("m/s", above=0, doc="v_r, speed below which the force is linear", default=1e-3)
     stribeck: float = quantity("m/s", above=0, doc="v_s, speed over which static friction decays", default=1e-2)
@@ -57,7 +57,7 @@ class GuideFriction(Declared):
 
 
 RESOLVED = 20
-"""Steps for each period of the block's vibration on its bristles with which the recorded power of friction can be integrated."""
+"""Least number of steps in a period of the block on its bristles for which the recorded friction power can be integrated."""
 STUCK = 1e-4
 """Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
 

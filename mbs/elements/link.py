@@ -1,4 +1,4 @@
-"""Links, which connect two points and may carry further ones.
+"""Links, which connect two points and may carry further points.
 
 The frame of a link has its origin at the start and x towards the end, y is to the left of x. The chord is the line from start
 to end, or its length [m].

@@ -23,8 +23,8 @@ from .signal import Kind, Signal
 
 COUNTINGS = ("flexible", "free", "in-plane")
 COUNTED = (
-    "modes that are numbered, by frequency: 'flexible', all flexible ones, also out of plane; 'free', all of the free body, "
-    "of which 1 to 6 are rigid motions; 'in-plane', flexible ones that move in the plane"
+    "modes that are numbered, by frequency: 'flexible', all flexible modes, also out of plane; 'free', all of the free body, "
+    "1 to 6 being rigid motions; 'in-plane', flexible modes that move in the plane"
 )
 NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 MOST_BAR_MODES = 13

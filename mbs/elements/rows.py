@@ -1,4 +1,4 @@
-"""Constraints as rows: each is one scalar equation, from which both solvers build their constraints.
+"""Constraints as rows: scalar equations, from which the solvers Exudyn and Spectral build their constraints.
 
 A measure compares points of a first and a second body: relative place along a direction, relative angle, or distance.
 In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.

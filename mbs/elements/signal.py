@@ -1,6 +1,6 @@
 """Signals and energies of elements in a run, and the motions from which elements compute them.
 
-The shape (times,) is that of one value for each sample of the run.
+An array (times,) has one value for each sample of the run.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from .signal import Depth, Energy, Kind, Signal
 NEAREST = 1e-9
 """Least initial distance of a point from the face, over the extent of the mechanism; below it rounding would decide the side."""
 PIERCED = 0.2
-"""Depth in a stop, over the size of the mechanism, beyond which a run is suspect; soft buffers stay below it."""
+"""Depth in a stop, over the size of the mechanism, beyond which a run is suspect; soft buffers stay below this depth."""
 
 
 @declared
@@ -222,7 +222,7 @@ class Stop(Element):
 SLOWEST_ONSET = 1e-4
 """Least approach speed in dissipative laws [m/s]: they divide by the speed, which is 0 for a contact from rest."""
 GRAZE = 0.05
-"""Least approach speed of an impact, over that of the fastest impact so far.
+"""Least approach speed of an impact, over the largest approach speed so far.
 
 After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
 Finer runs reduce this ratio, so that the difference of two runs shows the effect."""

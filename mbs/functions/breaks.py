@@ -61,7 +61,7 @@ class Edges(NamedTuple):
 
 
 def breaks(function: Callable[..., object], duration: float) -> Edges:
-    """Find the edges of a function of time in (0, duration) [s], with all other arguments zero; see `search`."""
+    """Find the edges of a function of time in (0, duration) [s], with all other arguments zero, by `search`."""
     return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * count_others(function)), duration)
 
 

@@ -256,7 +256,7 @@ def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> 
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
     """Return True if all edges [s] lie at values of the first state, whatever the other states are.
 
-    The second difference across each edge is that of a kink, both along the run and with the other arguments zero.
+    The second difference across each edge is as large as at a kink, along the run and with the other arguments zero.
     """
     states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
     values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))

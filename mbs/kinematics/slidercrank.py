@@ -14,7 +14,7 @@ class SliderCrank(NamedTuple):
     """Slider-crank with a crank of length r, a coupler of length L [m] and a slider at negative x.
 
     The crank pin is at r (cos theta, sin theta), the slider on the x axis. At theta = pi the slider is farthest from the crank
-    pivot. Equations are those of Demirel et al. 2008, doi 10.1115/IMECE2008-68796.
+    pivot. Numbers of equations refer to Demirel et al. 2008, doi 10.1115/IMECE2008-68796.
     """
 
     crank: float

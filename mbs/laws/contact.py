@@ -37,7 +37,7 @@ class LawTable(Protocol):
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
     ) -> int:
-        """Add a row and return its number, or that of the row with the same key."""
+        """Add a row and return its number; if a row has the same key, return the number of that row."""
 
 
 NORMAL_KINDS: RowForms = {

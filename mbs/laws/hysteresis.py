@@ -206,7 +206,7 @@ class CarvalhoMartins(HysteresisLaw):
 class ExactRestitution(HysteresisLaw):
     """chi from chi (1 + e) = ln[(1 + chi) / (1 - chi e)]: delivers e itself, 0 < e <= 1.
 
-    Solved once, when the law is made; see ``buckler.mbs.laws.chi_exact``.
+    ``buckler.mbs.laws.chi_exact`` solves the equation once, when the law is made.
 
     References
     ----------

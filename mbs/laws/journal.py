@@ -3,7 +3,7 @@
 The pin of radius R belongs to the first body, the bush to the second. Let r_p and r_b be their centres, e = r_p - r_b,
 n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c, the force on the pin F = -F_N n - mu F_N t. F and its opposite act
 at the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
-at which the surface of the pin slides over that of the bush at P.
+at which the surface of the pin slides over the surface of the bush at P.
 
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From that step on, the
 bristle is bent at the mean of the sliding speeds at the step and now.
@@ -70,13 +70,13 @@ def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
 def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: Pair) -> tuple[Reals, ...]:
     """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays.
 
-    `place` e [m] and `speed` [m/s] are those of the pin's centre relative to the bush's, `spins` [rad/s] those of pin and bush.
+    `place` e [m] and `speed` [m/s] of the pin's centre are relative to the bush's centre; `spins` [rad/s] belong to pin and bush.
     """
     (ex, ey), (ux, uy) = place, speed
     distance = np.sqrt(ex * ex + ey * ey)
     divisor = distance + TINY
     nx, ny = ex / divisor, ey / divisor
-    # speeds of the surfaces at P: its arm along n is R from the centre of the pin and |e| + R from that of the bush
+    # speeds of the surfaces at P, which lies R along n from the pin's centre and |e| + R from the bush's centre
     sliding = nx * uy - ny * ux + spins[0] * radius - spins[1] * (distance + radius)
     return distance - gap, nx * ux + ny * uy, sliding, nx, ny
 
@@ -100,7 +100,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
         return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
 
     def report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
-        """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) are those of both ends."""
+        """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) belong to pin and bush."""
         for j in range(offsets.shape[0]):
             pin, bush = _state(offsets[j, 0], numbers[j, :4], q, v), _state(offsets[j, 1], numbers[j, 4:8], q, v)
             out[j] = contact(numbers[j], pin, bush, t, memory[j])

@@ -130,7 +130,7 @@ class Impact(PowerLaw, Declared):
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
     """Return the effective modulus E* [Pa] of two bodies from Young's moduli [Pa] and Poisson's ratios in [0, 0.5].
 
-    Without a second modulus or ratio, that of the first body is taken.
+    Without a second modulus or ratio, both bodies have the first one.
     """
     compliance = 0.0
     second = (young1 if young2 is None else young2, poisson1 if poisson2 is None else poisson2)

@@ -128,7 +128,7 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
     It is 2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. For n > 1 it falls with
-    the speed, as v0^-((n - 1)/(n + 1)). A step that resolves an impact is a fraction of it.
+    the speed, as v0^-((n - 1)/(n + 1)). Steps that resolve an impact are a fraction of this time.
 
     Parameters
     ----------

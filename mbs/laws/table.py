@@ -54,11 +54,11 @@ def call_rows(address: int, rows: Array, values: Array) -> None:
 
 
 NormalKind = IntEnum("NormalKind", "POWER VOIGT IMPACT CALLED", start=0)
-"""Kinds of normal laws: those of this package, and functions given by their address."""
+"""Kinds of normal laws: laws of this package, and functions given by their address."""
 FrictionKind = IntEnum(
     "FrictionKind", "SMOOTH COULOMB ADAMS AMBROSIO THRELFALL STRIBECK LUGRE COEFFICIENT_CALLED BRISTLE_CALLED", start=0
 )
-"""Kinds of friction laws: those of this package, and functions given by their address, without or with a bristle."""
+"""Kinds of friction laws: laws of this package, and functions given by their address, without or with a bristle."""
 LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
 """Columns of integers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
 CODES = 4

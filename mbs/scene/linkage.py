@@ -32,7 +32,7 @@ ROUNDING = 1e-9
 DISPLACEMENT = 1e-2
 """Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
 POSES = 4
-"""Number of random poses, of which the one with the largest rank is in general position: a single pose could be singular."""
+"""Number of random poses: the pose with the largest rank is in general position, as a single pose could be singular."""
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ class Scene:
 
     @cached_property
     def why_not_kinematic(self) -> str:
-        """Reason why constraints do not determine the motion, or the motion does not determine all forces; '' if both do."""
+        """Reason why constraints do not determine the motion, or the motion not all forces; '' if they do."""
         mechanism = self.mechanism
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
