@@ -58,7 +58,7 @@ def _moment_of(
 
     def moment(_time: float, t: float, *_: float) -> float:
         """Return the moment about the point [N m]."""
-        fx, fy, _z = force(None, t, None)
+        fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
         x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
 
@@ -234,7 +234,7 @@ def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
-        motion, what = drive.motion, f"the motion of the drive of '{drive.target}'"
-        watched = [watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in (motion.position, motion.speed)]
-        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=watched[0], offsetUserFunction_t=watched[1])
+        functions, what = (drive.motion.position, drive.motion.speed), f"the motion of the drive of '{drive.target}'"
+        position, speed = (watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in functions)
+        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=position, offsetUserFunction_t=speed)
     return int(scene.system.AddObject(item))

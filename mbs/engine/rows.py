@@ -1,7 +1,7 @@
 """Constraints of elements in the engine: native items for pins and angles, user functions for other rows.
 
-A row is one scalar equation: a sum of factors times measures of two bodies keeps its value. A measure is a turn of one body
-relative to the other, a distance of two points, or a coordinate of a point along a line.
+A row is one scalar equation: a sum of coefficients times measures of two bodies keeps its value. A measure is a turn, a distance
+of two points, or a coordinate of a point along a line.
 """
 
 from __future__ import annotations

@@ -83,14 +83,16 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
 
     def gradient(q: Array) -> Array:  # the engine passes total coordinates, which include those at t = 0
         """Return the derivative of the residual by the coordinates."""
-        c, s = np.cos(q[6]), np.sin(q[6])
-        return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
+        slope_x, slope_y, theta = q[2], q[3], q[6]
+        c, s = np.cos(theta), np.sin(theta)
+        return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * slope_x + s * slope_y)]])
 
     def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
         """Return the residual, or its rate if the engine solves for velocities."""
         if velocity_level:
             return [float((gradient(q) @ np.array(q_t))[0])]
-        return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
+        slope_x, slope_y, theta = q[2], q[3], q[6]
+        return [np.cos(theta) * slope_y - np.sin(theta) * slope_x]
 
     system.AddObject(eii.ObjectConnectorCoordinateVector(
         markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=number)) for number in (node, anchor)],

@@ -79,7 +79,8 @@ class _Bar:
         """Compute frequencies and displacements of axial modes."""
         material = self.section.material
         omega, c = self._modes(material.modulus / material.density * self._gram(self.dp, self.dp), 1, count)
-        return omega, _unit_end(self.p @ c)[0]
+        (displacement,) = _unit_end(self.p @ c)
+        return omega, displacement
 
     def euler_bernoulli(self, count: int) -> tuple[Array, Array, Array]:
         """Compute frequencies, deflections and slopes of bending modes without shear."""

@@ -148,7 +148,7 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
     nearest = distance.argmin(axis=2)
     is_ambiguous = (np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)
     for k in np.flatnonzero(is_ambiguous):
-        nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)[1]
+        _, nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)
     nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
     full = grid.elem()

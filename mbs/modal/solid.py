@@ -161,7 +161,7 @@ def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[
 def slices(solid: Solid, count: int = SLABS) -> list[Array]:
     """Divide the nodes into slices of equal thickness along x; return the node numbers of each."""
     x = solid.nodes[:, 0]
-    number = np.minimum(((x - x.min()) / np.ptp(x) * count + 1e-9).astype(int), count - 1)
+    number = np.minimum(((x - x.min()) / np.ptp(x) * count + 1e-9).astype(int), count - 1)  # 1e-9: against rounding
     return [nodes for nodes in (np.flatnonzero(number == k) for k in range(count)) if len(nodes)]
 
 
@@ -176,7 +176,7 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         inertia = np.trace(moments) * np.eye(3) - moments
         translation = np.einsum("n,kna->ka", weights, shapes[:, nodes]) / mass
         spin_momentum = np.einsum("n,kna->ka", weights, np.cross(arms, shapes[:, nodes]))
-        rotation = spin_momentum @ np.linalg.pinv(inertia, rcond=1e-9)
+        rotation = spin_momentum @ np.linalg.pinv(inertia, rcond=1e-9)  # singular for nodes on a line
         linear = mass * np.einsum("ka,la->akl", translation, translation)
         rotary = 0.5 * np.einsum("ka,la->akl", rotation, spin_momentum)
         rotary = rotary + rotary.transpose(0, 2, 1)

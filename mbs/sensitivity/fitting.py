@@ -257,7 +257,7 @@ def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, corre
         elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:  # 1.96: 95 % of a normal distribution
             reason = f"only together with {', '.join(correlated)}" if correlated else "the data hardly depend on it"
             notes.append(f"{name} is not identified: {reason}.")
-        elif min(best[i], 1 - best[i]) < 1e-6:
+        elif min(best[i], 1 - best[i]) < 1e-6:  # of the range: the search ends so near to a bound
             notes.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
     return notes
 

@@ -156,7 +156,7 @@ class FitProblem:
         given = {name for experiment in self.experiments for name in experiment.errors}
         for name, value in self.residual_sizes(x).items():
             if name not in given:
-                self.errors[name] = max(value, 1e-12 * self.errors[name])
+                self.errors[name] = max(value, 1e-12 * self.errors[name])  # above 0 for data without noise
 
     def covariance(self, x: Array) -> Array:
         """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""

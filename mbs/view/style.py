@@ -16,26 +16,13 @@ WIDTH = 160.0
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Palette of Okabe and Ito, https://jfly.uni-koeln.de/color/, without its yellow, which is too pale on white paper."""
 STYLE: Any = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.0,
-    "axes.labelsize": 9.0,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "legend.fontsize": 8.0,
-    "legend.frameon": False,
-    "axes.prop_cycle": f"cycler(color={list(COLOURS)})",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.6,
-    "axes.grid": True,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.5,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 4.0,
-    "savefig.dpi": 200,
-    "pdf.fonttype": 42,  # TrueType: journals reject Type 3
-}
+    "font.size": 9.0, "axes.titlesize": 9.0, "axes.labelsize": 9.0, "xtick.labelsize": 8.0, "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0, "legend.frameon": False, "axes.prop_cycle": f"cycler(color={list(COLOURS)})",
+    "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.6, "axes.axisbelow": True,
+    "axes.grid": True, "grid.color": "#dddddd", "grid.linewidth": 0.5, "lines.linewidth": 1.2, "lines.markersize": 4.0,
+    "savefig.dpi": 200, "pdf.fonttype": 42,  # TrueType: journals reject Type 3
+}  # fmt: skip
+"""Settings of matplotlib, by the names of its parameters: sizes of text and widths of lines are in points."""
 
 
 def house_style() -> AbstractContextManager[None]:
