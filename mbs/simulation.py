@@ -29,7 +29,7 @@ from .kinematics import exact
 from .mechanism import Mechanism
 from .process import Interrupted, Progress, ctrl_c, has_compiler, one_thread, working_time
 from .progress import USUAL_RUNS, Forecast, Ticker, forecast
-from .record.errors import Status
+from .record.errors import Failure, Status
 from .record.result import Result
 from .record.run import Run, shapes_at
 from .scene.scene import Scene
@@ -253,8 +253,8 @@ def _times(shapes: Sequence[float], duration: float) -> Array:
 def _interruption(runs: Sequence[Run]) -> Interrupted:
     """Make the exception of Ctrl-C, with the unchecked result of the run that got farthest."""
     run = max(reversed(runs), key=lambda run: float(run.record.time[-1]))
-    message = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
-    return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, message)), None, False, np.empty(0)))
+    message = run.failure.message if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
+    return Interrupted(_result(replace(run, failure=Failure(Status.INTERRUPTED, message)), None, False, np.empty(0)))
 
 
 def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Array) -> Result:

@@ -143,7 +143,7 @@ class _Refinement:
             try:
                 return self.make(level, self.duration)
             except _FailedError as failure:
-                if failure.trial.run.failure is None or failure.trial.run.failure[0] not in CURED:
+                if failure.trial.run.failure is None or failure.trial.run.failure.status not in CURED:
                     raise
                 level = self.levels.finer(level, self.levels.ratio)
         return self.make(level, self.duration)

@@ -47,7 +47,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
     second = answer.run
     if second.failure is not None:
-        return add_notes(result, f"not verified: {other_name} ended as {second.failure[0]}: {second.failure[1]}")
+        return add_notes(result, f"not verified: {other_name} ended as {second.failure.status}: {second.failure.message}")
     if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
         return add_notes(result, "not verified: a signal is not finite")
     motion, worst = compare_solvers(first, second, result.error, answer.errors, least)

@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from . import Callback, System
 from .scene import EngineScene
 
 
-def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
+def describe_failure(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> Failure:
     """Return status and message for an exception of the function `what`; a ValueError has the status `out_of_range`."""
     if out_of_range is not None and isinstance(error, ValueError):
-        return out_of_range, f"at t = {t:.6g} s {what}: {error}"
-    return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
+        return Failure(out_of_range, f"at t = {t:.6g} s {what}: {error}")
+    return Failure(Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}")
 
 
 def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
@@ -54,7 +54,7 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
                 return float(value) if size == 1 else [float(number) for number in numbers]
         except (TypeError, ValueError):
             pass
-        scene.stopped = (Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} returned {value!r}")
-        raise ValueError(scene.stopped[1])
+        scene.stopped = Failure(Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} returned {value!r}")
+        raise ValueError(scene.stopped.message)
 
     return call

@@ -12,7 +12,7 @@ import numpy as np
 from ..geometry import Array
 from ..laws.journal import SINCE
 from ..process import Progress
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..solvers import Exudyn
 from . import System
 from .forces import StopContact
@@ -63,7 +63,7 @@ class Recorder:
         self.record = Rows()
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
-        self.failure: tuple[Status, str] | None = None
+        self.failure: Failure | None = None
         self.raised: BaseException | None = None
         self.interrupted: Callable[[], bool] = bool  # bool() is False
         self.rejected = 0
@@ -112,11 +112,12 @@ class Recorder:
         if self.failure is not None:
             return False
         if self.interrupted():
-            self.failure = (Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {self.duration:.6g} s")
+            self.failure = Failure(Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {self.duration:.6g} s")
         elif count > self.solver.steps.max_steps:
-            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.steps.max_steps} steps by t = {t:.6g} s")
+            most = self.solver.steps.max_steps
+            self.failure = Failure(Status.TOO_MANY_STEPS, f"more than max_steps = {most} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
-            self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
+            self.failure = Failure(Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
         elif not isfinite(self.record.q[-1][-1]):
-            self.failure = (Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
+            self.failure = Failure(Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
         return self.failure is None

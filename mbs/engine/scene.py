@@ -14,7 +14,7 @@ from ..elements.element import GROUND
 from ..elements.signal import MovingBody
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..record.errors import Status
+from ..record.errors import Failure
 from ..record.record import Record
 from ..scene.scene import Scene
 from ..scene.start import Start
@@ -51,7 +51,7 @@ class EngineScene:
     start: Start | None = None
     starts_smooth: bool = False
     notes: list[str] = field(default_factory=list)
-    stopped: tuple[Status, str] | None = None
+    stopped: Failure | None = None
     readers: list[tuple[str, str, Reader]] = field(default_factory=list)
 
     def __post_init__(self) -> None:

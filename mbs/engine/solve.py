@@ -13,7 +13,7 @@ from ..kinematics.diagnosis import diagnose_last_pose
 from ..kinematics.exact import sample_times
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import MIN_STEP, Controlled, Equal, Exudyn, position_error
 from .build import build
@@ -29,7 +29,7 @@ SMALLEST_STEP = 1e-15
 """Smallest step of the explicit integrator [s], too small to be reached: there the engine would repeat a step for ever."""
 
 
-def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
+def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> Failure | None:
     """Integrate with the engine; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
     if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
@@ -47,13 +47,13 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
     diverged = f"no convergence after t = {last:.6g} s"
     if any(np.isinf(group.latest[1]) for group in scene.with_memory):
         reason = "a step is rejected again and again, however short: look at the contact law"
-        return Status.NEWTON_DIVERGED, f"{diverged}: {reason}"
+        return Failure(Status.NEWTON_DIVERGED, f"{diverged}: {reason}")
     failure = control.failure or scene.stopped
     if failure is not None or finished:
         return failure
     if raised is None or isinstance(raised, exu.SolverError):
-        return Status.NEWTON_DIVERGED, f"{diverged}: the smallest step did not help"
-    return Status.ENGINE_ERROR, f"after t = {last:.6g} s: {' '.join(str(raised).split())[-200:]}"
+        return Failure(Status.NEWTON_DIVERGED, f"{diverged}: the smallest step did not help")
+    return Failure(Status.ENGINE_ERROR, f"after t = {last:.6g} s: {' '.join(str(raised).split())[-200:]}")
 
 
 def _common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:
@@ -72,7 +72,7 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = integration.adaptiveStep = solver.steps.adaptive
-    integration.initialStepSize = 1e-6
+    integration.initialStepSize = 1e-6  # s; the error control enlarges it
     integration.explicit.computeEndOfStepAccelerations = False  # the last stage is at the end of the step
     integration.absoluteTolerance = UNLIMITED
     if solver.steps.adaptive:
@@ -136,10 +136,11 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         "rejected": float(control.rejected),
     }
     record = scene.record(history)
-    if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
+    if failure is not None and failure.status is Status.NEWTON_DIVERGED:
         failure = diagnose_last_pose(record) or failure
     if failure is None and record.time[-1] < duration * (1 - UNFINISHED):
-        failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
+        end = f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
+        failure = Failure(Status.ENGINE_ERROR, end)
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])
 
 

@@ -106,7 +106,7 @@ class Task:
         except (ValueError, KeyError) as error:
             return no_values, f"{type(error).__name__}: {error}"
         if failure is not None:
-            return no_values, f"{failure[0]}: {failure[1]}"
+            return no_values, f"{failure.status}: {failure.message}"
         return values_of(self.readings, formulas, sums), ""
 
 

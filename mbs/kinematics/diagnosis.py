@@ -8,7 +8,7 @@ import numpy as np
 
 from ..elements.element import GROUND
 from ..geometry import Array
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..record.record import Record
 from ..scene.linkage import Linkage, involved_elements
 from ..scene.remarks import independent_rows
@@ -49,7 +49,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
-def diagnose_last_pose(record: Record) -> tuple[Status, str] | None:
+def diagnose_last_pose(record: Record) -> Failure | None:
     """Diagnose the last pose of a run that failed, from its rigid links, by the least singular value; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
@@ -72,5 +72,6 @@ def diagnose_last_pose(record: Record) -> tuple[Status, str] | None:
         return None
     t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[independent])
     if mechanism.drives:
-        return Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})"
-    return Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"
+        return Failure(Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
+    singular = f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"
+    return Failure(Status.SINGULAR, singular)

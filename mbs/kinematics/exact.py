@@ -11,7 +11,7 @@ from ..elements import Load
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..record.record import Record
 from ..record.run import Run
 from ..scene.linkage import turning_speed
@@ -71,7 +71,7 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
-    failure = None if ended is None else (ended.status, ended.message)
+    failure = None if ended is None else Failure(ended.status, ended.message)
     scene, linkage = Scene.of(mechanism), follower.linkage
     counts = {**scene.counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
     return Run(solver, record, failure, work | {"rejected": 0.0}, counts, notes=scene.remarks)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from math import nan
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..validate import near
 
@@ -50,6 +50,13 @@ class Status(StrEnum):
     def finished(self) -> bool:
         """True if the run reached its end, so that its numbers can be used with care."""
         return self in (Status.OK, Status.SUSPECT, Status.CHAOTIC, Status.SENSITIVE, Status.UNSTABLE, Status.UNSEEN)
+
+
+class Failure(NamedTuple):
+    """Status of a run that did not reach its end, and a message that says why."""
+
+    status: Status
+    message: str
 
 
 class Norm(StrEnum):

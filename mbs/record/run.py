@@ -20,7 +20,7 @@ from ..geometry import Array
 from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
-from .errors import Status
+from .errors import Failure
 from .lookup import OUTSIDE
 from .record import Record, between
 
@@ -199,7 +199,7 @@ class Run:
 
     solver: Any
     record: Record
-    failure: tuple[Status, str] | None
+    failure: Failure | None
     work: dict[str, float]
     summary: Mapping[str, int] = field(default_factory=dict)
     notes: Sequence[str] = ()

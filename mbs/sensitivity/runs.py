@@ -49,7 +49,7 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str =
     out, failure, counts = integrate(scene, duration, solver, watching.get().time_left)
     watching.get().end_run(failure)
     if failure:
-        raise RunFailedError(f"{failure[0]}: {failure[1]}")
+        raise RunFailedError(f"{failure.status}: {failure.message}")
     return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=readings)
 
 

@@ -18,7 +18,7 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
 from ..mechanism import Mechanism
 from ..process import Progress, ctrl_c, working_time
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
 from . import explicit, implicit, output
@@ -111,20 +111,20 @@ def once(
     return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
 
 
-def _contradiction(scene: CompiledScene, out: Output) -> tuple[Status, str] | None:
+def _contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     """Report constraints that are violated at the end: Newton's method leaves the residuals of contradictory ones."""
     t = float(out.time[-1])
     violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
     if not violation.max(initial=0.0) > MOST_VIOLATION * scene.length:
         return None
     worst = f"'{scene.row_names[int(violation.argmax())]}' is off by {violation.max():.2g} m or rad"
-    return Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {worst}"
+    return Failure(Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {worst}")
 
 
 def integrate(
     scene: CompiledScene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     state: RunState | None = None, ends: Array | None = None, every: int = 1, take: Callable[[Output], None] | None = None,
-) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
+) -> tuple[Output, Failure | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
     Step lengths follow from the local error. With `ends` there is no error control: steps end at these times [s] and at onsets
@@ -167,7 +167,7 @@ def integrate(
                 progress(clock.time / end)
             if failure is None and (interrupted() or working_time() > deadline):
                 status, why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
-                failure = status, f"{why} at t = {clock.time:.6g} s of {end:.6g} s"
+                failure = Failure(status, f"{why} at t = {clock.time:.6g} s of {end:.6g} s")
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 
@@ -231,18 +231,18 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
     return out
 
 
-def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status, str] | None:
+def _failure(counts: output.Record, t: float, solver: Spectral) -> Failure | None:
     """Translate the status of a run's counts to one of a result, with a message; None without a failure."""
     not_finite = f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew"
     many = f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
     return {
-        Ended.UNDERFLOW: (Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"),
-        Ended.NOT_FINITE: (Status.NOT_FINITE, not_finite),
-        Ended.TOO_MANY: (Status.TOO_MANY_STEPS, many),
+        Ended.UNDERFLOW: Failure(Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"),
+        Ended.NOT_FINITE: Failure(Status.NOT_FINITE, not_finite),
+        Ended.TOO_MANY: Failure(Status.TOO_MANY_STEPS, many),
     }.get(Ended(counts.status))
 
 
-def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[Status, str]]:
+def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, Failure]:
     """Return the rows before a user's function raised an exception, found by bisection, with status and message.
 
     A ValueError with a strut means that its law was called outside of its range.
@@ -256,6 +256,6 @@ def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, tuple[
     part = Output(*(x[: max(1, low)] for x in out))
     t = part.time[-1]
     if isinstance(error, ValueError) and any(link.body.massless for link in scene.mechanism.links):
-        return part, (Status.STRUT_OUT_OF_RANGE, f"after t = {t:.6g} s the law of a strut: {error}")
+        return part, Failure(Status.STRUT_OUT_OF_RANGE, f"after t = {t:.6g} s the law of a strut: {error}")
     message = f"after t = {t:.6g} s a function of the mechanism raised {type(error).__name__}: {error}"
-    return part, (Status.FUNCTION_FAILED, message)
+    return part, Failure(Status.FUNCTION_FAILED, message)

@@ -134,7 +134,7 @@ class Shooting:
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         watching.get().end_run(failure)
         if failure:
-            raise StaticsError(f"{failure[0]}: {failure[1]}")
+            raise StaticsError(f"{failure.status}: {failure.message}")
         self.onsets = int(counts.onsets)
         if adaptive:
             self.shares, self.struck = ends_of_steps(out.time) / self.period, bool(counts.onsets)

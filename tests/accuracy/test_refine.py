@@ -15,7 +15,7 @@ from buckler.mbs.accuracy.levels import DEGREE, FIRST, KINDS, Level, Levels
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.record.errors import Norm
+from buckler.mbs.record.errors import Failure, Norm
 from buckler.mbs.record.run import BALANCE as BALANCE_ALLOWED
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.solvers import usual_tolerance
@@ -56,7 +56,7 @@ def made(off, fails=(), balance=0.0):
     def run(level, end):
         asked.append((level.tolerance, end))
         time = TIME[TIME <= end * (1 + 1e-12)]
-        failure = (Status.NEWTON_DIVERGED, "made up") if len(asked) in fails else None
+        failure = Failure(Status.NEWTON_DIVERGED, "made up") if len(asked) in fails else None
         x = RIGHT[: len(time)] + np.ptp(RIGHT) * off(level.tolerance, time)
         return SimpleNamespace(
             failure=failure, solver=Spectral(), x=x, balance=balance, record=SimpleNamespace(time=time, mechanism=BAR)

@@ -252,7 +252,8 @@ def run(bar, duration, *, tolerance=1e-8, samples=1001, state=None, longest=inf,
     onsets = [(j, out.time[k], ends.rate[k, j]) for k, j in begun]
     deep = any(0 < gap < peak_depth[:, j].max() for j, gap in enumerate(bar.gaps))
     return SimpleNamespace(
-        bar=bar, status=failure[0] if failure else Status.SUSPECT if deep else Status.OK, message=failure[1] if failure else "",
+        bar=bar, status=failure.status if failure else Status.SUSPECT if deep else Status.OK,
+        message=failure.message if failure else "",
         ok=not failure and not deep, time=at.time, q=at.q[:, model.columns], q_t=at.v[:, model.columns],
         q_tt=at.a[:, model.columns], **vars(here), peak_force=seen[0], peak_depth=seen[1], given=given, held=whole,
         taken=lost, energy_balance=off, steps=counts[1], onsets=onsets, **held, **taken,
