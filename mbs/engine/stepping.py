@@ -96,7 +96,7 @@ class StepControl(Recorder):
         ends_at_kink = time_to_kink < STRETCH * step
         if ends_at_kink:
             step = time_to_kink
-        is_about_equal = 0.8 * h < step < 1.25 * h  # then the step, and with it the Jacobian, is kept
+        is_about_equal = 0.8 * h < step < 1.25 * h  # then the size of the step is kept, and with it the Jacobian
         if ends_at_kink or not is_about_equal or step > self.max_step:
             self.engine.it.currentStepSize = max(MIN_STEP, step)
             self.engine.conv.jacobianUpdateRequested = True
@@ -148,7 +148,7 @@ class _StrutSteps:
     def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
-        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]  # else 0.1 kg
         self.accepted = 0.0
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 

@@ -59,9 +59,8 @@ def verdicts(result: Result) -> list[CheckVerdict]:
             "failed" if name in reasons else "not run" if unknown or not finished
             else "not applicable" if name in not_applicable else "no complaint"
         )  # fmt: skip
-        message = (
-            not_applicable[name] if verdict == "not applicable" else UNKNOWN if unknown else "; ".join(reasons.get(name, []))
-        )
+        reason = not_applicable[name] if verdict == "not applicable" else "; ".join(reasons.get(name, []))
+        message = UNKNOWN if unknown and verdict != "not applicable" else reason
         rows.append(CheckVerdict(name, question, verdict, message))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
 
