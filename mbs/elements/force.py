@@ -39,7 +39,7 @@ class Force(Stateful):
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), law)),
-        "the force, or a function of the time t, s, that returns it; jumps, kinks and pulses are searched at every 1e-5 of a run",
+        "the force, or a function of the time t (in s); jumps, kinks and pulses are searched at every 1e-5 of a run",
     )
     follows: str | None = names(
         doc="a link with which the force turns: `value` is the force in the pose at t = 0; a flexible link has the angle at "
@@ -79,9 +79,8 @@ class Force(Stateful):
         """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
-        fx, fy, *_ = self.functions()  # then the rates of the states
-        arguments = self.start_arguments(mechanism)
-        return fx(*arguments), fy(*arguments)
+        fx, fy = (component(*self.start_arguments(mechanism)) for component in self.functions()[: self.law.size])
+        return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Return x, y [m], vx, vy [m/s] of the point, each (times,)."""
@@ -137,7 +136,7 @@ class Torque(Stateful):
     link: str = names(doc="any but a Strut; on a flexible link the torque acts at the start; 'beam:B' names another point")
     value: float | Callable[..., float] = field(
         Either((Quantity("N m"), law)),
-        "counter-clockwise, or a function of time, s, angle at that point since t = 0, rad, and rate of the angle, rad/s",
+        "counter-clockwise, or a function of time (s), angle at that point since t = 0 (rad) and rate of the angle (rad/s)",
     )
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)
 

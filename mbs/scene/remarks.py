@@ -34,9 +34,8 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
         if unjoined and f"{point}'" not in mentioned:
-            found.append(
-                f"links '{links[0]}' and '{unjoined[0]}' share the point '{point}' without a joint there: they pass each other"
-            )
+            pair = f"links '{links[0]}' and '{unjoined[0]}'"
+            found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = sum(mechanism.length(link.name) for link in mechanism.links)
     for stop in mechanism.stops:
         if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:
