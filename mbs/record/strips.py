@@ -46,21 +46,21 @@ class Strain(NamedTuple):
         return self.damping * np.einsum("teg,eg->t", self.rate**2, self.weights)
 
 
-def _lagrange(count: int, natural: Array) -> tuple[Array, Array]:
+def _lagrange(count: int, xi: Array) -> tuple[Array, Array]:
     """Evaluate two or three Lagrange shape functions and their derivatives at xi, each (points, count)."""
-    natural = np.asarray(natural)[:, None]
+    xi = np.asarray(xi)[:, None]
     if count == 2:
-        return np.hstack([1 - natural, 1 + natural]) / 2, np.hstack([-np.ones_like(natural), np.ones_like(natural)]) / 2
-    values = [natural * (natural - 1) / 2, 1 - natural * natural, natural * (natural + 1) / 2]
-    return np.hstack(values), np.hstack([natural - 0.5, -2 * natural, natural + 0.5])
+        return np.hstack([1 - xi, 1 + xi]) / 2, np.hstack([-np.ones_like(xi), np.ones_like(xi)]) / 2
+    values = [xi * (xi - 1) / 2, 1 - xi * xi, xi * (xi + 1) / 2]
+    return np.hstack(values), np.hstack([xi - 0.5, -2 * xi, xi + 0.5])
 
 
-def _hermite(length: Array, natural: Array) -> tuple[Array, Array, Array]:
+def _hermite(length: Array, xi: Array) -> tuple[Array, Array, Array]:
     """Evaluate the cubic Hermite functions of (r, r') at both nodes and their first and second derivatives by arc length at xi.
 
     Each has the shape (elements, points, 4); `length` is that of the elements [m], (elements, 1).
     """
-    z = np.broadcast_to((np.asarray(natural) + 1) / 2, (len(length), len(natural)))
+    z = np.broadcast_to((np.asarray(xi) + 1) / 2, (len(length), len(xi)))
     n = (1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2))
     d = ((6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z)
     dd = ((12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length)
@@ -125,14 +125,14 @@ class StripMotion:
 
     def axial_force(self) -> Array:
         """Compute the mean elastic normal force along the strip [N], tension positive, shape (times,)."""
-        axial = self.strains()[0]
+        axial, *_ = self.strains()
         return axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length
 
     def strains(self) -> list[Strain]:
         """Compute the axial, shear (beams only) and bending strains with their rates."""
         raise NotImplementedError
 
-    def places(self, natural: Array) -> Array:
+    def places(self, xi: Array) -> Array:
         """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
         raise NotImplementedError
 
@@ -146,8 +146,8 @@ class StripMotion:
         """Compute the position of mid-length, shape (times, 2); it lies in an element if points divide the link unevenly."""
         ends = np.cumsum(self.pieces)
         k = int(np.searchsorted(ends, self.length / 2))
-        natural = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
-        return self.places(np.array([natural]))[:, k, 0]
+        xi = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
+        return self.places(np.array([xi]))[:, k, 0]
 
     def arcs(self, per_element: int = 4) -> Array:
         """Compute the stress-free arc length [m] of each place of `line`."""
@@ -168,15 +168,16 @@ class BeamMotion(StripMotion):
         """Return nodal lengths [m], (nodes,), for distributed loads; place and angle since t = 0, rates, (times, nodes, 3)."""
         return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
-    def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array]:
+    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
         """Interpolate (x, y, theta) and their derivatives by arc length at xi, each (times, elements, points, 3)."""
-        n, d = _lagrange(self.body.step + 1, natural)
+        n, d = _lagrange(self.body.step + 1, xi)
         values = self.by_element(nodal)
         return np.einsum("gk,tekc->tegc", n, values), np.einsum("gk,tekc->tegc", d, values) * (2 / self.pieces)[:, None, None]
 
-    def places(self, natural: Array) -> Array:
+    def places(self, xi: Array) -> Array:
         """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
-        return self._fields(self.q, natural)[0][..., :2]
+        fields, _ = self._fields(self.q, xi)
+        return fields[..., :2]
 
     def strains(self) -> list[Strain]:
         """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
@@ -218,36 +219,35 @@ class CableMotion(StripMotion):
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
         return angle - np.arctan2(slope_0[1], slope_0[0]), cross(slope, rate) / (slope**2).sum(axis=1)
 
-    def _fields(self, nodal: Array, natural: Array) -> tuple[Array, Array, Array]:
+    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
         """Interpolate position, first and second derivative by arc length at xi, each (times, elements, points, 2)."""
         values = self.by_element(nodal)  # times, elements, 2 nodes, 4
         values = values.reshape(*values.shape[:2], 4, 2)  # r and r' of the first node, then of the second
-        n, d, dd = _hermite(self.pieces[:, None], natural)
+        n, d, dd = _hermite(self.pieces[:, None], xi)
         return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
 
-    def places(self, natural: Array) -> Array:
+    def places(self, xi: Array) -> Array:
         """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
-        return self._fields(self.q, natural)[0]
+        positions, *_ = self._fields(self.q, xi)
+        return positions
 
     def strains(self) -> list[Strain]:
         """Compute the stretch |r'| and kappa = r' x r''/|r'|^2, less their reference values, as the engine's ANCF cable does."""
         section, damping = self.section, self.section.material
-        _, d, _ = self._fields(self.q, LOBATTO[0])
-        _, d0, _ = self._fields(self.reference[None], LOBATTO[0])
-        _, d_t, _ = self._fields(self.q_t, LOBATTO[0])
+        xi, axial_weights = LOBATTO
+        (_, d, _), (_, d0, _), (_, d_t, _) = (self._fields(q, xi) for q in (self.q, self.reference[None], self.q_t))
         norm = np.linalg.norm(d, axis=-1)
         axial, axial_t = norm - np.linalg.norm(d0, axis=-1), (d * d_t).sum(-1) / norm
-        _, d, dd = self._fields(self.q, GAUSS[2][0])
-        _, d_t, dd_t = self._fields(self.q_t, GAUSS[2][0])
-        _, d0, dd0 = self._fields(self.reference[None], GAUSS[2][0])
+        xi, bending_weights = GAUSS[2]
+        (_, d, dd), (_, d0, dd0), (_, d_t, dd_t) = (self._fields(q, xi) for q in (self.q, self.reference[None], self.q_t))
         square = (d * d).sum(-1)
         curvature = cross(d, dd) / square
         curvature_t = (cross(d_t, dd) + cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
-            Strain(ea, ea * damping.axial_damping, self.lengths(LOBATTO[1]), axial, axial_t),
+            Strain(ea, ea * damping.axial_damping, self.lengths(axial_weights), axial, axial_t),
             Strain(
-                bending, bending * damping.bending_damping, self.lengths(GAUSS[2][1]),
+                bending, bending * damping.bending_damping, self.lengths(bending_weights),
                 curvature - cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
             ),
         ]  # fmt: skip

@@ -26,7 +26,7 @@ LARGE = 220
 MANY = 300
 """Number of coordinates from which only the lowest eigenvalues are computed."""
 COUNT = 20
-"""Number of lowest eigenvalues, by default."""
+"""Default number of lowest eigenvalues."""
 SPARE = 8
 """Number of additional eigenvalues; the largest gap among them bounds those that are returned."""
 CONVERGED = 1e-8
@@ -51,7 +51,7 @@ def solve(matrix: Matrix, right: Array) -> Array:
         pass
     if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
-    return least_squares(matrix, right, 1e-12)
+    return least_squares(matrix, right, 1e-12)  # singular values below are rounding
 
 
 def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:
@@ -74,7 +74,7 @@ def null_space(jacobian: Array, units: Array) -> Array:
     if not len(jacobian):
         return np.diag(units)
     _, values, right = np.linalg.svd(jacobian * units)
-    rank = int((values > 1e-10 * values[0]).sum())
+    rank = int((values > 1e-10 * values[0]).sum())  # smaller ones are rounding
     return np.asarray(units[:, None] * right[rank:].T)
 
 

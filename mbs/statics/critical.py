@@ -28,7 +28,7 @@ SHORTEST_PIECE = 1.6e-3
 SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 GROWTH_THRESHOLDS = (1e-3, 1.0)
-"""Growth rates, over their rounding error, above which an oscillation counts as growing, tried in this order.
+"""Growth rates, over their rounding error, above which an oscillation counts as growing: tried in this order.
 
 Where two eigenvalues meet the rate grows like a square root, so that the lower threshold locates the onset better."""
 
