@@ -87,11 +87,9 @@ class Rod:
     def _guess(self, half: Strip, shortening: float) -> tuple[Array, float]:
         """Return the half's unknowns and the end angle alpha [rad] at a shortening, by Galerkin's method with one mode.
 
-        With theta = -alpha mode and the softness c the load p solves, int being the integral over the half,
-
-            alpha pi^2 = 2 p int sin(alpha mode) mode (1 + c p cos(alpha mode)),
-
-        in the code bending = linear p + quadratic p^2. A table of 200 angles is interpolated.
+        With theta = -alpha mode and the softness c the load p solves, integrated over the half by s,
+        alpha pi^2 = 2 p int sin(alpha mode) mode (1 + c p cos(alpha mode)): bending = linear p + quadratic p^2. A table of 200
+        angles is interpolated.
         """
         integral, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
         angles = np.geomspace(1e-6, 3.0, 200)

@@ -155,10 +155,7 @@ def simulate(
 
 
 class _Runs:
-    """Runs of one call of `simulate`, which share the time limit, the compiled scene and the edges of users' functions.
-
-    `ended` are the runs so far, of which some may have failed.
-    """
+    """Runs of one call of `simulate`, listed in `ended`; they share time limit, compiled scene and edges of users' functions."""
 
     def __init__(self, mechanism: Mechanism, timeout: float | None, progress: Progress | None) -> None:
         self.mechanism, self.timeout, self.progress, self.memory = mechanism, timeout, progress, EdgeMemory()

@@ -40,7 +40,7 @@ STEPS = 6000
 SETTLED = 1e-3
 """Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
 DISPLACEMENTS = 20
-"""Most displacements from unstable equilibria: each leads downhill, and a mechanism has few equilibria."""
+"""Number of displacements from unstable equilibria after which such an equilibrium is the answer."""
 ROUNDING = 1e-9
 """Change of the pose by an implicit step, in units of the coordinates, whose work is rounding."""
 FRICTION = "friction may hold it elsewhere"
