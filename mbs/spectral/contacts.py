@@ -130,20 +130,13 @@ def is_at_edge(tables, start, end, controls):
 
 
 @draft
-def compute_time_to_edges(tables, reports, near):
-    """Return the time [s] until all measures within `near` before an edge of their law are 0.1 `near` beyond it."""
+def compute_time_past_events(tables, reports, near):
+    """Return the time [s] until contacts, and measures, that are `near` before their face or edge are 0.1 `near` beyond it."""
     time = 0.0
     for i in range(tables.edges.shape[0]):
         past, speed = _measure_past_edge(tables, reports, i)
         if -near <= past <= 0.0 and speed > 0.0:
             time = max(time, (0.1 * near - past) / speed)
-    return time
-
-
-@draft
-def compute_time_to_faces(tables, reports, near):
-    """Return the time [s] until all contacts within `near` before their face, about to close, are 0.1 `near` deep."""
-    time = 0.0
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             depth, rate = get_depth(tables, reports, k), get_depth_rate(tables, reports, k)

@@ -17,7 +17,7 @@ from .start import dormand_prince
 from .tables import Memory
 
 SHORTEST_REFINED = 1e-9
-"""Length of a step, over the time of the run, below which rates between its ends are lost in the rounding of coordinates."""
+"""Shortest step that is refined, over the time of the run: in shorter ones rates are lost in the rounding of coordinates."""
 
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .compiling import copy, draft
-from .contacts import compute_time_to_edges, compute_time_to_faces, is_at_edge, is_contact, update_onset
+from .contacts import compute_time_past_events, is_at_edge, is_contact, update_onset
 from .fronts import solve
 from .kernel import compute_changes, compute_forces, compute_rows
 from .lawtable import JUST_AFTER
@@ -59,8 +59,7 @@ def restart_past_event(model, clock, controls, out, counts):
     An Euler step moves contacts that are about to close beyond their face, and measures beyond their edge.
     """
     state = model.state
-    to_faces = compute_time_to_faces(model.tables, state.start_reports, controls.near)
-    h = max(to_faces, compute_time_to_edges(model.tables, state.start_reports, controls.near))
+    h = compute_time_past_events(model.tables, state.start_reports, controls.near)
     h = min(h, MOST_JUMP * clock.previous, MOST_JUMP * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += h * state.v[i]

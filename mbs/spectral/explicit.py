@@ -174,17 +174,18 @@ def _estimate_error(state, h, tolerance):
 
 @draft
 def _try_step(model, clock, h, last, controls, counts):
-    """Try a step of length h; return True if accepted, else shorten the next. A `last` step ends just before its stop."""
+    """Try a step of length h; return True if accepted, else shorten the next. The `last` step to a stop ends just before it."""
     state = model.state
     _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
     counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
-    if not error <= 1.0 and not (controls.fixed and error < INFINITE):
-        clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-EXPONENT) if error < INFINITE else SMALLEST_RATIO)
-        if not error < INFINITE:
+    is_finite = error < INFINITE
+    if not error <= 1.0 and not (controls.fixed and is_finite):
+        clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-EXPONENT) if is_finite else SMALLEST_RATIO)
+        if not is_finite:
             state.stage_rates[1:] = 0.0
         if clock.next_step < controls.shortest:
-            counts.status = Ended.UNDERFLOW if error < INFINITE else Ended.NOT_FINITE
+            counts.status = Ended.UNDERFLOW if is_finite else Ended.NOT_FINITE
         return False
     fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, controls)
     if fraction < 1.0 and h * fraction > controls.shortest:

@@ -49,7 +49,7 @@ class FrameBody:
 
 
 def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
-    """Return start (2,) and end (2,) of a link at t = 0, its length [m] and direction [rad]."""
+    """Return positions of start and end of a link at t = 0, (2,) each [m], its length [m] and direction [rad]."""
     start, end = (np.array(builder.mechanism.points[p], dtype=float) for p in (link.start, link.end))
     dx, dy = end - start
     return start, end, hypot(dx, dy), atan2(dy, dx)

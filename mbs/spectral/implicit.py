@@ -128,7 +128,7 @@ def _find_next_stop(model, clock, controls, stops, out, counts):
 def _choose_length(clock, controls, stop):
     """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
 
-    A step cut short by an event, whose reach is 1, is not halved: it would then be cut and halved without end.
+    A step to an event is not halved: it would be lengthened to the event and halved again without end.
     """
     h, left = min(clock.next_step, controls.longest), stop - clock.time
     if clock.time + clock.reach * h >= stop:
@@ -165,7 +165,7 @@ def _try_step(model, clock, h, end, controls, counts):
         return True
     if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
         clock.error = max(clock.error, RELEASE_ERROR)
-    if clock.error > 1.0 and h > 4.0 * shortest:
+    if clock.error > 1.0 and h > 4.0 * shortest:  # shorter ones are accepted with any error
         clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT), 2.0 * shortest), 1.0
         return False
     return True

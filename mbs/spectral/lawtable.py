@@ -1,6 +1,7 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
-Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,).
+Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), which
+`registry` lists.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ JUST_BEFORE = -JUST_AFTER
 
 @draft
 def differentiate_normal(tables, law, depth, rate, onset):
-    """Return the derivatives of the normal force by depth and rate, by central differences."""
+    """Return the derivatives of the normal force by depth and rate, by central differences; steps: cube root of rounding."""
     h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
     by_depth = normal_force(tables, law, depth + h, rate, onset) - normal_force(tables, law, depth - h, rate, onset)
     by_rate = normal_force(tables, law, depth, rate + h_rate, onset) - normal_force(tables, law, depth, rate - h_rate, onset)
@@ -97,8 +98,8 @@ def friction_force(speed, p):
 def strut(value, rate, p, address):
     """Return the tension of a post-buckled strut of length `value`.
 
-    p: length, rigidity EA/L, unit load EI/L^2, compliance EI/(EA L^2), critical load over the unit load, damping. `address`:
-    load over the unit load as a function of shortening over length.
+    p: length, rigidity EA/L, unit load EI/L^2, compliance EI/(EA L^2), critical load over the unit load, damping. At `address`
+    is the load over the unit load as a function of shortening over length.
     """
     length, rigidity, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
     elongation = value - length
@@ -133,7 +134,8 @@ def evaluate_along(tables, k, now, value, rate, reaction):
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
     p = tables.data[number : number + 8]
     if kind == ForceKind.SPRING:
-        return -p[0] * (value - p[2]) - p[1] * rate
+        stiffness, damping, free = p[0], p[1], p[2]
+        return -stiffness * (value - free) - damping * rate
     if kind == ForceKind.CONTACT:
         side, face = p[0], p[1]
         depth = side * (value - face)

@@ -133,6 +133,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
             ratio = size / last
             if ratio < 0.99:
                 error_ratio = ratio / (1.0 - ratio)
+            # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             if full_size > ROUNDING and (ratio > 2.0 or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):

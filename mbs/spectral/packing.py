@@ -24,7 +24,7 @@ class Block(NamedTuple):
 
 
 def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
-    """Number the slots; return the first five of `Tables`. Entries that are always zero get the slot after the last."""
+    """Number the slots; return the first five of `Tables`. Entries of blocks that are always zero get the slot after the last."""
     table = np.zeros((len(blocks), 3), dtype=np.int64)
     members: list[Array] = [np.empty(0, dtype=np.int64)]
     pairs: list[Array] = [np.empty(0, dtype=np.int64)]
@@ -46,7 +46,7 @@ def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
 
 
 def _blocks(builder: Builder) -> list[Block]:
-    """List the blocks of constraints, forces, strips, modal links, masses, in this order."""
+    """List the blocks of constraints, forces, strips, modal links, masses, in this order, with their unknowns."""
     n = len(builder.q)
     rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = []

@@ -52,8 +52,10 @@ ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, between looks at the clock and for Ctrl-C."""
 LANDING = 1e-2
 """Distance from its face at which a contact counts as at it, over the tolerance and the longest link."""
-EXPLICIT_LANDING, LEAST_LANDING = 1e-3, 1e-12
-"""The same of the explicit method, whose onsets are found without Newton's method; its least value over the longest link."""
+EXPLICIT_LANDING = 1e-3
+"""The same for the explicit method, whose steps have no error of Newton's method."""
+LEAST_LANDING = 1e-12
+"""Least landing distance of the explicit method, over the longest link: rounding over a step."""
 OUTSIDE = 0.1
 """Distance before a face at which an implicit step to an onset ends, over the landing distance: ten times the error left by
 Newton's method. A last node inside the face would already have the contact's force."""
@@ -219,14 +221,15 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
-    if explicit_run := is_explicit(scene, solver):
+    size = scene.units.max()
+    out.rounding = ROUNDING * size
+    if is_explicit(scene, solver):
         shares = (CLEARANCE_SHARE * joint.gap / scene.source.size for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
-    size = scene.units.max()
-    out.landing, out.rounding = LANDING * out.tolerance * size, ROUNDING * size
-    out.outside = max(OUTSIDE * out.landing, out.rounding)
-    if explicit_run:
         out.landing, out.outside = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
+    else:
+        out.landing = LANDING * out.tolerance * size
+        out.outside = max(OUTSIDE * out.landing, out.rounding)
     out.near = 2.0 * out.outside
     return out
 

@@ -89,7 +89,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
 
-    Components are normal with standard deviation `spread`, before the projection; modal coordinates stay zero.
+    Components are normal with standard deviation `spread`, then projected by the pseudo-inverse of G; modal ones are zero.
     """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
@@ -100,7 +100,7 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` (forces, 4)."""
+    """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4); sizes as in `output`."""
     tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
     m, z, slots, g = n + r, np.zeros, len(tables.mass), _size_of_jacobian(tables)

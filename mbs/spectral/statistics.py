@@ -138,7 +138,7 @@ def accumulate(time, values, edges, found, state):
             window = find_window(edges, start)
             while start < t and window < windows:
                 end = min(t, edges[window + 1]) if window < windows else t
-                if end > start and start >= edges[window] - 1e-15 * t:
+                if end > start and start >= edges[window] - 1e-15 * t:  # but for rounding
                     for c in range(columns):
                         before = state[StateIndex.FIRST + c]
                         slope = (values[i, c] - before) / (t - state[StateIndex.T1])
