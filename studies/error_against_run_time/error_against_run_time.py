@@ -63,7 +63,7 @@ class MeasuredWork:
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Compute errors, and the tuned run's time over that of the fastest run of a series that is no less accurate, or nan."""
+        """Compute errors, and the tuned run's time over the time of the fastest run in a series that is as accurate, or nan."""
         found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):

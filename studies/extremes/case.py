@@ -156,7 +156,7 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
         start = perf_counter()
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
         price, size = spent / (perf_counter() - start), max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
-        scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
+        scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}  # allows accuracy
         scales["journal"] = min((joint.gap for joint in clearances(draw.mechanism)), default=0.0)
         if right := find_reference(draw, scales):
             measures = read(draw, result)

@@ -175,12 +175,12 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run all variants with each seed; compute means over the seeds, and bands."""
     runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
-    found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
+    found = [{v.name: read(v, ideal, p.settle) for v in (ideal, *others)} for ideal, *others in runs]
     metrics: dict[str, Metric] = {}
     for v in first:
         for name, metric in found[0][v.name].items():
             metrics[f"{v.name}.{name}"] = mean(metric.unit, [each[v.name][name].value for each in found])
-    bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
+    bands = {name: band for members in zip(*runs, strict=True) for name, band in _bands(members).items()}
     return StudyResult(
         parameters=p,
         **worst([(v.name, v.result) for run in runs for v in run]),
@@ -191,9 +191,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
+def _bands(members: Sequence[Variant]) -> dict[str, Array]:
     """Compute the range of the middle two thirds of the members at `BAND` times, a row for each end, for all drawn signals."""
-    if len(members) < 3 or name == "ideal":
+    if len(members) < 3 or (name := members[0].name) == "ideal":
         return {}
     arrays = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), BAND)

@@ -79,7 +79,7 @@ def run_turns(
     cells = {reading: found.cells(reading) for reading in readings}
     turns = []
     for k, mechanism in enumerate(mechanisms):
-        means = {reading: Mean(*cells[reading][k][2:]) for reading in readings}
+        means = {reading: Mean(each[k].mean, each[k].error, each[k].members) for reading, each in cells.items()}
         failed = [reason for cell, reason in zip(found.members.cells, found.said, strict=True) if cell == k and reason]
         deepest = max((found.of(depth, k).max(initial=0.0) for depth in DEPTHS), default=0.0)
         depth = np.nan if failed else deepest / max(joint.gap for joint in clearances(mechanism))

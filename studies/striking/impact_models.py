@@ -75,12 +75,11 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     )  # fmt: skip
 
 
-def run_model(model: str, parameters: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
+def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
     """Run one model from crank angle 0, with a crank speed [rad/s], for a duration [s].
 
     `stop` is the duration of an impact [s] for stitched, the stiffness of the stop [N/m] for strut and beam.
     """
-    p = parameters
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)

@@ -58,7 +58,7 @@ class Rebound(NamedTuple):
         deceleration, acceleration = (push + friction) / mass, max(push - friction, 0.0) / mass
         outward, height = speed / deceleration, speed**2 / (2 * deceleration)
         back, returned = sqrt(2 * height / acceleration) if acceleration else 0.0, speed * sqrt(acceleration / deceleration)
-        return cls(speed, deceleration, acceleration, outward, height, outward + back, returned)
+        return cls(speed, deceleration, acceleration, outward, height, duration=outward + back, return_speed=returned)
 
     def motion(self, t: Array) -> tuple[Array, Array]:
         """Compute distance and velocity from the stop at times t [s] since the slider has left it."""

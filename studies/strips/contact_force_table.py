@@ -2,8 +2,8 @@
 
 The strip is modelled by the published quartic, the closed form (exact), the rod with the strip's axial and shear stiffness, and
 geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
-crank angle of 120 degrees, and its Table 2 was computed with another. The position of the latter follows from the printed force
-of the 0.3 mm strip, and predicts the other two forces.
+crank angle of 120 degrees, and its Table 2 was computed with another. The second stop is found from the printed force of the
+0.3 mm strip, and predicts the other two forces.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
 force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
@@ -69,7 +69,7 @@ class Press:
 
     @property
     def shortening(self) -> float:
-        """Largest end shortening over length, that at the dead centre."""
+        """Largest end shortening over length, reached at the dead centre."""
         return float(PAPER.shortening(np.pi, self.stop))
 
     @property
@@ -90,14 +90,13 @@ def table_2_stop() -> float:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Compute the force of every strip by every model at both stops, and the range of the force with friction."""
+    """Compute the force of every strip by every model at the two stops, and the interval of the force with friction."""
     described = float(PAPER.slider(p.stop_angle))  # the stop of the paper's text
     stops = {f"e{np.degrees(p.stop_angle):g}": described, "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
     signals = {"angle": angle}
-    yields: list[str] = []
-    failures: list[str] = []
+    yields, failures = list[str](), list[str]()
     for h in progress(p.thicknesses, label="thicknesses"):
         loads = _models(h, p.elements, failures)
         for name, stop in stops.items():
