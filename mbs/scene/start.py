@@ -1,7 +1,7 @@
 """Velocities at the start, which satisfy drives, given velocities and constraints with the least kinetic energy.
 
 Links move as rigid bodies if the equations allow it. If not, as in a truss of strips, the points of flexible links, here called
-stations, have additional velocities, the smallest in a norm weighted by the stiffness of the link.
+stations, have additional velocities. These are the smallest in a norm weighted by the stiffness of the link.
 """
 
 from __future__ import annotations

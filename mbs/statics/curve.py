@@ -43,8 +43,8 @@ CURVE_BUDGET = 20 * BUDGET
 class Orbit(NamedTuple):
     """Periodic motion on the curve, at a parameter.
 
-    `basis` (n, f) spans its free coordinates, `matrix` is [dP/dx - 1, dP/dp], `tangent` (2 n + 1,) the scaled tangent of the
-    curve, `size` the largest range of a coordinate in a period, in its unit.
+    `basis` (n, f) spans the free coordinates, `matrix` is [dP/dx - 1, dP/dp]. `tangent` (2 n + 1,) is the scaled tangent of the
+    curve. `size` is the largest range of a coordinate in a period, in the coordinate's unit.
     """
 
     found: Found

@@ -3,7 +3,7 @@
 1. Rigid: the coupler is straight, and the loop closure gives the slider's motion (eqs 1-5).
 2. Impact: the slider of mass m meets the stop at speed v and leaves it at e v (eq. 6). The stop feels a constant force
    F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back with the constant force F_c of that crank angle,
-   against friction f, and the slider returns with the speed e v sqrt((F_c - f)/(F_c + f)), until rebounds are negligible.
+   against friction f. The slider returns with the speed e v sqrt((F_c - f)/(F_c + f)), until rebounds are negligible.
 3. Contact: the slider rests against the stop, which feels F_c = p(u) E I/L^2 cos(phi) in equilibrium (eqs 7-13), until the
    coupler is straight again. Here u is the end shortening over length, phi the angle of the coupler to the slider's line.
 
