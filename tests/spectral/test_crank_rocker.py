@@ -204,7 +204,7 @@ def test_the_ledger_is_the_integral_of_what_the_samples_show():
     np.testing.assert_allclose(found.taken_friction[-1], rubbed, rtol=2e-3)
     higher = found.peak_force.max(axis=0) / np.hypot(*found.force.T).max(axis=1)
     assert higher.min() >= 1 - 1e-9 and higher.max() < 1.05  # impacts of a microsecond: samples miss their peaks, steps do not
-    mechanism, readings = bar.mechanism(), [FORCE.format(joint) for joint in "OABC"]
+    mechanism, readings = bar.mechanism(), [FORCE.format(place=joint) for joint in "OABC"]
     readings += [*DEPTHS, "rms(coupler.ax)", "rms(rocker.ax)", "max(abs(coupler.ax))", "max(abs(rocker.ax))"]
     made = once(mechanism, bar.period, solver(mechanism, 1e-8))
     (turn,) = read_windows(readings, made.record.time, made.values, np.array([0.0, bar.period]))
