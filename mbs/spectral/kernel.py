@@ -212,7 +212,7 @@ def compute_tangents(tables, work, now, mass, damp, stiff):
     add_forces_tangents(tables, work, now, mass, damp, stiff)
 
 
-@draft
+@inline
 def compute_rows(tables, work, t, residual, jacobian, speed):
     """Compute residuals g, entries of G and right sides of G v = speed of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
@@ -228,7 +228,7 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
             residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
 
 
-@draft
+@inline
 def compute_changes(tables, work, t, side, change):
     """Compute the right sides of G a = change of all constraints at time t; `side` as in `evaluate_acceleration`."""
     for r in range(tables.rows.shape[0]):
