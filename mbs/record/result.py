@@ -139,10 +139,8 @@ class Result:
     def reading(self, text: str) -> Any:
         """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.measures.Reading`.
 
-        Raise a ValueError for an invalid formula or an unknown signal.
-
         The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
-        interval from batches of the run; the reading's `kind` says which.
+        interval from batches of the run; the reading's `kind` says which. Raise a ValueError for an invalid formula.
         """
         return import_late("sensitivity.measures:read")(self, text)
 
