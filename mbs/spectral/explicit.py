@@ -203,11 +203,12 @@ def _accept(model, clock, end, stop, controls, out, counts):
     is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
     if is_projected:
         _project(tables, order, state)
-    copy(state.y_new, state.y)
     if is_projected or is_event or end == stop:
+        copy(state.y_new, state.y)
         compute_rates(model, end, state.y, state.stage_rates[0])
     else:
-        copy(state.stage_rates[6], state.stage_rates[0])
+        for i in range(state.y.size):
+            state.y[i], state.stage_rates[0, i] = state.y_new[i], state.stage_rates[6, i]
     for i in range(n):
         state.largest_rate[0] = max(state.largest_rate[0], abs(state.y[n + i]) / state.units[i])
     copy(work.reports, state.start_reports)
