@@ -26,7 +26,7 @@ from .trajectory import TINY, Trajectory
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 LIGHTER = 2.0
-"""Mass of the mechanism over the mass that vibrates: of the two ends of a link the lighter one has at most half."""
+"""Mass of the mechanism over the mass that vibrates: the lighter of the two ends of a link has at most half of it."""
 COMMON = 3.0
 """Largest error that two runs have in common by the damping of strips, over their difference: their steps differ, and so do their
 losses. It is 2 to 5 in most drawn mechanisms, so that the larger of both is right to a factor of 2."""
@@ -41,7 +41,7 @@ def radau(angle: Array) -> Array:
 
 
 def lost_amplitude(run: Trajectory, links: Collection[str], factor: Factor) -> Array:
-    """Return the amplitude of force [N] that numerical damping removed from flexible links up to each sample, the largest."""
+    """Return the amplitude of force [N] that damping removed up to each sample from the flexible link that lost most."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in links:
@@ -55,8 +55,8 @@ def lost_amplitude(run: Trajectory, links: Collection[str], factor: Factor) -> A
 def damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Return relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count where nothing strikes, as they vibrate laterally and in higher modes, too: `COMMON` times the differences of two
-    runs is the most. Their deflection from the chord does not change with their length.
+    Strips count only where nothing strikes, and with `COMMON` times the difference of the two runs at most: they also vibrate
+    laterally, so that the formula gives too much. No error is added to deflections from a strip's own chord.
     """
     links = run.struts if run.strikes else run.struts | run.strips
     period = max((signal.period for signal in run.signals.values() if signal.source in links), default=0.0)

@@ -28,7 +28,9 @@ PLACE = 1e-2
 PEAK_PLACE = 1e-3
 """Error allowed of a place at any time, over the longest link or a radian: a tolerance of manufacture. A convention."""
 STRUCK_PLACE = 5e-3
-"""Root mean square of the same where bodies strike, stick or slip: a rebound that is 5 % wrong causes such an error."""
+"""Root mean square of the error allowed of a place, over the longest link or a radian, where bodies strike, stick or slip.
+
+A rebound that is 5 % wrong causes such an error."""
 LAW = COARSEST
 """Error allowed of a journal over its clearance, and of states of a force with memory: contact laws are known no better."""
 STRIKE = 0.05
@@ -44,14 +46,14 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 
 
 class Deflections(NamedTuple):
-    """Errors allowed of the deflection of strips."""
+    """Errors allowed of the last terms of a strip's deflection."""
 
     mean: float  # root mean square over time [m], infinite where no place is limited
     share: float  # at any time, over the largest deflection of the same strip, infinite where no force or rate is limited
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> Deflections:
-        """Return those that keep the errors of a run within the limits: a place moves by as much as a deflection, at most."""
+        """Return those that keep the errors of a run within the limits; a place errs by as much as a deflection at most."""
         mean = share = inf
         for (name, norm), limit in limits.items():
             signal = run.signals[name]

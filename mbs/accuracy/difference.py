@@ -25,9 +25,9 @@ from .impacts import Impacts, compare_impacts, match_times
 from .trajectory import CONTINUOUS, FORCES, SMALL, TINY, Trajectory
 
 NEAR = 0.02
-"""Largest shift of two onsets that belong together, over the run: twice the tolerance of places. Farther ones are two events."""
+"""Largest shift of two onsets that belong together, over the run: twice the limit of places. Farther ones are two events."""
 BLOCK = 50_000
-"""Number of values that are compared at once, a signal at least: they then stay in the processor's cache."""
+"""Most values that are compared at once, but one signal at least: they then stay in the processor's cache."""
 
 
 class Difference:
@@ -82,13 +82,13 @@ class Difference:
                 yield found, np.abs(difference[some]) / np.array([[self.sizes[name, Norm.RMS]] for name in found])
 
     def _subtract(self, names: Iterable[str], grid: Grid) -> Iterator[tuple[list[str], Array]]:
-        """Yield run a less run b in groups: with recorded rates, smooth, with jumps."""
+        """Yield names and run a less run b, in groups alike in smoothness and in which runs recorded the rates."""
         a, b, groups = self.a.signals, self.b.signals, dict[tuple[bool, bool, bool], list[str]]()
-        for x in names:
-            groups.setdefault((a[x].rate in a, b[x].rate in b, b[x].trait.smooth), []).append(x)
-        size = max(1, BLOCK // len(grid.a))
+        for name in names:
+            groups.setdefault((a[name].rate in a, b[name].rate in b, b[name].trait.smooth), []).append(name)
+        most = max(1, BLOCK // len(grid.a))
         for (known_a, known_b, smooth), group in groups.items():
-            for some in (group[k : k + size] for k in range(0, len(group), size)):
+            for some in (group[k : k + most] for k in range(0, len(group), most)):
                 yield some, grid.subtract(*_samples(self.a, some, known_a, smooth), *_samples(self.b, some, known_b, smooth))
 
     def _means_and_peaks(self, names: list[str], difference: Array, weights: Array) -> dict[Key, float]:
@@ -100,7 +100,7 @@ class Difference:
 
     @cached_property
     def _grid_of_onsets(self) -> tuple[Grid, Array]:
-        """Grid on which matched onsets coincide, and True at its times that lie between the samples on both sides of a jump."""
+        """Grid on which matched onsets coincide, and True at its times between the samples before and after a jump."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
         jumps_a = np.append(onsets_a[1:-1], [t for t in self.b.kinks if t < self.end])
@@ -108,7 +108,7 @@ class Difference:
         return grid, grid.find_jumps(grid.a, self.a.time, jumps_a) | grid.find_jumps(grid.b, self.b.time, jumps_b)
 
     def _compare_waves(self, names: Iterable[str]) -> dict[Key, float]:
-        """Compare signals that jump, with the times of b moved so that onsets coincide, leaving out the samples at jumps."""
+        """Compare signals that jump, with the times of b moved so that onsets coincide, and without the times next to jumps."""
         found = dict[Key, float]()
         for some, difference in self._subtract(names, self._grid_of_onsets[0]) if names else ():
             difference[:, self._grid_of_onsets[1]] = 0.0
@@ -116,7 +116,7 @@ class Difference:
         return found
 
     def _compare_impulses(self, name: str) -> dict[Key, float]:
-        """Return max_t |int_0^t (a - b)| of a force; its size is int |b|."""
+        """Return max_t |int_0^t (a - b)| of a force, and set its size, int |b|."""
         impulse_a, impulse_b = (run.integral(name) for run in (self.a, self.b))
         difference = np.interp(self.grid.a, self.a.time, impulse_a) - np.interp(self.grid.a, self.b.time, impulse_b)
         self._set_impulse(name, float(np.interp(self.end, self.b.time, self.b.integral(name, np.abs))))
@@ -159,12 +159,12 @@ class Difference:
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Return the force [N] of contacts that neither run makes, but that a depth deeper by the runs' difference would make."""
+        """Return the force [N] at the larger depth of both runs plus their largest difference, 0 while a run touches."""
         if not len(b.depth):
             return np.empty(0)
         depths = [between(run.time, each.depth, None, self.grid.a, smooth=True) for run, each in ((self.a, a), (self.b, b))]
         deeper, order = np.max(depths, axis=0) + np.abs(depths[0] - depths[1]).max(), self.grid.order
-        interval = np.empty(len(order), int)
+        interval = np.empty(len(order), int)  # number of the interval in which a contact is possible, or of the gap between two
         interval[order] = np.cumsum(np.diff(deeper[order] > 0, prepend=False))
         touching = np.unique(interval[np.max(depths, axis=0) > 0])
         return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(deeper, 0.0))))
@@ -192,7 +192,7 @@ def _samples(run: Trajectory, names: list[str], known: bool, smooth: bool) -> tu
 
 
 class Grid:
-    """Times at which runs a and b are compared: at the samples of a, then at those of b, then at matched times of neither.
+    """Times at which runs a and b are compared: at the samples of a, then those of b, then the matched times.
 
     Matched times, (2, times), are those at which a and b have the same event; between them, times of b are moved linearly.
     """
@@ -220,7 +220,7 @@ class Grid:
         return found
 
     def find_jumps(self, times: Array, samples: Array, jumps: Array) -> Array:
-        """Return True at times, `a` or `b`, that lie between the samples on both sides of a jump."""
+        """Return True where the grid's times in one run lie from the sample before a jump [s] to the one after it."""
         near, times = 1e-6 * float(samples[-1]), times[self.order]
         last = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
         first = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)

@@ -5,7 +5,7 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
 A first pair does not show the order q. Of places 1/3 is assumed where nothing strikes or sticks: the error is then, for a
-ratio of 8, the difference, right to a factor of 2 downwards and 20 upwards for orders from 0.2 to 1.46. Otherwise 1/4 is assumed.
+ratio of 8, the difference. For orders from 1.46 down to 0.2 the true error is 0.05 to 2 times that. Otherwise 1/4 is assumed.
 Later pairs show the order where nothing strikes or sticks, of forces only where the steps resolve their vibrations.
 This is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009; the run itself
 is not extrapolated.
@@ -33,7 +33,7 @@ LASTING = 0.5
 LAST_WINDOWS = 10
 """Windows at the end in which no separation begins: too few are left to see whether it lasts."""
 LEAST_ERROR = float(np.sqrt(np.finfo(float).eps))
-"""Least relative error that is estimated or requested, half of the digits: two runs have rounding errors in common."""
+"""Least relative error that is estimated or requested, half of the digits: rounding errors are common to both runs."""
 
 
 def estimate_gains(

@@ -3,12 +3,12 @@
 Two runs whose levels differ share none of these, so that no error hides in what they have in common. A compiled run at the
 tolerance tol takes steps ~ tol^(1/4): its errors go by tol^q, q from 1/4 where anything strikes to 3/4 in smooth motions (order
 of the local error of the forces of Radau IIA, three stages: E. Hairer, C. Lubich, M. Roche, Lect. Notes Math. 1409 (1989), doi
-10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, steps ~ tol^(1/3). Loop closure integrates nothing: its
-samples only can be too few.
+10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, steps ~ tol^(1/3). Loop closure integrates nothing: only
+its samples can be too few.
 
 The degree of a strip follows from the last two terms of its deflection: two runs of neighbouring degrees may agree by chance.
-Forces follow the deflection of their own strip at any time, so that these terms are compared with its largest deflection. Places
-follow it in the root mean square, and in metres: a chain swings as well whose links bend by a hair.
+Where forces or rates have limits, the terms at any time are compared with the largest deflection of their strip. Where places
+have limits, the root mean square of the terms is compared with the allowed error in metres, however little the strip bends.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail, at 1e
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
-"""Degree of a strip's first polynomials: bending and four degrees more. 8 costs half as much again where 6 is enough."""
+"""Degree of a strip's first polynomials: bending and four degrees more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
 """Least tolerance over the longest link. A double pendulum of 10 s still gains at 1e-10 (4e-6), but pins that rattle on a modal
-rocker are then resolved for longer than their peaks are known."""
+rocker are then followed over times for which the peaks of their forces are not known."""
 RESTING = 1e-3
-"""Least deflection that forces follow, over the thickness: a strip that bends less is practically straight."""
+"""Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
 """Most degrees added at once: the decay of two terms cannot be extrapolated farther."""
 SLOWER = 2.0
@@ -52,7 +52,7 @@ UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 PREFIX = 1 / 8
 """Share of the duration of a run in which pins rattle that is compared first: most chaotic ones separate within. A sixteenth
-is less than a turn of the rattling crank-rocker, and misses it from another start."""
+is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
 SHORT_RUN = 5000
 """Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
 
@@ -62,18 +62,18 @@ Runner = Callable[[Mechanism, float, Any], Run]
 
 
 class Orders(NamedTuple):
-    """Orders of errors in the tolerance of a run."""
+    """Exponents q of errors that go as tol^q: assumed where runs cannot show them, and the limits of those that runs show."""
 
-    least: float  # assumed where something strikes or sticks, and of forces, rates and energies; the least that is observed
-    place: float  # assumed of places where nothing strikes or sticks
-    largest: float  # the largest that is observed
+    least: float  # assumed where bodies strike, stick or slip, and of forces, rates and energies; the lower limit
+    place: float  # assumed of places of other motions in the first pair of runs
+    largest: float  # the upper limit of those that three runs show
 
 
 class Level(NamedTuple):
-    """Fineness of a run: tolerance of its steps, relative; degree of strips, or how often their elements are doubled."""
+    """Fineness of a run."""
 
-    tolerance: float
-    degree: int
+    tolerance: float  # over the clearance or the longest link (compiled), over the usual one (Exudyn), usual steps (loop closure)
+    degree: int  # of strips; of Exudyn, how often their elements are doubled
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    share: float = 1.0  # accuracy requested, over the usual one: it scales the tolerance of the first level
+    share: float = 1.0  # error allowed of a place, over the usual one; below 1 it scales the tolerance of the first level
 
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any
@@ -91,12 +91,12 @@ class Levels:
     runs_at_most = 10
     """Most runs for one result: the number of levels above the finest tolerance, and three."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
-    """Orders of errors in the tolerance."""
     finest = 0.0
+    """Least tolerance of a level; 0 if only the number of runs is limited."""
 
     @property
     def damping(self) -> Factor | None:
-        """Factor of the amplitude of a vibration in one step, where all levels have the same."""
+        """Factor of the amplitude of a vibration in one step; None where levels differ in it or none is known."""
         return None
 
     def first(self) -> Level:
@@ -130,11 +130,11 @@ class Levels:
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
     def raise_degree(self, level: Level, _run: Run, _allowed: Deflections) -> Level:
-        """Return the level with the degrees that the errors allowed of deflections need, judged by a run."""
+        """Return the level with the degrees at which a run shows deflections to be within their allowed errors."""
         return level
 
     def truncation(self, _run: Run, _allowed: Deflections) -> float:
-        """Return the last terms of the deflection of a strip, over the allowed error: the largest of all strips."""
+        """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
         return 0.0
 
     @property
@@ -193,7 +193,7 @@ class SpectralLevels(Levels):
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run, allowed: Deflections) -> float:
-        """Return the larger of the last two terms of a deflection over the allowed error, the largest of all strips."""
+        """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
         return _find_truncation(run, allowed)[0]
 
 
@@ -212,7 +212,7 @@ class ExudynLevels(Levels):
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; the tolerance is relative to the usual one, and each level doubles the elements."""
         finer, number = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))
-        steps = _finer(finer, Controlled().longest(self.duration))
+        steps = _shorten_steps(Controlled().longest(self.duration), finer)
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
         damped = Scene.of(self.mechanism).is_loose or number % 2 == 0
         radius = self.solver.spectral_radius if damped else UNDAMPED
@@ -233,32 +233,32 @@ class ClosureLevels(Levels):
         if level.tolerance == 1.0:
             return self.mechanism, self.solver
         each = self.duration / len(sample_times(self.mechanism, self.duration, Controlled()))
-        return self.mechanism, Closure(_finer(1 / level.tolerance, each))
+        return self.mechanism, Closure(_shorten_steps(each, 1 / level.tolerance))
 
 
 KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLevels, Exudyn: ExudynLevels}
 """Levels by the type of the solver."""
 
 
-def _finer(times: float, step: float) -> Controlled:
-    """Divide a step [s], and the usual steps within a contact, by a number."""
-    resolution = max(1, min(10_000, round(Controlled().contact_resolution * times)))
-    return Controlled(max_step=step / times, contact_resolution=resolution)
+def _shorten_steps(step: float, factor: float) -> Controlled:
+    """Return steps shorter by a factor than a longest step [s] and than the usual ones within a contact."""
+    resolution = max(1, min(10_000, round(Controlled().contact_resolution * factor)))  # limits of the setting
+    return Controlled(max_step=step / factor, contact_resolution=resolution)
 
 
-def _refine_mesh(mechanism: Mechanism, times: float) -> Mechanism:
-    """Return the mechanism with its numbers of elements multiplied."""
+def _refine_mesh(mechanism: Mechanism, factor: float) -> Mechanism:
+    """Return the mechanism with the number of elements of each strip multiplied by a factor."""
     bodies: list[Any] = [link.body for link in mechanism.links]
-    finer = [replace(b, elements=max(1, min(1000, round(times * b.count)))) if b.meshed else b for b in bodies]
+    finer = [replace(b, elements=max(1, min(1000, round(factor * b.count)))) if b.meshed else b for b in bodies]
     links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
-    return replace(mechanism, links=links) if times != 1 else mechanism
+    return replace(mechanism, links=links) if factor != 1 else mechanism
 
 
 def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
     """Compute the larger of the last two terms of a deflection over the allowed error, and the mean ratio of successive terms.
 
-    Terms are coefficients normal to the chord times the largest value of their polynomial [m], of the strip that needs most
-    degrees; (0, 0.5) if there is none. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
+    Terms are coefficients normal to the chord times the largest value of their polynomial [m], of the strip with the largest
+    excess; (0, 0.5) without a strip. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
     """
     found, time = (0.0, 0.5), run.record.time
     for link in run.record.mechanism.links:

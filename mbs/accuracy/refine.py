@@ -35,11 +35,11 @@ CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGI
 MOST_LEVELS = 2
 """Most levels by which one refinement goes finer: with three, the third run is wasted in half of the cases."""
 CONFIRMED = 2
-"""Refinements in a row that must fail to delay the separation before a motion is chaotic; one where pins rattle, as each costs a
-run. One alone would call stick-slip chaotic, whose first levels miss the bristles."""
+"""Refinements in a row that must delay the separation too little before a motion is chaotic; one where pins rattle, as each costs
+a run. One alone would call stick-slip chaotic, whose coarse runs do not resolve the bristles."""
 LATER = 0.5
-"""Share of the time left that later refinements must reach at the rate of all before. One alone may delay a separation by less:
-double pendulums reach 0.84 or 0.48 of it, and the end with the next refinement; a whipping strip nothing."""
+"""Share of the time after the separation that the refinements left must gain, at the mean delay of those made. Single delays
+vary: those of double pendulums promised shares of 0.84 and 0.48, and the next run reached the end. A whipping strip gains 0."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
@@ -53,7 +53,7 @@ class CheckedRun:
     run: Run
     errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
     worst: Worst = UNKNOWN
-    chaos: Status | None = None  # CHAOTIC or SENSITIVE where errors hold up to `errors.until` only
+    chaos: Status | None = None  # CHAOTIC or SENSITIVE: errors hold only up to `errors.until`
     reason: str = ""  # why refinement ended early, in words
     count: int = 1  # runs that were made
 
@@ -154,7 +154,7 @@ class _Refinement:
         return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, allowed)
 
     def refine(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
-        """Compare the last two runs, and go finer until the error is allowed."""
+        """Compare the last two runs, and refine until the error is allowed, the motion is found chaotic or no runs are left."""
         pair = _Pair(coarse, fine, self.demand)
         if pair.separation.start == inf:
             pair = self.complete(pair)
@@ -168,8 +168,7 @@ class _Refinement:
             start = pair.separation.start
             estimate = self.choose_estimate(pair)
             now, _ = pair.difference.norms(pair.allowed)
-            errs = estimate(now)
-            key, _, _ = farthest = find_worst(pair.allowed, errs)
+            key, _, _ = farthest = find_worst(pair.allowed, estimate(now))
             beyond = farthest.ratio
             self.best = partial(self.finish, pair, estimate)
             deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
@@ -181,8 +180,8 @@ class _Refinement:
             intermittent = self.levels.rattles and pair.separation.is_intermittent
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
-            falls = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
-            if self.is_out_of_reach(pair) or (intermittent and not falls):
+            is_smaller = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
+            if self.is_out_of_reach(pair) or (intermittent and not is_smaller):
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
             ratio = self.find_ratio(beyond, start < inf)
@@ -190,7 +189,7 @@ class _Refinement:
             pair = _Pair(pair.fine, finer, self.demand)
 
     def complete(self, pair: _Pair) -> _Pair:
-        """Compare two runs to the end."""
+        """Return the pair with both runs made to the end of the motion."""
         if pair.coarse.end == pair.fine.end == self.duration:
             return pair
         ends = [run if run.end == self.duration else self.make(run.level, self.duration) for run in (pair.coarse, pair.fine)]
@@ -222,7 +221,7 @@ class _Refinement:
         return refinements > 0 and delay < LATER * (self.duration - pair.separation.start) * refinements
 
     def find_ratio(self, beyond: float, separate: bool) -> float:
-        """Find the ratio of tolerances that should reduce the error to the allowed one, `beyond` times smaller."""
+        """Find the ratio of tolerances that brings an error, `beyond` times the allowed one, to half of the latter."""
         ratio, order = self.levels.ratio, self.levels.orders.largest
         largest = ratio**MOST_LEVELS
         return float(largest if separate else np.clip((1 + 2 * beyond) ** (1 / order), ratio, largest))
@@ -233,21 +232,21 @@ class _Refinement:
         least, place, largest = self.levels.orders
 
         def orders(name: str) -> tuple[float, float, float]:
-            """Return the order of a signal that is assumed, and the least and the largest that are observed."""
+            """Return the order of a signal that is assumed of a first pair, and the limits of the order that three runs show."""
             is_place = run.signals[name].kind is Kind.PLACE if name in run.signals else False
             if run.strikes or (run.unresolved and not is_place):
                 return least, least, least
             return (place if is_place else least), least, largest
 
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
-            """Estimate errors, with what both runs damp."""
+            """Estimate errors, those that both runs have in common by numerical damping added."""
             errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
             return add(errors, damping_errors(run, self.levels.damping, differences))
 
         return estimate
 
     def finish(self, pair: _Pair, estimate: Callable[[Mapping[Key, float]], dict[Key, float]]) -> CheckedRun:
-        """Return the finer run with the errors of its signals and energies."""
+        """Return the finer run with the errors of its signals, energies and energy balance."""
         run, signals = pair.fine.trajectory, pair.difference
         (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
         energies = Difference(coarse, fine, grid=signals.grid)
@@ -284,7 +283,7 @@ class _Refinement:
     ) -> CheckedRun:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
 
-        Only those that something depends on are computed at once: limited ones, of places and of vibrating forces.
+        Errors that have a limit, of places and of forces with a running mean, are computed at once; others when they are read.
         """
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}

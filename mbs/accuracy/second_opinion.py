@@ -22,7 +22,7 @@ from .refine import refine
 from .trajectory import Trajectory
 
 NEGLIGIBLE = 0.1
-"""Difference of two solvers that is always allowed, over the accuracy requested."""
+"""Difference of two solvers that is always allowed, over the accuracy requested. A convention."""
 NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 

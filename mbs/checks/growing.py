@@ -30,7 +30,7 @@ class Growth:
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)
         tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
-        if tangent.definite:
+        if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)
         found = spectrum(tangent)
         growing = [(float(found.growth[i]), np.real(found.shapes[:, i])) for i in np.flatnonzero(found.growth > 0.0)]

@@ -33,7 +33,7 @@ def explain_idle(run: Run, result: Result) -> dict[str, str]:
 
 
 def find_suspicions(run: Run, result: Result) -> Iterator[str]:
-    """Yield the faults that checks find in a run and its result, in words; none for a run that failed."""
+    """Yield the faults that checks find in a run and its result, in words; one if it is of `FIRST`, none if the run failed."""
     if not result.status.finished:
         return
     for check in FIRST:

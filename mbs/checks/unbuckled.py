@@ -67,8 +67,8 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
     forces = {name: recent_mean(time, result.signals[f"{name}.axial_force"], period / 4) for name, period in periods.items()}
     unbent = {link.name: _unbent(record, result, link) for link in strips}
-    least = {link.name: COMPRESSED * link.body.section.euler_load(record.links[link.name].length) for link in strips}
-    compressed = {name: (-force > least[name]) & unbent[name] for name, force in forces.items()}
+    least_load = {link.name: COMPRESSED * link.body.section.euler_load(record.links[link.name].length) for link in strips}
+    compressed = {name: (-force > least_load[name]) & unbent[name] for name, force in forces.items()}
     if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
@@ -122,5 +122,5 @@ def recent_mean(time: Array, values: Array, span: float) -> Array:
     """Compute at each sample the mean over the last `span` seconds, or since the start, (times,)."""
     total = trapezoidal(time, values)
     begin = np.maximum(time - span, time[0])
-    mean = (total - np.interp(begin, time, total)) / np.maximum(time - begin, 1e-300)
+    mean = (total - np.interp(begin, time, total)) / np.maximum(time - begin, 1e-300)  # at the start, replaced below
     return np.where(time > begin, mean, values)

@@ -50,7 +50,7 @@ Curve = Callable[[Array], Array]
 
 
 class PreparedMember(NamedTuple):
-    """Compiled scene of a member, its initial state, the columns of its signals; see also `steps_over_impacts`."""
+    """Compiled scene of a member, its initial state and its signals; `steps_over_impacts` is the answer of that function."""
 
     scene: CompiledScene
     start: RunState
@@ -60,7 +60,7 @@ class PreparedMember(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Settings that all members have in common; it can be pickled for another process."""
+    """Runs of members, with the settings that all have in common; it can be pickled for another process."""
 
     members: Members
     duration: float  # [s]
@@ -75,7 +75,7 @@ class Task:
         return [(k, *self._run_one(k, prepared)) for k in members]
 
     def _prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
-        """Compile the scene of a member, unless only the initial state differs from that of an earlier member."""
+        """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
         source = self.members.source(k)
         if source not in prepared or self.members.paths:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
@@ -94,7 +94,7 @@ class Task:
         def accumulate(out: Output) -> None:
             """Add the values of the formulas at the rows of a block of output."""
             if over_impacts:
-                last[:], out = [out], add_states(scene, last, out)
+                last[:], out = [out], add_states(scene, last, out)  # `add_states` still sees the block before
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             sums.add(out.time, columns(formulas, signals))
@@ -113,8 +113,8 @@ class Task:
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
 
-    Interpolated states within the steps then supply the peaks. With strips they are not used: an interpolated shape has too large
-    forces.
+    Interpolated states within the steps then supply the peaks. With strips they are not used: the forces of an interpolated shape
+    are too large.
     """
     tables = scene.tables
     journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())

@@ -67,7 +67,7 @@ class Norm(StrEnum):
     RMS : root of the mean square over time; bounds the error of means
     PEAK : largest magnitude; bounds the error of the largest value
     IMPULSE : largest magnitude of the integral; bounds the error of an impulse
-    ONSET : shift of the times at which a contact closes or opens, over the run
+    ONSET : largest shift of the times at which a contact closes, over the run
     """
 
     RMS = "rms"

@@ -68,7 +68,7 @@ class Cubics:
 
     def __init__(self, time: Array, times: Array) -> None:
         self.step, h, s = _find_steps(time, times, 1)
-        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)
+        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)  # weights
 
     def __call__(self, values: Array, speeds: Array) -> Array:
         """Interpolate functions, from values and speeds at the samples, each (functions, samples)."""
@@ -128,7 +128,7 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 
 
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate from the first time, each (..., times), to the fourth order; for values known to rounding.
+    """Integrate rates, (..., times), from the first time to the fourth order; for values known to rounding.
 
     The trapezoidal rule is corrected by slopes at both ends of a step: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5).
     A slope is that of the parabola through three neighbours; at a kink, of the parabola on the same side. Between secants of one

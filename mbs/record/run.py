@@ -132,7 +132,7 @@ def ledger(record: Record) -> dict[str, Array]:
         Stored: `kinetic`, `strain`, `contact`, `weight`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
         `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy.
         `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. Potentials count from
-        their minimum. Each joint with clearance has `<point>.taken_contact` and `<point>.taken_friction`.
+        their minimum. Each joint with clearance also has `<point>.taken_contact` and `<point>.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     stored = {"kinetic": zero, "strain": zero}
@@ -141,7 +141,7 @@ def ledger(record: Record) -> dict[str, Array]:
     of_joints: dict[str, Array] = {}
     for name, element in Scene.of(record.mechanism).elements.items():
         for kind, what, values in element.energies(name, record):
-            if kind == "single":
+            if kind == "single":  # of one joint with clearance, already in a sum
                 of_joints[what] = values
                 continue
             key = what if kind == "held" else f"{kind}_{what}"
