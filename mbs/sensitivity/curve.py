@@ -14,7 +14,7 @@ from ..geometry import Array
 SETTLED = 0.1
 """Part of the run, at its end, over which `settled` takes the mean."""
 SLOPE_SAMPLES = 5
-"""Number of samples from which a slope is computed."""
+"""Number of samples from which a slope is computed: the error of the slope is of the fourth order."""
 JUMP_TIME = 1e-11
 """Largest time between the two samples at a jump, over the duration of the run."""
 JUMP_INTERVAL = 1e-3
@@ -78,7 +78,7 @@ class Curve:
         return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is the last outside."""
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is next to it, outside."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:

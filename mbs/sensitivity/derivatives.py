@@ -23,7 +23,7 @@ from ..statics.answer import DEGREE_STEP
 from ..validate import positive
 from .numbers import Family, Source
 from .reading import FAILURES, statical
-from .runs import Reading, Readings, finer, needs_compiler, read, readings_of
+from .runs import Reading, Readings, divide_tolerances, needs_compiler, read, readings_of
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
@@ -47,6 +47,8 @@ KINK_RATIO = 0.5
 """Ratio of the gaps between one-sided derivatives, finer over coarser, above which there is a kink; 1/4 for a smooth reading."""
 LEAST_KINK = 1e-3
 """Least gap between one-sided derivatives at a kink, over the derivative."""
+KINK_OVER_ERROR = 10.0
+"""Least gap at a kink over the difference of the two central differences, which is large at a jump and in chaos."""
 
 
 class Derivative(NamedTuple):
@@ -185,7 +187,7 @@ def sensitivities(
 class Neighbours(NamedTuple):
     """Mechanisms that differ from a given one in one number.
 
-    `fixed` are arguments of the function that do not vary. Changes are widths times `scales`: numbers, or standard deviations.
+    `fixed` are arguments of the function that do not vary. A number changes by a width times its value in `scales`, see `_scale`.
     """
 
     family: Family
@@ -199,7 +201,7 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        coarse = finer(solver, 1 / WIDER, -DEGREE_STEP if (solver.degree or 0) > DEGREE_STEP else 0)
+        coarse = divide_tolerances(solver, 1 / WIDER, -DEGREE_STEP if (solver.degree or 0) > DEGREE_STEP else 0)
         levels = [(level, w, self.read(readings, level)) for level, w in ((solver, width), (coarse, WIDER * width))]
         slopes, reason = dict[str, list[Array]](), ""
         try:
@@ -207,7 +209,7 @@ class Neighbours(NamedTuple):
                 slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
         except USER_STOPS as stop:
             reason = str(stop)
-        (_, _, unchanged), rows = levels[0], []
+        (_, _, unchanged), rows = levels[0], []  # readings of the mechanism as given, by the finer solver
         for i, reading in enumerate(readings):
             value, derivatives = float(unchanged.values[i]), []
             relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
@@ -254,12 +256,12 @@ def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: 
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # gaps of a smooth reading are as the widths
+    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # 0 for a smooth reading
     error = abs(value - coarse) + noise
     reason = ""
     if not isfinite(value + coarse):
         reason = "a run beside it failed" if isfinite(empty.value) else "the reading has no value there"
-    elif abs(gap) > max(KINK_RATIO * abs(coarse_gap), 10 * abs(value - coarse), LEAST_KINK * abs(value)):
+    elif abs(gap) > max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value)):
         reason = f"a kink: {below:.4g} below, {above:.4g} above"
     elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(empty.value):
         reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"

@@ -16,7 +16,7 @@ from ..units import unit_suffix
 from ..validate import positive, whole
 from .numbers import Family, Source
 from .reading import RunFailedError
-from .residuals import STEADY, check_ranges
+from .residuals import SOLVER, check_ranges
 from .runs import Reading, needs_compiler, readings_of
 from .searching import BINDS, EnoughError, Search, parse_constraint, point_of
 
@@ -88,11 +88,12 @@ def optimise(
     readings : dict of str to text or callable, optional
         Names for readings that `minimise` and `subject_to` may use: texts, or functions of the mechanism that return a number.
     solver : Spectral, optional
-        By default with a tolerance of 1e-8.
+        Solver of the search, by default with a tolerance of 1e-8 and strips of degree 8; the finer run adds 4 to the degree.
     start : dict of str to float, optional
         First start of the search: numbers by their paths, SI; by default the middles of the ranges.
     starts : int
-        Number of starts. The others are points of a Halton sequence over the ranges; the best of them are used.
+        Number of starts: `start`, and points of a Halton sequence over the ranges. The search descends from `start` and from the
+        three other points with the smallest violation of constraints, or the smallest reading if they violate none.
     budget : int
         Largest number of runs, derivatives included, after which the best design so far is returned.
     timeout, progress
@@ -118,16 +119,16 @@ def optimise(
     duration = None if duration is None else float(positive("duration", duration, "s"))
     used = readings_of({name: named.get(name, name) for name in names}, moving=duration is not None)
     check_ranges(free)
-    family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
+    family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))  # 0.0 is not used: a search sets all free numbers
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
-    search = Search(family, used, minimise, constraints, dict(free), duration, solver or replace(STEADY, degree=8), budget)
+    search = Search(family, used, minimise, constraints, dict(free), duration, solver or replace(SOLVER, degree=8), budget)
     watching.get().most = budget
     return _answer(search, [_first(free, start or {}), *others])
 
 
 def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]) -> Array:
-    """Scale the user's start to the unit cube; numbers without a start are in the middle."""
+    """Scale the user's start to the unit cube of the ranges; numbers without a start are in the middle."""
     for name, value in start.items():
         if name not in ranges:
             raise ValueError(f"start['{name}']: free has no range of that name")
@@ -139,7 +140,7 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
 
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
     """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
-    _until_enough(search, lambda: search.from_starts(starts))
+    _until_enough(search, lambda: search.descend_from_starts(starts))
     tried: list[tuple[Array, Array, Array]] = []
     for _ in range(1 + MOST_CORRECTIONS):
         x = search.best()
@@ -149,7 +150,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
         if tried and point_of(x) == point_of(tried[-1][0]):  # the last correction did not change the design
             break
-        coarse, fine = search.cache[point_of(x)], search.check(x)
+        coarse, fine = search.cache[point_of(x)], search.read_finer(x)
         tried.append((x, coarse, fine))
         if not search.list_violated(fine) or search.stopped or search.runs >= search.budget:
             break
@@ -159,7 +160,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
-    """Take a step of a search; the step ends early if runs or time are used up, or if all constraints are met."""
+    """Take a step of a search until it ends, runs or time are used up, or, with nothing to minimise, constraints are met."""
     try:
         step()
     except EnoughError:
@@ -171,6 +172,7 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
 def _design(search: Search, x: Array, coarse: Array, fine: Array) -> Design:
     """Make the result at a point x of the cube from its readings by the search, `coarse`, and by a finer run, `fine`."""
     violated, pairs = search.list_violated(fine), search.pairs(fine)
+    # with the budget used up, only a design that meets all constraints, with nothing to minimise, is complete
     complete = not search.stopped and (search.runs < search.budget or not (search.objective or violated))
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS

@@ -37,7 +37,7 @@ UNIDENTIFIED = 0.5
 CORRELATED = 0.95
 """Correlation of two numbers above which the data identify only a combination of them."""
 FROM_AXIS = 0.1
-"""First measured angle, over the range of the measured angles, above which they seem to count from the x axis, not from t = 0."""
+"""First measured angle over the range of the angles; above it they seem to count from the x axis, not from the pose at t = 0."""
 
 
 class Interval(NamedTuple):
@@ -60,7 +60,7 @@ class ProfileLikelihood(NamedTuple):
         for at, cost, infinite in (
             (self.at[best::-1], self.cost[best::-1], -np.inf), (self.at[best:], self.cost[best:], np.inf)
         ):  # fmt: skip
-            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # linear where the cost is a parabola
+            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # linear in the number where the cost is a parabola
             level = np.sqrt(self.level - cost[0])
             ends.append(float(np.interp(level, root, at)) if root[-1] >= level else infinite)
         return Interval(*ends)
@@ -123,9 +123,9 @@ def fit(
     free : dict of str to (low, high)
         Numbers by their paths with their ranges, SI. `time_zero` is the time of the data at which the run begins.
     solver : Spectral, optional
-        By default with a tolerance of 1e-8.
+        Solver of the runs, by default with a tolerance of 1e-8.
     starts : int
-        Number of starts: the middle of the ranges, and points of a Halton sequence; the best of them are used.
+        Number of starts: the middle of the ranges, and points of a Halton sequence. The two with the least cost are used.
     profiles : sequence of str
         Numbers whose interval is found by the profile likelihood: at nine values of each, all other numbers are fitted again.
     timeout, progress
@@ -152,12 +152,12 @@ def fit(
     problem = FitProblem.of(mechanism, experiments, free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    evaluations = starts + (BEST_STARTS + 1) * MOST_EVALUATIONS * (1 + 2 * len(problem.names))
+    evaluations = starts + (BEST_STARTS + 1) * MOST_EVALUATIONS * (1 + 2 * len(problem.names))  # at most 2 runs a slope
     watching.get().most = len(problem.experiments) * evaluations
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if not problem.has_errors and not problem.stopped:
-            problem.weigh(best)
+            problem.estimate_errors(best)
             best = _solve(problem, best)
         for name in profiles if not problem.stopped else ():
             likelihoods[name] = _profile(problem, best, name)

@@ -112,7 +112,7 @@ def _change(
         if norm is Norm.ONSET:
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
-        error = error / float(time[-1]) if norm is Norm.IMPULSE else error  # the constant error that has this impulse
+        error = error / float(time[-1]) if norm is Norm.IMPULSE else error  # constant over the run, with this impulse
         shapes = (np.sign(x),) if reading in OF_CONTACTS else (np.sign(x), np.ones(len(x)))  # signal larger, or shifted
         changed = [value_of(leaf, time, {**signals, short: x + side * error * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))

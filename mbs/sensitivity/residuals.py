@@ -22,8 +22,8 @@ from .runs import run
 
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
-STEADY = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver; the error of a reading over `WIDTH` is an error of the derivatives, and must be small."""
+SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
+"""Default solver: the error of a reading, over `WIDTH`, is an error of its derivatives."""
 WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAR = 1e3
@@ -70,15 +70,15 @@ class FitProblem:
         if both := sorted(settings & set(free)):
             raise ValueError(f"free['{both[0]}']: the experiments set it")
         varied = [name for name in (*free, *settings) if name != TIME_ZERO]
-        family = Family.of(mechanism, varied, dict.fromkeys(varied, 0.0))
+        family = Family.of(mechanism, varied, dict.fromkeys(varied, 0.0))  # 0.0 is not used: runs have values of their own
         measured = {name: gather(experiments, name) for name in signals_of(experiments)}
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
-        guess = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
+        sizes = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
         given = {name: error for experiment in experiments for name, error in experiment.errors.items()}
         units = {name: (family.units | {TIME_ZERO: "s"})[name] for name in free}
         low, high = np.array(list(free.values()), dtype=float).T
-        return cls(family.make, experiments, list(free), low, high, guess | given, units, solver or STEADY)
+        return cls(family.make, experiments, list(free), low, high, sizes | given, units, solver or SOLVER)
 
     @property
     def has_errors(self) -> bool:
@@ -151,7 +151,7 @@ class FitProblem:
                 residuals.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
         return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in residuals.items()}
 
-    def weigh(self, x: Array) -> None:
+    def estimate_errors(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
         given = {name for experiment in self.experiments for name in experiment.errors}
         for name, value in self.residual_sizes(x).items():

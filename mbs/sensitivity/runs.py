@@ -33,11 +33,11 @@ class Readings(NamedTuple):
     errors: Array
 
 
-def finer(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
-    """Return a solver with tolerances divided by a factor, and with `degrees` added to the degree of strips."""
-    steps = replace(solver.steps, tolerance=solver.tolerance / factor) if isinstance(solver.steps, Controlled) else solver.steps
+def divide_tolerances(solver: Spectral, divisor: float, degrees: int = 0) -> Spectral:
+    """Return a solver with tolerances divided by a number, and with `degrees` added to the degree of strips."""
+    steps = replace(solver.steps, tolerance=solver.tolerance / divisor) if isinstance(solver.steps, Controlled) else solver.steps
     degree = solver.degree + degrees if solver.degree else None
-    return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / factor), degree=degree)
+    return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / divisor), degree=degree)
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:

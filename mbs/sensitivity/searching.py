@@ -21,12 +21,12 @@ from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, statical
 from .residuals import FAR, WIDTH
-from .runs import Reading, finer, read
+from .runs import Reading, divide_tolerances, read
 
 EXACT = 1e-3
 """Default tolerance of a constraint `reading = value`, relative to the value."""
 MET = 1e-6
-"""Largest relative violation of a constraint that counts as met: the accuracy of a search."""
+"""Largest relative violation with which a constraint counts as met: the accuracy of a search."""
 BINDS = 1e-3
 """Relative distance from an end of its interval up to which a constraint is binding."""
 NARROW = 0.1
@@ -120,10 +120,11 @@ def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
 
 @dataclass
 class Search:
-    """Readings as functions of a point of the unit cube; `objective` is the name of the reading to minimise, '' if there is none.
+    """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
 
-    `offset` is added to all readings: a finer run less a run of the search at the best point so far. `failed` is the message of
-    the first run if it failed, `stopped` the reason why the search ended early. `cache` maps rounded points to readings.
+    `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, is a finer run less a run of
+    the search at the best point so far. `failed` is the message of the first run if it failed, `stopped` the reason of an early
+    end. `cache` maps rounded points to readings.
     """
 
     family: Family
@@ -221,8 +222,8 @@ class Search:
         points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
         return min(points, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if points else None
 
-    def from_starts(self, starts: Sequence[Array]) -> None:
-        """Minimise from the first start, then from the best of the others."""
+    def descend_from_starts(self, starts: Sequence[Array]) -> None:
+        """Minimise from the first start, the user's, then from the `BEST_STARTS` best of the others."""
         for group in (starts[:1], starts[1:]):
             ranked = sorted((self.merit(self.evaluate(x)), k) for k, x in enumerate(group))
             for (_, objective), k in ranked[:BEST_STARTS]:
@@ -237,7 +238,7 @@ class Search:
                                   method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
         _, objective = self.merit(self.evaluate(x))
-        row, scale = self.row[self.objective], abs(objective) or 1.0
+        row, scale = self.row[self.objective], abs(objective) or 1.0  # the reading is minimised over its first size
         ends = [(self.row[constraint.reading], *end) for constraint in self.constraints for end in constraint.ends]
         margins = {
             "type": "ineq",
@@ -250,10 +251,10 @@ class Search:
             constraints=[margins] if ends else (),
         )  # fmt: skip
 
-    def check(self, x: Array) -> Array:
-        """Compute the readings at a point by a finer run."""
+    def read_finer(self, x: Array) -> Array:
+        """Compute the readings at a point by a finer run; readings of equilibria and functions need none."""
         needs_run = any(isinstance(reading, str) and not statical(reading) for reading in self.readings.values())
-        return self.read(x, finer(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
+        return self.read(x, divide_tolerances(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
 
 
 def point_of(x: Array) -> tuple[float, ...]:

@@ -103,14 +103,14 @@ def check_path(to: float, steps: int, step: float, longest: float, **alternative
         raise ValueError(f"{', '.join(alternatives)}: give one of them")
 
 
-def explain_end(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
+def explain_end(ended: str, last: float, start: float, to: float, steps: int) -> tuple[Ending, str]:
     """Return status and message of a path that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
         "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
         "singular": f"it cannot be followed beyond {last:.6g}",
         "closed": "it came back to its start",
-        "back": f"it turned and came back to {begun:.6g}",
+        "back": f"it turned and came back to {start:.6g}",
         "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
     statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}

@@ -28,15 +28,15 @@ TARGET_TURN = 0.15
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
-"""Tolerance of the rough root at a crossing, and half the spacing of the points about it, over the step."""
+"""Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, over the step."""
 ALIKE = 1e-3
-"""Largest difference of the roots by 4 and by 6 points, over their spacing; above it `root` is used."""
+"""Largest difference of the roots by 4 and by 6 points, over the spacing of points; above it `root` is used."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 KNOWN_POINTS = 3
 """Number of known equilibria through which a step is interpolated."""
 BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs at which a corner of the path is searched, and lengths of the first step behind it."""
+"""Arcs up to which a corner of the path is searched, and lengths of the first step behind it, tried in this order."""
 HALVINGS = 30
 """Number of halvings that locate a corner: to a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
@@ -53,10 +53,10 @@ class Step(NamedTuple):
 
 
 class Arc:
-    """Pseudo-arclength continuation of a problem over its parameter, from `begun` to `to`."""
+    """Pseudo-arclength continuation of a problem over its parameter, from `start` to `to`."""
 
-    def __init__(self, problem: Problem, begun: float, to: float) -> None:
-        self.problem, self.span = problem, to - begun
+    def __init__(self, problem: Problem, start: float, to: float) -> None:
+        self.problem, self.span = problem, to - start
         n, r = problem.scene.size, len(problem.scene.row_names)
         self.metric = np.concatenate([1.0 / problem.extents**2 / n, np.zeros(r), [1.0 / self.span**2]])
 
@@ -115,11 +115,11 @@ class Arc:
             after = self.direction(state, direction)
             return state, after, float(self.metric * direction @ after) < np.cos(CORNER)
 
-        for beyond in BEYOND:
-            *_, has_turned = look_ahead(beyond)
+        for far in BEYOND:
+            *_, has_turned = look_ahead(far)
             if not has_turned:
                 continue
-            near, far = 0.0, beyond
+            near = 0.0
             for _ in range(HALVINGS):
                 middle = 0.5 * (near + far)
                 *_, has_turned = look_ahead(middle)

@@ -20,7 +20,7 @@ from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum
 
 FEW = 1
-"""Number of eigenvalues above zero that are computed for a large tangent: the next ones to pass zero."""
+"""Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
 MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece: a parabola that touches zero in the next piece decreases by 3/4."""
 SHORTEST_PIECE = 1.6e-3
@@ -89,12 +89,12 @@ def find_criticals(
     found = []
     for piece, first, second, direction in _pieces(arc, step, before, after, end, last):
 
-        def rate(rest: Rest, ahead: Array = piece.direction) -> float:
-            """Compute the rate of the parameter along the path."""
+        def parameter_rate(rest: Rest, ahead: Array = piece.direction) -> float:
+            """Compute the rate of the parameter along the path, oriented as the piece."""
             return float(arc.direction(rest, ahead)[-1])
 
         limits = list[Critical]()
-        if piece.direction[-1] * direction[-1] < 0.0 and (rest := arc.root(piece, rate)):  # the parameter turns back
+        if piece.direction[-1] * direction[-1] < 0.0 and (rest := arc.root(piece, parameter_rate)):  # the parameter turns back
             limits.append(Critical("limit", rest, 1, arc.direction(rest, piece.direction)[: len(rest.q), None]))
         pairs = _pairs(arc.problem, piece, first, second)
         found += [*limits, *_branchings(arc, piece, pairs.shapes[:, pairs.crosses].T, limits)]
@@ -123,7 +123,7 @@ def _pieces(
         decreases = np.append(decreases, (mu_last - mu) / np.where(mu, mu, np.inf) * step.arc / last_step.arc)
     try:
         if step.arc < SHORTEST_PIECE or not (decreases > MOST_DECREASE).any():
-            raise StaticsError("short enough")
+            raise StaticsError("short enough")  # caught below: the step is not halved
         rest = arc.equilibrium_at(step, 0.5 * step.arc)
         middle = arc.direction(rest, step.direction)
         vector = arc.problem.vector(step.new) - arc.problem.vector(rest)

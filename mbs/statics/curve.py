@@ -1,8 +1,8 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
-The unknowns are a state x and the parameter p, with P(x, p) = x for the map P over a period of `shooting`. A tangent is scaled:
-coordinates in their units, rates over `pace`, and p over the range of the curve, (2 n + 1,). The metric weights the first two by
-the size of the motion. Critical points are roots along the arc at which multipliers, eigenvalues of dP/dx, pass 1 or -1.
+The unknowns are a state x and the parameter p, with P(x, p) = x for the map P over a period T of `shooting`. A tangent is scaled,
+(2 n + 1,): coordinates over their units, rates over these units times 2 pi/T, p over its range. In the metric coordinates and
+rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ SHORTEST = 1e-5
 SMALL = 1e-3
 """Least size of a motion in the metric, in units of coordinates."""
 MOST_CHANGE = 0.5
-"""Largest change of a multiplier in a step, over its distance from 1; a longer step may miss a narrow resonance."""
+"""Largest change of a multiplier in a step, over its distance from 1; a step with a larger change may miss a narrow resonance."""
 NARROW = 1e-3
-"""Arc length, or change of the parameter over its range, below which a multiplier may change more, as at a fold."""
+"""Arc length, or change of the parameter over its range, below which a multiplier may change more than `MOST_CHANGE`."""
 CURVE_BUDGET = 20 * BUDGET
 """Most integration steps of all runs of a curve."""
 
@@ -64,7 +64,7 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
 
-    `rest` has the coordinates at the start of a period, and the parameter.
+    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1, as the points are found one by one.
     """
 
     kind: str
@@ -75,7 +75,7 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, up to `to`; errors need a higher degree unless it is `fixed`."""
+    """Periodic motions over the parameter of a problem, up to `to`. If the degree of strips is `fixed`, errors leave it out."""
 
     shooting: Shooting
     problem: Problem
@@ -83,8 +83,8 @@ class ResponseCurve:
     fixed: bool
 
     def __post_init__(self) -> None:
-        self.begun = self.problem.drawn
-        self.span = self.to - self.begun
+        self.start = self.problem.initial
+        self.span = self.to - self.start
 
     def set_parameter(self, parameter: float) -> None:
         """Set the parameter, and the period with it."""
@@ -128,11 +128,12 @@ class ResponseCurve:
         for k in range(ITERATIONS):
             self.set_parameter(parameter)
             state = shooting.project(state)
-            residual = np.append(shooting.change(state, basis, shooting.run(state, adaptive=k == 0)), 0.0)
+            out = shooting.run(state, adaptive=k == 0)  # the first run chooses the steps, so that the others differ smoothly
+            residual = np.append(shooting.change(state, basis, out), 0.0)
             largest = float(np.abs(residual).max(initial=0.0))
             if k:
                 matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
-            if not largest < (2.0 if least > CLOSED else 0.5) * least:  # it may grow at first, and ends at rounding
+            if not largest < (2.0 if least > CLOSED else 0.5) * least:  # a large residual may double, one below CLOSED must halve
                 break
             least, best, previous = largest, (state, parameter), residual
             step = solve(matrix, -residual)
@@ -180,18 +181,18 @@ class ResponseCurve:
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):
-                root, found = self.crossing(orbit, new, arc, function)
+                root, found = self.find_root(orbit, new, arc, function)
                 curve, error = self, abs(new.parameter - orbit.parameter)
                 with suppress(StaticsError):
                     finer, state, tangent = self.refine(orbit)
                     start = finer.orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
-                    refined = finer.find_near(start, function, root, arc)
+                    refined = finer.refine_root(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
                 rest = Rest(found.found.state.q, np.empty(0), found.parameter)
                 yield root, CriticalMotion(kind, rest, curve.motion(found)), error
 
-    def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
-        """Find the root of a function in a step by Brent's method; return arc and motion, the nearest known ones if it fails."""
+    def find_root(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
+        """Find the root of a function in a step by Brent's method; return its arc and motion, or the nearest if that fails."""
         known = {0.0: orbit, arc: new}
 
         def evaluate(trial: float) -> float:
@@ -207,7 +208,7 @@ class ResponseCurve:
             root = min(known, key=lambda other: abs(function(known[other])))
         return root, known[root]
 
-    def find_near(self, orbit: Orbit, function: Callable[[Orbit], float], root: float, arc: float) -> Orbit:
+    def refine_root(self, orbit: Orbit, function: Callable[[Orbit], float], root: float, arc: float) -> Orbit:
         """Find the root of a function near the arc `root`, in a step of length `arc`, by three steps of Newton's method.
 
         The slope is computed once, from a difference over a twentieth of the step: smaller differences are rounding.
@@ -233,9 +234,9 @@ class ResponseCurve:
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
-        orbits, criticals, ended, arc = [self.orbit(state, self.begun)], list[tuple[CriticalMotion, float]](), "steps", step
+        orbits, criticals, ended, arc = [self.orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
         self.shooting.left = CURVE_BUDGET
-        while len(orbits) <= steps and ended == "steps":
+        while len(orbits) <= steps and not ended:
             last = orbits[-1]
             try:
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
@@ -249,22 +250,22 @@ class ResponseCurve:
                 ended = "spent" if isinstance(error, SpentError) else "stopped"
                 break
             except StaticsError:
-                arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"
+                arc, ended = 0.4 * arc, "" if arc > SHORTEST else "singular"
                 continue
             done = self._fraction(new.parameter)
             if not 0.0 < done < 1.0:
-                ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.begun)
+                ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.start)
                 criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
                 self.set_parameter(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
             arc = next_arc(arc, angle, longest)
-        return orbits, criticals, ended
+        return orbits, criticals, ended or "steps"
 
     def _fraction(self, parameter: float) -> float:
         """Return the fraction of the parameter's range, 0 at the start and 1 at the end."""
-        return (parameter - self.begun) / self.span
+        return (parameter - self.start) / self.span
 
 
 KINDS: dict[str, Callable[[Orbit], float]] = {

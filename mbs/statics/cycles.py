@@ -19,11 +19,11 @@ from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, values_of
 
 PARTS = 4
-"""Number of output intervals in a step: they show its polynomial."""
+"""Number of output intervals in a step, enough to draw its polynomial."""
 LEAST_INTERVAL = 1e-9
-"""Least distance of two output times of a run, over the period: an event has two rows."""
+"""Least distance of two output times, over the period: of the two rows at an event only the first is kept."""
 ROUNDS = 4
-"""Most refinements of a motion."""
+"""Most refinements of a motion, each to half the longest step and a 32nd of the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
         except SEARCH_STOPS:
             break
         new_values, changes, change = compare_multipliers(finer, start, new, values)
-        largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)  # smaller multipliers do not decide stability
+        largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)  # far smaller ones than 1 do not decide stability
         if largest > previous:
             break
         error, errors, previous = change, changes, largest
@@ -162,7 +162,8 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
     errors = distances_to(new_values, values)
     if finer.autonomous:
         distance = np.abs(new_values - 1.0)
-        errors = np.where(distance < 3.0 * distance.min(), np.maximum(errors, distance), errors)
+        is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these
+        errors = np.where(is_near, np.maximum(errors, distance), errors)
     return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.residual)
 
 

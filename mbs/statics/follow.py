@@ -99,7 +99,7 @@ def path(
             none = np.empty((0, problem.scene.size))
             return Path(Ending.NOT_REACHED, "its start was not found yet", "stopped", problem.scene, np.empty(0), none, [])
         finally:
-            problem.set_parameter(problem.drawn)
+            problem.set_parameter(problem.initial)
 
     watching.get().most = 2 * steps
     return _refine(run, degree)
@@ -128,7 +128,9 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         answer = found if fixed else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10:  # a path costs many states
+        if (
+            fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10
+        ):  # lower than for one state, as a path has many
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
@@ -157,11 +159,11 @@ class _Follower:
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
-        self.begun = problem.drawn if isinstance(problem, Varied) else 0.0
+        self.start = problem.initial if isinstance(problem, Varied) else 0.0  # loads and drives begin at 0
         self.steps, self.step, self.longest = steps, step, longest
-        if to == self.begun:
+        if to == self.start:
             raise ValueError(f"to = {to:g}: the path begins there")
-        self.arc = Arc(problem, self.begun, to)
+        self.arc = Arc(problem, self.start, to)
 
     def run_all(self, branches: bool) -> Path:
         """Follow the path from the start and, if `branches`, the paths that leave it."""
@@ -169,15 +171,15 @@ class _Follower:
         for point in first.points if branches else ():
             for shape in self._leaving_shapes(point) if point.kind == "branching" else ():
                 if not watching.get().ended:
-                    first.branches.append(self.run(self._offset_load(point), self._unit(shape)))
+                    first.branches.append(self.run(self._offset_parameter(point), self._unit(shape)))
         return first
 
     def _find_start(self) -> Rest:
         """Find the equilibrium under the constant loads; for a movable mechanism, under the first step of the load as well."""
         problem = self.problem
-        problem.set_parameter(self.begun)
+        problem.set_parameter(self.start)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
-        rest = find(others, 1.0)[0]._replace(parameter=self.begun)
+        rest = find(others, 1.0)[0]._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
             return settle(problem, rest._replace(parameter=self.step * self.to))
         return rest
@@ -192,7 +194,7 @@ class _Follower:
         q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
         growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
-        status = explain_end(ended, parameter[-1], self.begun, self.to, self.steps)
+        status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
@@ -207,7 +209,7 @@ class _Follower:
         for _ in range(self.steps):
             at_corner = False
             try:
-                watching.get().step((rest.parameter - self.begun) / (self.to - self.begun))
+                watching.get().step((rest.parameter - self.start) / (self.to - self.start))
                 step = self.arc.advance(rest, direction, arc)
             except StaticsError:
                 try:
@@ -216,14 +218,14 @@ class _Follower:
                     return "singular"
             after = self.arc.direction(step.new, step.direction)
             if self.arc.may_have_jumped(step, after):
-                arc = 0.3 * step.arc  # repeat the step
+                arc = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
                 continue
             state = state_at(self.problem, step.new)
             found = [] if at_branching or at_corner else find_criticals(self.arc, step, states[-1], state, after, last)
             if leaving := self._find_branch(found):
                 number, direction = leaving
                 points += found[: number + 1]
-                rest, at_branching, last, self.branch = self._offset_load(found[number]), True, None, None
+                rest, at_branching, last, self.branch = self._offset_parameter(found[number]), True, None, None
                 arc = min(self.step, BRANCH_STEP)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
@@ -238,21 +240,21 @@ class _Follower:
                 return reason
         return "steps"
 
-    def _offset_load(self, point: Critical) -> Rest:
+    def _offset_parameter(self, point: Critical) -> Rest:
         """Return the state of a branching with a parameter slightly nearer to the end, where the tangent is not singular."""
-        return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.begun))
+        return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.start))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
         """Return the reason if the path ends with the last step, which found `new` critical points; else ''.
 
         The last equilibrium then becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
         """
-        if (rests[-1].parameter - self.begun) / (self.to - self.begun) >= 1.0:
+        if (rests[-1].parameter - self.start) / (self.to - self.start) >= 1.0:
             try:
                 rests[-1] = self.problem.newton(rests[-1]._replace(parameter=self.to))
             except StaticsError:
                 return "singular"
-            while points and (points[-1].rest.parameter - self.to) / (self.to - self.begun) > 0.0:
+            while points and (points[-1].rest.parameter - self.to) / (self.to - self.start) > 0.0:
                 points.pop()
             return "reached"
         if not self.arc.passes(last, rests[0]):

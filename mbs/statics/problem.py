@@ -32,7 +32,7 @@ LONGEST_STEP = 0.3
 CLOSE = 1e-10
 """Newton step, in units of the coordinates, that ends the iteration."""
 NOISE = 1e-8
-"""Newton step, in units of the coordinates, below which steps may stop shrinking: a critical point amplifies rounding."""
+"""Newton step, in units of the coordinates, below which steps need not shrink: near a critical point rounding is amplified."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 CLOSED = 1e-9
@@ -65,7 +65,7 @@ class Plane(NamedTuple):
 
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter, which has the value `drawn` in the mechanism as given.
+    """Equations of equilibrium of a scene over a parameter, which has the value `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
     for none. `shift` [1/s^2] is the number near which the last spectrum along a path has its eigenvalues.
@@ -74,7 +74,7 @@ class Problem:
     scene: CompiledScene
     loads: Sequence[int] = ()
     row: int = -1
-    drawn: float = 1.0
+    initial: float = 1.0
     shift: float = 0.0
 
     def __post_init__(self) -> None:
@@ -121,7 +121,7 @@ class Problem:
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative (n + r,) of the residuals by the parameter, which are linear in it; `here` are their values."""
+        """Compute the derivative (n + r,) of the residuals by the parameter; they are linear in it. `here` has residuals."""
         force, gap = here or self.residual(rest, False)[:2]
         next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([next_force - force, next_gap - gap])

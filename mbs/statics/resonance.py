@@ -93,19 +93,19 @@ def response(
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
     if load is None and parameter is None:
         positive("to", to, "Hz")
-        problem: Problem = Paced(shooting.scene, drawn=1.0 / shooting.period)
+        problem: Problem = Paced(shooting.scene, initial=1.0 / shooting.period)
     else:
         problem = problem_over(mechanism, shooting.scene.degree, load, None, parameter)
-    if float(to) == problem.drawn:
+    if float(to) == problem.initial:
         raise ValueError(f"to = {to:g}: the curve begins there")
     curve = ResponseCurve(shooting, problem, float(to), degree is not None)
-    curve.set_parameter(problem.drawn)
+    curve.set_parameter(problem.initial)
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
         return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
     finally:
-        curve.set_parameter(problem.drawn)
+        curve.set_parameter(problem.initial)
 
 
 def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:
@@ -114,5 +114,5 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
     errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
     motions, points = [curve.motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
-    status = explain_end(ended, parameters[-1], curve.begun, curve.to, len(orbits) - 1)
+    status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
     return Response(*status, ended, curve.shooting.scene, parameters, q, points, errors, motions)

@@ -34,7 +34,7 @@ LOAD_STEP = 0.1
 CORRECTIONS = 4
 """Most Newton iterations of an implicit step: the first iteration stretches a strip that rotates."""
 CONVERGED = 0.2
-"""Largest change by the last iteration of an implicit step, over the step, with which the step is accepted."""
+"""Largest change by the last Newton iteration of an implicit step, over the step, with which the step is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 SETTLED = 1e-3
@@ -42,7 +42,7 @@ SETTLED = 1e-3
 DISPLACEMENTS = 20
 """Number of displacements from unstable equilibria after which such an equilibrium is the answer."""
 ROUNDING = 1e-9
-"""Change of the pose by an implicit step, in units of the coordinates, whose work is rounding."""
+"""Change of the pose by an implicit step, in units of the coordinates, below which the sign of its work is rounding."""
 FRICTION = "friction may hold it elsewhere"
 """Remark on equilibria of mechanisms with dry friction, which the statics leave out."""
 
@@ -120,7 +120,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                     return found
                 fastest = int(np.argmax(spectrum.growth))
                 shape, displacements = np.real(spectrum.shapes[:, fastest]), displacements + 1
-                displacement = 1e-2 * shape / np.abs(shape / problem.units).max()
+                displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
                 new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
         rest = new
         if distance > endless:
@@ -141,7 +141,7 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
     if tau == 0.0:
         ratio = np.abs(begin.stiffness.diagonal()) / mass_matrix.diagonal()
         tau = 1.0 / max(float(np.median(ratio)), 1e-6)
-    for _ in range(60):
+    for _ in range(60):  # each at least halves tau
         new, last = rest, begin
         for iteration in range(CORRECTIONS):
             force = last.force - mass_matrix @ (new.q - rest.q) / tau
@@ -150,14 +150,14 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
             new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
             step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
             change = float(np.abs(step / units).max(initial=0.0))
-            work_at_begin = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))
+            start_work = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))
             rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
-            goes_forward = work_at_begin >= -rounding or change < ROUNDING
+            goes_forward = start_work >= -rounding or change < ROUNDING
             is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
             if not (is_short and goes_forward) or (iteration and correction > CONVERGED * change):
                 break
             force, _, last = problem.residual(new)
-            if change < ROUNDING or float(step @ force) >= -max(work_at_begin, 0.0):  # else it went deep into an open contact
+            if change < ROUNDING or float(step @ force) >= -max(start_work, 0.0):  # else it went deep into an open contact
                 return new, tau * min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300))), change
         tau *= max(0.1, min(0.5, TARGET_MOVE / change)) if np.isfinite(change) and change > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")

@@ -30,14 +30,14 @@ COARSER = 1e4
 FINE = 1e-10
 """Tolerance with which runs on stored steps locate events."""
 STRUCK = 1e-3
-"""Factor of the tolerance of runs with onsets of contacts: their steps differ, so that their errors do not cancel."""
+"""Factor of the tolerance of runs with onsets of contacts: steps of two such runs differ, so that errors do not cancel."""
 LONGEST = 1 / 64
 """Longest step over the period."""
 OFFSET = 2e-5
 """Half width of the differences, in units of coordinates and rates."""
 LEAST = 1e-5
 """Least half width of the differences, limited by the error `FINE` of events over it."""
-RETRIES = 20
+STEP_RATIO = 20
 """Most steps of a run on stored steps, over the number of stored steps."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: the error of the steps without damping."""
@@ -52,7 +52,7 @@ ITERATIONS = 12
 ONWARD = 8
 """Number of periods integrated between two attempts."""
 AT_REST = 1e-5
-"""Range of coordinates, in their units, below which a motion is rest."""
+"""Range of all coordinates in a period, in their units, below which a motion counts as rest."""
 FREE = 1e-6
 """Singular value of Newton's matrix, over the largest, below which a direction counts as free."""
 
@@ -73,7 +73,7 @@ class Found(NamedTuple):
 
 @dataclass
 class Shooting:
-    """Map of a state to the state a period [s] later, by runs with `left` more steps at most.
+    """Map of a state to the state a period [s] later, by runs that may take `left` more steps together.
 
     `tolerance` and `longest`, a step over the period, belong to the run that chooses the steps. Differences have the half width
     `width`. `autonomous` is True if nothing depends on time, `struck` if the motion has onsets of contacts. `grazes` is True if
@@ -120,11 +120,11 @@ class Shooting:
         """
         adapts = adaptive or self.struck
         tolerance = self.tolerance * (STRUCK if self.struck else 1.0) if adapts else FINE
-        most = max(1, self.left if adapts else min(self.left, RETRIES * len(self.shares)))
+        most = max(1, self.left if adapts else min(self.left, STEP_RATIO * len(self.shares)))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
         ends = None if adapts else self.shares * self.period
-        every = 2 if adapts and not self.struck else 1
+        every = 2 if adapts and not self.struck else 1  # stored steps, see `ends_of_steps`, are about as many
         watching.get().step()
         left = watching.get().time_left
         out, failure, counts = integrate(self.scene, self.period, solver, left, state=state, ends=ends, every=every)
@@ -222,7 +222,7 @@ class Shooting:
 
     def newton(self, state: RunState, matrix: Array | None = None) -> Found:
         """Solve P(x) = x by modified Newton's method; compute the monodromy matrix again if convergence is slow."""
-        basis, of_matrix, previous = self.basis(state), np.inf, np.inf  # of_matrix: residual where the matrix was computed
+        basis, at_matrix, previous = self.basis(state), np.inf, np.inf  # at_matrix: residual where the matrix was computed
         if matrix is None or len(matrix) != 2 * basis.shape[1]:
             matrix = np.empty((0, 0))
         best = Found(state, self.period, np.inf, self.run(state, adaptive=True), matrix)
@@ -232,21 +232,21 @@ class Shooting:
             residual = float(np.abs(change).max(initial=0.0))
             if residual < best.residual:
                 best = Found(state, self.period, residual, out, matrix)
-            elif of_matrix <= CLOSED:  # the residual is the error of the steps
+            elif at_matrix <= CLOSED:  # the residual is the error of the steps
                 break
             if not matrix.size or residual > 0.5 * previous:
-                basis, of_matrix = self.basis(state), residual
+                basis, at_matrix = self.basis(state), residual
                 change, matrix = self.change(state, basis, out), self.monodromy(state, basis)[1]
             previous = residual
             state = self._newton_step(state, basis, out, matrix, change)
         self.period = best.period
-        if best.residual <= CLOSED and of_matrix > CONVERGED:
+        if best.residual <= CLOSED and at_matrix > CONVERGED:
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
     def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, change: Array) -> RunState:
         """Take a step of Newton's method; if nothing depends on time, the period is unknown, and the step has the least norm."""
-        square = matrix - np.eye(len(matrix))
+        square = matrix - np.eye(len(matrix))  # derivative of P(x) - x
         if self.autonomous:
             to_free = basis.T / self.units**2
             by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace

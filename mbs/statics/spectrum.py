@@ -7,8 +7,8 @@ positive real part.
 
 In a thin strip the rounding error of the highest eigenvalue is larger than the lowest eigenvalue. Therefore eigenvalues of the
 inverse of K + shift M are computed, theta = 1/(shift - s^2). With left and right vectors y and z the condition number is
-|y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Values below
-their rounding error count as zero.
+|y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Eigenvalues
+below their rounding error count as zero.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from .algebra import (
 )  # fmt: skip
 
 ROUNDING = 16 * EPS
-"""Relative error of a matrix entry that is a sum of some dozen products."""
+"""Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
 UNKNOWN = 1e-4
 """Relative error of -s^2 by the inverse above which it is computed from M and K instead."""
 
@@ -146,8 +146,8 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> 
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
     modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, known_shift, count)
-    values, left, right, of_inverse, shift = modes
-    rounding = np.maximum(of_inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
+    values, left, right, inverse_errors, shift = modes
+    rounding = np.maximum(inverse_errors, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
     decays = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many near -1/(retardation time)
     order = np.lexsort((np.abs(values), decays))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
@@ -240,10 +240,10 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
     n, least = len(m), float(np.sqrt(_first_shift(m, k)))
     shift = least
     for _ in range(3):
-        of_places = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
-        of_rates = of_places.copy()
-        of_rates[:, :n] += np.eye(n) / shift
-        theta, left, right = eig(np.vstack([of_places, of_rates]), left=True)
+        place_rows = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
+        rate_rows = place_rows.copy()
+        rate_rows[:, :n] += np.eye(n) / shift
+        theta, left, right = eig(np.vstack([place_rows, rate_rows]), left=True)
         values = shift + invert(theta)
         upper = values.imag >= 0.0
         errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[upper]

@@ -26,7 +26,7 @@ class Varied(Problem):
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {value!r}")
         self.current = float(value)
-        super().__init__(CompiledScene.of(mechanism, degree), drawn=self.current)
+        super().__init__(CompiledScene.of(mechanism, degree), initial=self.current)
 
     def set_parameter(self, parameter: float) -> None:
         """Make the scene with a value of the number."""
@@ -36,7 +36,7 @@ class Varied(Problem):
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""
-        step = STEP * max(abs(rest.parameter), abs(self.drawn), 1e-300)
+        step = STEP * max(abs(rest.parameter), abs(self.initial), 1e-300)
         residuals = []
         for p in (rest.parameter + step, rest.parameter - step):
             self.set_parameter(p)
@@ -54,7 +54,7 @@ class Paced(Problem):
 
     def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""
-        self.scene.tables.time_factor[0] = parameter / self.drawn
+        self.scene.tables.time_factor[0] = parameter / self.initial
 
 
 def problem_over(
@@ -68,4 +68,4 @@ def problem_over(
         return Problem(scene, loads_of(scene, [load] if isinstance(load, str) else load))
     if drive not in scene.row_names:
         raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
-    return Problem(scene, (), scene.row_names.index(drive), drawn=0.0)
+    return Problem(scene, (), scene.row_names.index(drive), initial=0.0)

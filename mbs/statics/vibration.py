@@ -105,7 +105,7 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
     """Compute the spectrum at a state, and restore the parameter of the scene."""
     found = problem.spectrum(rest)
-    problem.set_parameter(problem.drawn)
+    problem.set_parameter(problem.initial)
     return found
 
 
