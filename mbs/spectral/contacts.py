@@ -81,8 +81,8 @@ def find_zero(h, start, start_rate, end, end_rate):
 def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step shall end the distance `outside` of the controls before the face, with an error up to this distance, or `landing`
-    if it is 0. Smooth onsets count if the contact also opens in the step, or if the controls say so.
+    The step shall end `controls.outside` [m] before the face, with an error up to this distance, or, if it is 0, up to `landing`.
+    Smooth onsets count if the contact also opens in the step, or if `controls.located` asks for all onsets.
     """
     landing, outside = controls.landing, controls.outside
     first, allowed = 2.0, outside if outside > 0.0 else landing

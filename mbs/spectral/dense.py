@@ -29,14 +29,14 @@ def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
 
 
 def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
-    """Return the states at `times` (times,) within a run."""
+    """Return the states at `times` (times,) within a run; bristles are linear over a step, other memories those of its start."""
     step = np.clip(np.searchsorted(out.time, times, side="right") - 1, 0, max(0, len(out.time) - 2))
-    nxt = np.minimum(step + 1, len(out.time) - 1)
-    h = out.time[nxt] - out.time[step]
+    following = np.minimum(step + 1, len(out.time) - 1)
+    h = out.time[following] - out.time[step]
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
     memory = out.memory[step].copy()
-    memory[:, :, Memory.BRISTLE] += x[:, None] * (out.memory[nxt, :, Memory.BRISTLE] - memory[:, :, Memory.BRISTLE])
-    q, slopes = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
+    memory[:, :, Memory.BRISTLE] += x[:, None] * (out.memory[following, :, Memory.BRISTLE] - memory[:, :, Memory.BRISTLE])
+    q, slopes = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, following)], h[:, None], x[:, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         rates = np.where(h[:, None] > 0, slopes / h[:, None], out.v[step])
     n, r = scene.size, len(scene.tables.rows)

@@ -41,7 +41,7 @@ class Fronts(NamedTuple):
 
 
 class _Front(NamedTuple):
-    """Front before numbering."""
+    """Front by the numbers of its unknowns, before its places in its parent are known."""
 
     pivots: list[int]
     later: list[int]  # its unknowns that are eliminated in other fronts
@@ -49,7 +49,7 @@ class _Front(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a matrix of so many `unknowns`, of which the first `coordinates` are no constraints.
+    """Return the fronts of a matrix of so many `unknowns`: first the number `coordinates` of coordinates, then constraints.
 
     `row` and `col` (slots,) are the places of the slots; those not `filled` (slots,) are always zero.
     """
@@ -134,7 +134,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
     done, fronts = [False] * len(groups), []
     while heap:
         known_degree, g = heappop(heap)
-        if done[g] or known_degree != degree(g):  # outdated
+        if done[g] or known_degree != degree(g):  # pushed again since with its present degree
             continue
         done[g] = True
         fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]], is_constraint[g]))

@@ -42,11 +42,11 @@ def mass_at(tables, work, q, mass):
 def assemble(tables, work, now, matrices, force, sides):
     """Place the markers and compute the terms of the equations of motion at the instant `now`.
 
-    Fills force (n,) with f, and sides (3, r) with g, speed, change, at a jump of a drive the values after it. Matrices, (4,
-    slots + 1), get the nonzeros of -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, and G with G^T; one row gets these.
+    Fills force (n,) with f, and sides (3, r) with g, speed, change, at a jump of a drive the values after it. Rows of `matrices`
+    (4, slots + 1) are the nonzeros of -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, G with G^T; or the last alone.
     """
     compute_forces(tables, work, now, force)
-    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)
+    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)  # G by blocks of unknowns
     if with_tangents:
         compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
     compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])

@@ -12,9 +12,9 @@ from .samples import write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 FORCE_DECAY = 0.8
-"""Factor by which a contact's largest force so far is reduced in each step."""
+"""Factor by which a contact's largest force is reduced in each step: errors of a force are compared with recent ones."""
 MOST_JUMP = 0.1
-"""Longest Euler step past a face, over the last step and over the time left."""
+"""Longest Euler step past a face, as a share of the last step and as a share of the time left."""
 
 
 @draft
@@ -22,7 +22,7 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.b0[:] = 0.0
+    work.b0[:] = 0.0  # forces of strips follow from the state's stresses alone
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)

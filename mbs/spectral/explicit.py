@@ -1,8 +1,8 @@
 """Explicit integrator, compiled: Dormand and Prince's pair 5(4) for mechanisms with clearance, whose steps end at onsets.
 
 Constraints are solved for accelerations; after a step in which they drift, positions and velocities are projected onto them.
-The saddle-point matrix [M G^T; G 0] is factored again only where it changes. Modal links that no constraint touches are
-corrected in closed form. Bristles are states. Equations and source: docs/theory-spectral.md, explicit integration.
+The saddle-point matrix [M G^T; G 0] is factored again only where it changes. If no constraint acts on modal links, M at zero
+deformation is factored, and `couple_modes` adds the rest. Bristles' deflections are states. Source: docs/theory-spectral.md.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from .compiling import copy, draft, inline, jit
+from .compiling import copy, draft, inline, jit  # draft: compiled, for compiled callers only
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
@@ -53,7 +53,8 @@ ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -
 @inline
 def _has_changed(tables, state):
     """Return True if the matrix differs from the one factored last, by modal links or by G; keep G to compare next time."""
-    changed = (tables.modal.shape[0] > 0 and state.free_modes[0] == 0) or state.has_factors[0] == 0
+    is_mass_constant = tables.modal.shape[0] == 0 or state.free_modes[0] > 0  # free: no constraint acts on modal links
+    changed = not is_mass_constant or state.has_factors[0] == 0
     for i in range(state.jacobian.size):
         changed = changed or state.jacobian[i] != state.factored_jacobian[i]
         state.factored_jacobian[i] = state.jacobian[i]
@@ -65,23 +66,22 @@ def compute_rates(model, t, y, out):
     """Compute the rates of a state y: velocities, accelerations, rates of bristles."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, r = state.force.size, state.lam.size
-    q, v = y[:n], y[n : 2 * n]
+    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
         place_marker(tables, work, m, q, v, with_rates=False)
-    gravity = tables.factors[-1]
     for i in range(n):
-        state.right_side[i] = gravity * tables.weight[i]
+        state.right_side[i] = gravity_factor * tables.weight[i]
     if tables.strips.shape[0] > 0:
         add_strips(tables, work, q, v, state.right_side)
     if tables.modal.shape[0] > 0:
         add_modal(tables, q, v, state.right_side)
-    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # time since the memory below 0: bristles are states
+    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # -1.0, a time below 0, marks bristles as states
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, state.right_side)
-    compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
-    compute_changes(tables, work, t, JUST_AFTER, state.change)
+    compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
+    compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
     for k in range(r):
         state.right_side[n + k] = state.change[k]
     if _has_changed(tables, state):
@@ -101,7 +101,8 @@ def compute_rates(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
-        if law >= 0 and (kind == ForceKind.FRICTION or (kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0)):
+        is_closed = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # depth of the pin in its bush
+        if law >= 0 and (kind == ForceKind.FRICTION or is_closed):
             out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
 
@@ -137,8 +138,8 @@ def _project(tables, fronts, state):
         y = state.y_new[order * n : order * n + n]
         state.right_side[:] = 0.0
         for k in range(r):
-            rate = multiply_row(tables, k, state.jacobian, y) - state.speed[k]
-            state.right_side[n + k] = state.violation[k] if order == 0 else rate
+            rate_defect = multiply_row(tables, k, state.jacobian, y) - state.speed[k]  # of the velocities, at order 1
+            state.right_side[n + k] = state.violation[k] if order == 0 else rate_defect
         solve(fronts, state.factors, state.swaps, state.right_side, state.front_work)
         for i in range(n):
             y[i] -= state.right_side[i]
@@ -150,7 +151,7 @@ def _compute_stages(model, t, h):
     state = model.state
     for stage in range(1, 7):
         target, f, c = state.y_new if stage == 6 else state.y_stage, state.stage_rates, WEIGHTS[stage]
-        for i in range(state.y.size):  # in one sum with zero weights: rates are finite, see _try_step
+        for i in range(state.y.size):  # `_try_step` clears rates that are not finite: 0 times nan is nan
             target[i] = state.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
@@ -174,9 +175,9 @@ def _estimate_error(state, h, tolerance):
 
 @draft
 def _try_step(model, clock, h, last, controls, counts):
-    """Try a step of length h; return True if accepted, else shorten the next. The `last` step to a stop ends just before it."""
+    """Try a step of length h; return True if accepted, else shorten the next. If `last`, h ends at a kink or at the run's end."""
     state = model.state
-    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)
+    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)  # with values just before a kink
     counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
     is_finite = error < INFINITE
@@ -198,7 +199,7 @@ def _try_step(model, clock, h, last, controls, counts):
 def _accept(model, clock, end, stop, controls, out, counts):
     """Accept a step to the time `end`: project it onto the constraints if needed, and write its row."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
-    n, start, clock.time = state.force.size, clock.time, end
+    n, clock.time = state.force.size, end
     is_event = _update_memories(tables, work, state, controls, counts)
     is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
     if is_projected:
@@ -212,10 +213,9 @@ def _accept(model, clock, end, stop, controls, out, counts):
     for i in range(n):
         state.largest_rate[0] = max(state.largest_rate[0], abs(state.y[n + i]) / state.units[i])
     copy(work.reports, state.start_reports)
-    counts.steps += 1
-    clock.skipped += 1
+    counts.steps, clock.skipped = counts.steps + 1, clock.skipped + 1
     if clock.skipped >= controls.every or is_event or end >= controls.end - controls.shortest:
-        _write(state, out, counts, end, start)
+        _write(state, out, counts, end)
         clock.skipped = 0
 
 
@@ -227,13 +227,13 @@ def run_explicit(model, clock, controls, stops, out, counts):
     if counts.steps == 0:
         compute_rates(model, clock.time, state.y, state.stage_rates[0])
         copy(model.work.reports, state.start_reports)
-        _write(state, out, counts, clock.time, clock.time)
+        _write(state, out, counts, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
         while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
             clock.stop += 1
         stop = min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
         h = min(clock.next_step, controls.longest)
-        reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH
+        reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH  # a step cut short to an onset must not be lengthened past it
         if clock.time + reach * h >= stop:
             h = stop - clock.time
         last = h >= stop - clock.time
@@ -253,14 +253,14 @@ def run_explicit(model, clock, controls, stops, out, counts):
 
 @inline
 def _update_memories(tables, work, state, controls, counts):
-    """Update onset speeds of contacts; return True if one closed or opened with a kink."""
+    """Update onset speeds of contacts; return True if one closed or opened so that rates must be computed anew."""
     is_event = False
     n = state.force.size
     for k in range(tables.forces.shape[0]):
         m = state.memory[k]
         if is_contact(tables, k):
             event = update_onset(tables, state.start_reports, work.reports, k, m, controls)
-            is_event = is_event or (event != 0 and (controls.located or not has_smooth_onset(tables, k)))
+            is_event = is_event or (event != 0 and (controls.located or not has_smooth_onset(tables, k)))  # located: all count
             if event > 0:
                 counts.onsets += 1
             elif event < 0:
@@ -270,8 +270,8 @@ def _update_memories(tables, work, state, controls, counts):
 
 
 @inline
-def _write(state, out, counts, t, start):
-    """Write the state at time t as a row, with the bristles of this time."""
+def _write(state, out, counts, t):
+    """Write the state at time t as a row; as its bristles are those of t, STEP_START is t."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

@@ -17,7 +17,7 @@ from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 @draft
 def _get_normal_force(tables, work, k, now):
-    """Return the force that presses if force k is friction: a constraint's multiplier or the force of a contact; else 0."""
+    """Return the normal force if force k is friction: a constraint's multiplier or the force of a contact; else 0."""
     row = tables.forces[k, Forces.ROW]
     if row >= 0:
         return now.lam[row]
@@ -27,9 +27,9 @@ def _get_normal_force(tables, work, k, now):
 @inline
 def _add_along(tables, work, k, now, f):
     """Add force k, along a measure, and report it."""
-    number, grad, reaction = tables.forces[k, Forces.A], work.grad, _get_normal_force(tables, work, k, now)
+    number, grad, normal_force = tables.forces[k, Forces.A], work.grad, _get_normal_force(tables, work, k, now)
     value, rate = markers.compute_measure(tables, work, number, grad)
-    force = tables.factors[k] * lawtable.evaluate_along(tables, k, now, value, rate, reaction)
+    force = tables.factors[k] * lawtable.evaluate_along(tables, k, now, value, rate, normal_force)
     out = work.reports[k]
     out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION:
@@ -52,14 +52,14 @@ def _multiply_hessian(work, a, b):
 
 @draft
 def _add_tangents_along(tables, work, k, now, mass):
-    """Add derivatives of a force along a measure; of friction also those by the force that presses, `reaction`."""
+    """Add derivatives of a force along a measure; of friction also those by its normal force."""
     number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
-    reaction = _get_normal_force(tables, work, k, now)
+    normal_force = _get_normal_force(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
     value, rate = markers.compute_measure(tables, work, number, grad)
     markers.compute_hessian(tables, work, number, grad, hess)
-    by_value, by_rate = lawtable.differentiate_along(tables, k, now, value, rate, reaction)
+    by_value, by_rate = lawtable.differentiate_along(tables, k, now, value, rate, normal_force)
     h, c = work.by_place, work.by_rate
     _multiply_hessian(work, a, b)
     for i in range(6):
@@ -73,14 +73,14 @@ def _add_tangents_along(tables, work, k, now, mass):
     if by_rate != 0.0:
         markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
         markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, stiffness)
-    if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and reaction != 0.0:
+    if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and normal_force != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:  # -df/dlambda, in the block's last column, of the constraint that presses
             _, m, slot = tables.blocks[tables.rows.shape[0] + k]
-            markers.write_gradient(tables, work, number, grad, -force / reaction, work.scratch, 0)
+            markers.write_gradient(tables, work, number, grad, -force / normal_force, work.scratch, 0)
             for i in range(m - 1):
                 mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
         else:
-            _add_contact_friction(tables, work, k, now, force / reaction)
+            _add_contact_friction(tables, work, k, now, force / normal_force)
 
 
 @draft
@@ -93,7 +93,7 @@ def _add_derivatives(tables, work, a, b):
 
 @draft
 def _add_contact_friction(tables, work, k, now, ratio):
-    """Add derivatives of friction along a face, `ratio` times its contact's force, whose derivatives h[0] and c[0] get first."""
+    """Add derivatives of friction along a face, `ratio` times its contact's force."""
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]
@@ -102,11 +102,11 @@ def _add_contact_friction(tables, work, k, now, ratio):
     markers.compute_hessian(tables, work, across, grad, work.hess)
     by_value, by_rate = lawtable.differentiate_along(tables, contact, now, value, rate, 0.0)
     _multiply_hessian(work, a, b)
-    for i in range(6):
+    for i in range(6):  # rows 0 of h and c hold the derivatives of the contact's force until the products below
         h[0, i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
         c[0, i] = factor * by_rate * grad[i]
     markers.compute_measure(tables, work, number, grad)
-    for i in range(5, -1, -1):
+    for i in range(5, -1, -1):  # row 0, which all others need, as the last
         for j in range(6):
             h[i, j], c[i, j] = grad[i] * h[0, j], grad[i] * c[0, j]
     _add_derivatives(tables, work, a, b)
@@ -163,9 +163,9 @@ def _add_journal(tables, work, k, mem, since, f):
 def _add_journal_tangents(tables, work, k, q, mem, since):
     """Add derivatives of the force of a pin in a bush.
 
-    Column j stands for x, y, angle of the pin (0 to 2) and of the bush (3 to 5); e is the eccentricity, t the normal n turned
-    by a right angle. Names on _x are derivatives by coordinate j, on _v by its rate; push is the normal force, drag the
-    friction.
+    Column j is x, y, angle of the pin (0 to 2) and of the bush (3 to 5), (kx, ky, ka) its direction; e is the eccentricity, t the
+    normal n turned by a right angle. Names on _x are derivatives by coordinate j, on _v by its rate; push is the normal force,
+    drag the friction.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]

@@ -34,7 +34,7 @@ class FrameBody:
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
-        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or theta less its start if `turned`."""
+        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or the change of theta if `turned`."""
         local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         o = self.offset
@@ -70,18 +70,18 @@ def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia:
     return FrameBody(o, middle, angle, total, inertia, start)
 
 
-def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
+def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add an attached mass with coordinates of its own: a point mass pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
-        builder.separate_masses.append((len(builder.q), link, each.point, False))
+        builder.separate_masses.append((len(builder.q), link, each.point, False))  # no rotor
         builder.pin(name, builder.add_point(x, y, each.mass), marker)
     if each.inertia:
-        builder.separate_masses.append((len(builder.q), link, each.point, True))
+        builder.separate_masses.append((len(builder.q), link, each.point, True))  # a rotor
         o = builder.add_coordinates((0.0,))
         builder.mark_angles(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
-        rotor = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
+        rotor = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])  # x = 0, y = 0, angle = q[o]
         builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
 
 
@@ -105,11 +105,11 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping = 2 * model.damping * model.frequency
-        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
+        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)  # see `PlanarModel`
         builder.modal.append((o, m, at))
         builder.mark_deformations(range(o + 3, o + 3 + m))
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
     body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
     for each in builder.attached.get(link.name, ()):
-        add_block(builder, body.marker(builder, each.point), each, link.name)
+        add_separate_mass(builder, body.marker(builder, each.point), each, link.name)
     return body

@@ -45,7 +45,7 @@ def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
-    work.strip_form[0], work.b0[:] = MIXED, 0.0
+    work.strip_form[0], work.b0[:] = MIXED, 0.0  # no gradients of strains are kept yet
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
@@ -177,14 +177,14 @@ def _accept(model, clock, h, target, controls, out, counts):
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
     if controls.within:
-        moment = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
+        row_time = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, bending)
-        if 0.0 < moment < 0.5 * h / parts:
-            samples.write_at_face(state, out, counts, start, h, moment)
+        if 0.0 < row_time < 0.5 * h / parts:
+            samples.write_at_face(state, out, counts, start, h, row_time)
         samples.write_between(state, out, counts, start, h, parts)
-        if 0.0 < -moment < 0.5 * h / parts:
-            samples.write_at_face(state, out, counts, start, h, moment)
+        if 0.0 < -row_time < 0.5 * h / parts:  # from the end of the step
+            samples.write_at_face(state, out, counts, start, h, row_time)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)

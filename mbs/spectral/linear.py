@@ -70,7 +70,7 @@ class Factors:
             raise SingularError(str(error)) from None
 
     def solve(self, right: Array) -> Array:
-        """Solve for right sides (m,) or (m, columns), refined once; a SingularError if the result is not finite."""
+        """Solve for right sides (m,) or (m, columns), with one step of refinement; raise a SingularError if not finite."""
         with np.errstate(all="ignore"):
             out = self._solve_once(right)
             out = out + self._solve_once(right - self.matrix @ out)

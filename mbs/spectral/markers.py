@@ -62,7 +62,7 @@ def _place_linear(tables, work, m, q, v):
 
 @inline
 def _place_curve(tables, work, m, q, v):
-    """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), of its values the one nearest to the last.
+    """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), which goes on from its last value.
 
     (ux, uy) is the tangent, (rx, ry) its rate; n and dn are the basis and its derivative.
     """
@@ -235,9 +235,9 @@ def add_pair(tables, work, pair, matrix, factor, right, out):
 @draft
 def clear_block(tables, work, block):
     """Set the entries of a block to zero."""
-    m = tables.blocks[block, BlockColumn.WIDTH]
-    for i in range(m):
-        for j in range(m):
+    width = tables.blocks[block, BlockColumn.WIDTH]
+    for i in range(width):
+        for j in range(width):
             work.block_stiffness[i, j] = 0.0
             work.block_damping[i, j] = 0.0
 
@@ -245,9 +245,9 @@ def clear_block(tables, work, block):
 @draft
 def add_entries(tables, block, entries, values):
     """Add the entries of a block to the nonzeros of the whole matrix."""
-    _, m, slot = tables.blocks[block]
-    for i in range(m):
-        for j in range(m):
+    _, width, slot = tables.blocks[block]
+    for i in range(width):
+        for j in range(width):
             values[tables.slots[slot]] += entries[i, j]
             slot += 1
 

@@ -59,11 +59,11 @@ def _compute_residuals(tables, work, state, t, h):
     n, r = state.q.size, state.lam.size
     for i in range(3):
         since, residual, lam = NODES[i] * h, state.residual[i], state.node_lam[i]
-        at, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
+        node_time, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
         copy(state.node_stress[i], work.stress)
-        kernel.compute_forces(tables, work, Instant(at, since, q, v, lam, state.memory), state.force)
+        kernel.compute_forces(tables, work, Instant(node_time, since, q, v, lam, state.memory), state.force)
         copy(work.slack, state.node_slack[i])
-        kernel.compute_rows(tables, work, at, state.violation, state.jacobian, state.speed)
+        kernel.compute_rows(tables, work, node_time, state.violation, state.jacobian, state.speed)
         kernel.multiply_mass(tables, q, state.node_a[i], residual[:n])
         for k in range(n):
             residual[k] -= state.force[k]
@@ -118,7 +118,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     suffice. With the ratio theta the error after an increment is `error_ratio` = theta/(1 - theta) times this increment.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    last, ratio, left = 0.0, 0.0, MOST_ITERATIONS
+    last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
     if renew and not renew_matrices(tables, orders, work, state, t, h, counts):
         return 2.0
     error_ratio = max(state.error_ratio[0], LEAST_ERROR_RATIO)
@@ -129,19 +129,19 @@ def solve_nodes(model, t, h, allowed, renew, counts):
         counts.iterations += 1
         if not np.isfinite(size):
             return 2.0
-        if last > 0.0:
-            ratio = size / last
-            if ratio < 0.99:
+        if last_size > 0.0:
+            ratio = size / last_size
+            if ratio < 0.99:  # at 1 the error has no bound
                 error_ratio = ratio / (1.0 - ratio)
             # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             if full_size > ROUNDING and (ratio > 2.0 or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
-                renew, last, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
+                renew, last_size, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
                 continue
         if full_size <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio
             return min(ratio, 1.0)  # rounding alone may make it larger than 1
-        last = size
+        last_size = size
     return 2.0

@@ -19,7 +19,7 @@ from .markers import place_markers
 from .tables import STATE, Elastic, Instant
 
 
-def _coefficients() -> tuple[Any, ...]:
+def _compute_coefficients() -> tuple[Any, ...]:
     """Compute the nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, and the weights of the error.
 
     T has the real eigenvector, and real and imaginary part of the complex one as columns. Weights: Hairer and Wanner 1996, IV.8.
@@ -35,7 +35,7 @@ def _coefficients() -> tuple[Any, ...]:
     return nodes, a, np.linalg.inv(a), float(values[real].real), complex(values[pair]), t, np.linalg.inv(t), weights
 
 
-NODES, A, A_INVERSE, REAL_EIGENVALUE, COMPLEX_EIGENVALUE, T, T_INVERSE, ERROR_WEIGHTS = _coefficients()
+NODES, A, A_INVERSE, REAL_EIGENVALUE, COMPLEX_EIGENVALUE, T, T_INVERSE, ERROR_WEIGHTS = _compute_coefficients()
 START_AND_NODES = np.array([0.0, NODES[0], NODES[1], 1.0])
 """Fractions of the last step at which its rates are known."""
 ROUNDING = 1e-14
@@ -56,7 +56,7 @@ MOST_EXTRAPOLATION = 100.0
 
 @draft
 def measure_change(state, elastic, u):
-    """Compute the largest component of a change u (n,) of q, in units of the error control; vectors along and across chords."""
+    """Compute the largest component of a change u (n,) of q, in units of the error control; of pairs along and across chords."""
     worst = 0.0
     for i in range(u.size):
         worst = max(worst, abs(u[i]) * state.inverse_unit[i])
@@ -164,13 +164,13 @@ def project(tables, orders, work, state, t, h):
     if r == 0:
         place_markers(tables, work, q, v)
         return
-    residual, is_rigid = state.residual[2], state.stress.size == 0
-    if is_rigid:
+    residual, has_no_strips = state.residual[2], state.stress.size == 0
+    if has_no_strips:
         compute_forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
         multiply_mass(tables, q, a, residual[:n])
         for i in range(n):
             residual[i] -= state.force[i]
-    for iteration in range(4):
+    for iteration in range(4):  # at most three Newton steps
         place_markers(tables, work, q, v)
         compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
         worst = 0.0
@@ -189,11 +189,11 @@ def project(tables, orders, work, state, t, h):
     factor_saddle(tables, orders, work, state, q, state.jacobian)
     _subtract_correction(orders, state, state.speed, v)
     _subtract_correction(orders, state, state.change, a)
-    if is_rigid:
+    if has_no_strips:
         add_reactions(tables, state.jacobian, lam, residual)
     for k in range(r):
         lam[k] -= state.right_side[n + k]
-    if is_rigid:
+    if has_no_strips:
         residual[n:] = 0.0
         solve(orders.mass, state.saddle_factors, state.saddle_swaps, residual, state.front_work)
         for k in range(r):
@@ -238,7 +238,7 @@ def measure_deformation(state, elastic, k):
 def update_units(state, elastic, tolerance):
     """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, up to the full unit.
 
-    Their least value is a share of the full unit, below which errors are rounding. A law's state has 1 or its largest value.
+    Their least value is a share of the full unit, below which errors are rounding. The unit of a law's state grows with its size.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):

@@ -19,7 +19,7 @@ from ..geometry import Array
 from ..scene.start import Start
 from .basis import basis, fit, gauss
 from .builder import Attached, Builder
-from .frame_body import add_block, line_of
+from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, reissner
 from .tables import MarkerKind, MeasureKind, StripKind
 
@@ -93,19 +93,19 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     shared: list[int] = []  # coordinates of the end of the piece before
     for left, right in pairwise(breaks):
         values = _fit_strip(line, left, right, degree, kind)
-        turned = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
-        turned[:2, :2] += start[:, None]
+        placed = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
+        placed[:2, :2] += start[:, None]  # the first two coefficients are the values at the ends
         if fields == 3:
-            turned[2, :2] += angle
+            placed[2, :2] += angle
         places = np.zeros((fields, degree + 1), dtype=int)
         for i in range(fields):
             for j in range(degree + 1):
                 if j == 0 and shared:
                     places[i, j] = shared[i]
                     continue
-                places[i, j] = builder.add_coordinates((turned[i, j],))
-                x, y = turned[:2, j] - (start if j < 2 else 0.0)
-                rate = float(j < 2)  # 1 for the coefficients that are values at an end: only these move with the start
+                places[i, j] = builder.add_coordinates((placed[i, j],))
+                x, y = placed[:2, j] - (start if j < 2 else 0.0)
+                rate = float(j < 2)  # only values at an end move with the start
                 if i == 2:
                     builder.mark_angles(int(places[i, j]))
                 rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
@@ -165,7 +165,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
         builder.add_mass(element.places[i], per_length * gram)
         if i < 2:
             builder.add_weight(element.places[i], per_length * builder.mechanism.gravity[i] * total)
-    points = degree if body.kind == StripKind.REISSNER else degree + 1
+    points = degree if body.kind == StripKind.REISSNER else degree + 1  # docs/theory-spectral.md, bodies
     x, w = gauss(points)
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
     q = np.array(builder.q)[element.places]
@@ -181,11 +181,11 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
-    """Add a mass at a point: to the constant mass matrix if the marker is linear in the coordinates, else as a block."""
+    """Add a mass at a point: to the mass matrix if the marker is linear in the coordinates, else as a body of its own."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data, _ = builder.markers[marker]
     if kind != MarkerKind.LINEAR and each.inertia:
-        add_block(builder, marker, each, link)
+        add_separate_mass(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity

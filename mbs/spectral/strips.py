@@ -256,7 +256,7 @@ def _add_products(data, members, block, count, h, out):
 
 @draft
 def advance_stresses(tables, work, shift, rate_shift, stress, slack):
-    """Add slack + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv by increments of coordinates and rates."""
+    """Add slack + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
     point = 0
     for strip in range(tables.strips.shape[0]):
         kind, nb, ng, first, d = tables.strips[strip]
@@ -286,8 +286,8 @@ def advance_stresses(tables, work, shift, rate_shift, stress, slack):
 @draft
 def compute_stresses(tables, work, q, v, stress):
     """Fill `stress` (points, 3) with the stresses of this state's strains."""
-    f, mixed = np.zeros(q.size), work.strip_form[0]
-    work.stress[:], work.strip_form[0] = 0.0, MIXED
-    add_strips(tables, work, q, v, f)
+    unused_force, kept_form = np.zeros(q.size), work.strip_form[0]
+    work.stress[:], work.strip_form[0] = 0.0, MIXED  # with zero unknowns the slack is the stresses of the strains
+    add_strips(tables, work, q, v, unused_force)
     copy(work.slack, stress)
-    work.strip_form[0] = mixed
+    work.strip_form[0] = kept_form
