@@ -135,7 +135,7 @@ def figure(result: StudyResult) -> Figure:
         low, high = (np.log10(limit) for limit in ax.get_ylim())
         ax.set(title=work, xlabel="time [ms]", ylabel="error [1]", ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
         low, high = ax.get_xlim()
-        if high < 1000 * low:
+        if high < 1000 * low:  # beyond three decades the powers of ten are enough
             plain_ticks(ax.xaxis, (1, 2, 5) if high < 30 * low else (1,))
     axes.flat[0].legend(shown.values(), shown.keys())
     for ax in axes.flat[len(works) :]:

@@ -257,7 +257,7 @@ def read_reference(draw: Draw, finer: int) -> Measures | None:
 
 def run_reference(draw: Draw, finer: int) -> Result | None:
     """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
-    longest = draw.duration / 800
+    longest = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
     steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
@@ -276,7 +276,7 @@ def is_pressed(mechanism: Mechanism) -> bool:
 
 
 def find_load(draw: Draw) -> float:
-    """Compute the load P_cr p(u)/pi^2 of a pressed column at the end of its travel [N]; u is less by the axial compression."""
+    """Compute the load P_cr p(u)/pi^2 of a column at the end of its travel [N]; u is travel over length, less P_cr/(E A)."""
     (strip,), pushed, length = draw.mechanism.links, draw.mechanism.drives[0].motion, draw.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
     return critical / np.pi**2 * float(pinned.load(pushed.position(draw.duration) / length - critical / axial))

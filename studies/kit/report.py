@@ -271,7 +271,7 @@ class Progress:
         yield from tqdm(items, label or None, total, leave=False, mininterval=delay / 5, delay=delay)
 
     def forecast(self, title: str) -> Forecast | bool:
-        """Return the display for one `simulate`: a bar and the expected run time, times `cases` if this is the first of them."""
+        """Return the display for one `simulate`: a bar, and the expected run time of all `cases` if they are many."""
         return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
 
 

@@ -1,7 +1,7 @@
 """`buckler explore FILE`: a local web page that shows a mechanism in motion, with sliders for its numbers.
 
 The server answers only requests from this machine that have the token of the page's address. Ctrl-C ends it. A change of a slider
-sends `move`: one run, fast and without an error. The page then sends `judge`: a run with its error estimate.
+sends `move`: one fast run without an error estimate. The page then sends `judge`: a run with its error estimate.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Explorer:
         self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any], measures: Sequence[str] = ()
     ) -> None:
         self.path, self.duration, self.lock, self.changed = path, duration, Lock(), Event()
-        self.measures, self.written = tuple(measures), expand(documents.read(path))
+        self.measures, self.written = tuple(measures), expand(documents.read(path))  # with units and [run], for `save`
         self.family = Family.of(document, free, {})
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]

@@ -179,7 +179,7 @@ class File(Study):
         settings = {name: solver_options()[name].spec.read(f"--{name.replace('_', '-')}", x) for name, x in settings.items()}
         solver, kind = dict(run.pop("solver", ())), settings.pop("solver", None)
         if kind is not None:
-            solver = {} if kind != solver.get("kind", kind) else solver
+            solver = {} if kind != solver.get("kind", kind) else solver  # settings of another kind are dropped
             solver["kind"] = kind
         solver |= settings
         others = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}

@@ -1,8 +1,8 @@
 """Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
 Each option lists the values that an assumption may have, or the two ends of its range. A sample draws a value of each assumption
-by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a pair of a unit of c_max, the largest contact
-damping, and a gravity. Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
+by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a pair of a unit of c_max (the largest contact
+damping) and a gravity. Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples

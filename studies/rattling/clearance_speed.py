@@ -218,7 +218,7 @@ def _maps(result: StudyResult) -> Figure:
         decades = np.log10(ratio)
         ax.grid(False)
         image = ax.imshow(decades, origin="lower", aspect="auto", cmap="viridis")
-        is_bright = decades > np.nanmean(decades) + 0.3 * np.nanstd(decades)
+        is_bright = decades > np.nanmean(decades) + 0.3 * np.nanstd(decades)  # black text is readable there
         for k, c in np.ndindex(ratio.shape):
             text = f"{ratio[k, c]:.3g}" if s["valid"][c, k] else f"({ratio[k, c]:.3g})"
             colour = "#000000" if is_bright[k, c] else "#ffffff"

@@ -1,8 +1,8 @@
 """Influence of the rocker's modes: sets of modes of a solid rocker, compared with the rigid rocker and the largest set.
 
 The paper on the crank-rocker, of unknown authors, gives the rocker "modes four, five and six". `bars.SETS` has the four ways of
-counting them. The crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max, the largest
-contact damping, and a side of the bars in the plane.
+counting them. The crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max (the largest
+contact damping) and a side of the bars in the plane.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ LOOSE = 1e-6
 START_OFFSET = 1e-9
 """Standard deviation of the crank's angle at the start of a run on the engine [rad]: far below all errors."""
 STEPS_A_TURN = 720
-"""Smallest number of steps of the engine in a turn of the crank."""
+"""Smallest number of steps of the engine in a turn of the crank: half a degree a step."""
 FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
 """Reading of the largest force [N] in the joint at the point `place`."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
@@ -68,7 +68,7 @@ def run_turns(
 ) -> list[Turns]:
     """Run an ensemble of each crank-rocker, all with the same crank speed; return the means of the readings over turns.
 
-    The seed of the random starts follows from the study's seed and the batch. `curves` are functions of time for readings.
+    Starts have the seed 10 000 times the study's plus the batch, below 10 000. `curves` are functions of time for readings.
     """
     turn, all_readings = period(mechanisms[0]), tuple(dict.fromkeys((*readings, *DEPTHS)))
     with ThreadPoolExecutor(p.workers) as pool:

@@ -97,7 +97,7 @@ class ImpactParameters(StrikeParameters):
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
-    friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
+    friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb friction of the slider over its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
 
     @property

@@ -13,16 +13,16 @@ strip's chord to the slider's line. In the regime "late buckling" a straight str
 buckled before contact, swings, and the slider may never reach the stop.
 
 In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
-mu. It has no axial inertia; its material damping has the time constant tau. The deflection from the chord AB is the sum of
-a_n sin(n pi x/L), in the stress-free strip of b_n sin(n pi x/L). Bending shortens the chord. So the compression P and a_n obey
+mu. It has no axial inertia; tau is the time constant of its damping. At a distance z from A its deflection from the chord AB is
+the sum of a_n sin(n pi z/L); free of stress it has b_n instead of a_n. Bending shortens the chord. The compression P and a_n obey
 
     P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),                                                   (1)
 
     mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
 
 The q_n are the sine components of weight and of the chord's transverse acceleration, which is linear from A to B. The slider of
-mass m and friction f obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is the column
-of N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74, with more modes.
+mass m and friction f has the position x and obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is the
+column of N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74, with more modes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from .slider_crank import Parameters as Case
 END = np.radians(190.0)
 """Crank angle at which a run of the beam ends [rad]: the first impact of every regime is over."""
 MOST_DIFFERENCE = 0.05
-"""Largest relative difference of the median peaks of theory and simulation, above which the study is suspect."""
+"""Largest difference from 1 of the median ratio of peaks, theory over simulation; above it the study is suspect."""
 LATE = 1.5
 """Compression over the Euler load above which the regime is "late buckling"."""
 SAGGING = 0.95
@@ -88,10 +88,10 @@ class Parameters(StrikeAssumptions):
     masses: tuple[float, ...] = quantities((0.05, 0.5), "kg", 0.01, 10, "masses of the slider", "grid")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode", "strip")
-    friction: float = quantity(0.02, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
+    friction: float = quantity(0.02, "1", 0, 0.9, "Coulomb friction of the slider over its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
-    workers: int = integer(0, 0, 256, "processes, 0 for none but this", "numerics")
+    workers: int = integer(0, 0, 256, "processes, 0: the cases run in this one", "numerics")
 
     def cases(self) -> list[Case]:
         """Make a case for each mass, stiffness, bow and speed, in this order of loops."""
@@ -182,8 +182,8 @@ class SineStrip:
         pin = R * np.array([np.cos(angle), np.sin(angle)])
         chord = np.array([x, 0.0]) - pin
         normal = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
-        weight = normal @ self.case.pull
-        first, last = -(self.case.speed**2) * (normal @ pin) - weight, normal[0] * acceleration - weight  # at A and at B
+        pull = normal @ self.case.pull  # gravity normal to the chord [m/s^2]
+        first, last = -(self.case.speed**2) * (normal @ pin) - pull, normal[0] * acceleration - pull  # at A and at B
         return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
     def _forces(self, t: float, y: Array) -> tuple[float, float, float]:
@@ -293,7 +293,7 @@ def figure(result: StudyResult) -> Figure:
         over.loglog(s["rate"][part], s["compression"][part], **style)
         parity.loglog(s["peak"][part], s["sine"][part], **style)
     x, ends = np.sort(s["rate"]), (np.nanmin(s["peak"]), np.nanmax(s["peak"]))
-    over.loglog(x, 8 * np.sqrt(x), "k--", linewidth=0.8, label="slope 1/2")
+    over.loglog(x, 8 * np.sqrt(x), "k--", linewidth=0.8, label="slope 1/2")  # 8 is no theory: it only places the line
     parity.loglog(ends, ends, "k-", linewidth=0.8)
     over.set(xlabel="rate $s$ of compression [1]", ylabel="compression / Euler load [1]")
     parity.set(xlabel="simulated peak / Euler load [1]", ylabel="peak by sine modes [1]")

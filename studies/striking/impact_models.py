@@ -1,7 +1,7 @@
 """Three models of the striking slider-crank, and the calibration of their stops by the published impact force.
 
-`stitched` is the published model in closed form. The models `strut` and `beam` simulate slider, guide friction, stop and drive.
-The coupler of `strut` is a massless exact elastica, that of `beam` a geometrically exact beam with inertia.
+`stitched` is the published model (doi 10.1115/IMECE2008-68796), three modes of motion in closed form, one after another. The
+others simulate the mechanism: the coupler of `strut` is a massless exact elastica, that of `beam` a geometrically exact beam.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ BUCKLED_FROM = 1e-3
 IMPACT_UNTIL = np.radians(150.0)
 """Crank angle at which a run ends that needs only the first impact [rad]."""
 CALIBRATED_TO = 1e-3
-"""Largest relative difference of a calibrated force from the published one: a tenth of the accuracy of values from figures."""
+"""Largest relative difference of a calibrated force from the published one: a tenth of the accuracy of values read off plots."""
 TRIALS = 12
 """Largest number of iterations of a calibration; five are usually enough."""
 
@@ -44,7 +44,7 @@ def make_slider_crank(
 ) -> Mechanism:  # fmt: skip
     """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N]; numbers are those of `slider_crank`.
 
-    A strut is damped along its axis; a beam has a bow to the side to which its inertia bends it.
+    A strut is damped along its axis, a beam has a bow to the side to which its inertia bends it; `p` adds gravity and motor.
     """
     if model == "strut":
         body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
@@ -62,7 +62,7 @@ def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | 
 
 
 def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
-    """Run the mechanism of a model for a duration [s], with its energy ledger."""
+    """Run the mechanism of a model for a duration [s], with its energy ledger; `ModelRun` defines `overload` for each model."""
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]

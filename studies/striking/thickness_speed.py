@@ -29,7 +29,7 @@ from . import slider_crank
 from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
 CUBE_TO = 2e-3
-"""Largest relative difference of a ratio of forces from the cube; the compliance of the stop alone gives 2e-4."""
+"""Largest relative difference of a force ratio from the cubed thickness ratio; the compliance of the stop alone gives 2e-4."""
 STATIC_TO = 0.01
 """Largest relative difference from the elastica in equilibrium with which a force counts as static."""
 STATES = {
@@ -53,10 +53,10 @@ class Parameters(StrikeParameters):
     slow: float = quantity(0.1, "rad/s", 0.1, 1, "speed at which the cube is read off", "grid")
     models: tuple[str, ...] = choices(("strut", "beam"), MODELS, "models to run", "grid")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
-    friction: float = quantity(0.0, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
+    friction: float = quantity(0.0, "1", 0, 0.9, "Coulomb friction of the slider over its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
-    workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
+    workers: int = integer(2, 0, 256, "processes, 0: the cases run in this one", "numerics")
 
     def agree(self) -> None:
         """Check that the slow speed is not in the grid, and the parameters of every case."""

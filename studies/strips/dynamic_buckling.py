@@ -123,7 +123,7 @@ def peak(result: Result, p: Parameters) -> float:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run the strip for every rate and bow, until some time after the peak of the first mode."""
+    """Run the strip for every rate and bow, up to tau = 1.1 t + 2, where the first mode peaks at tau = t."""
     solver = Exudyn(Controlled(tolerance=p.tolerance))
     metrics: dict[str, Metric] = {}
     wrong: list[str] = []

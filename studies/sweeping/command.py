@@ -109,7 +109,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     add = parser.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "several are combined each with each")  # fmt: skip
-    add("--workers", type=int, metavar="N", help="processes of this machine, 0 for none but this; default its cores")
+    add("--workers", type=int, metavar="N", help="processes of this machine, 0: the cases run in this one; default its cores")
     add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
     add("--part", metavar="I/N", help="run every N-th case only, from the I-th on, in a store of its own: for array jobs; the "
         "same sweep without --part takes all parts together")  # fmt: skip

@@ -94,7 +94,7 @@ def sweep(
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
         if jobs and isinstance(progress, Progress) and not progress.quiet:
-            jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))
+            jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))  # it forecasts the time of the sweep
         with closing(_rows(jobs, workers, executor)) as found:
             for row in progress(found, total=len(jobs), label=f"{name}, {len(ended)} stored" if ended else name):
                 if row.provenance["versions"] != about.versions:
