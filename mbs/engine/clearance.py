@@ -42,9 +42,9 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
-    `offsets` and `numbers` are the kernel's `tables`. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
+    `offsets` and `numbers` come from `tables`. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
     `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends
-    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since it grew, infinite above `PATIENCE`.
+    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since that grew, infinite above `PATIENCE`.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:

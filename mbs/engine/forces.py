@@ -20,7 +20,7 @@ class StopContact(Striking):
     """Contact of a guide's block with a stop.
 
     The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
-    `mass` [kg] is the effective mass of the point, without joined bodies a lower bound. `columns` are indices of the coordinates
+    `mass` [kg] is a lower bound of the point's effective mass, without joined bodies. `columns` are indices of the coordinates
     in the engine's vector. `is_touching` and `last_force` [N] are of the last accepted step.
     """
 

@@ -21,9 +21,9 @@ from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
 SMALLEST_FACTOR = 0.1
-"""Least relaxation factor of Aitken's method in `ReactionFriction.normal`."""
+"""Least relaxation factor of Aitken's method in `ReactionFriction.normal`, so that the iteration goes on."""
 LARGEST_FACTOR = 5.0
-"""Largest relaxation factor of Aitken's method in `ReactionFriction.normal`."""
+"""Largest such factor, where two residuals are nearly equal and their secant leads far away."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record
 
 
 def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
-    """Return the same force of the guide on a block at the end of a strut, from the forces of strut and weight."""
+    """Return the force of the guide on a block at a strut's end, to the guide's left [N], (times, 1)."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
     law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
@@ -118,7 +118,7 @@ class ReactionFriction:
     """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
     `memory` (1, 4) has the columns `laws.journal.MEMORY`, with the travel instead of the sliding speed; `has_memory` is true for
-    a law with a bristle. `column` is the index of the block's coordinate, `rows` are those of the pin's two multipliers.
+    a law with a bristle. `column` is the index of the block's coordinate, `rows` has those of the pin's two multipliers.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
@@ -129,7 +129,7 @@ class ReactionFriction:
         self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # used by `normal`
 
     def normal(self, t: float, reaction: float) -> float:
-        """Return the normal force [N] by Aitken's relaxation of the reaction; it is the same in all calls of a Newton iteration.
+        """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
 
         The engine's Jacobian lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only
         if the reaction depends weakly on friction, and slowly near self-locking. A new value of the reaction shows a new Newton

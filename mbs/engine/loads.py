@@ -127,9 +127,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
     for name, load in loads.items():
         voltage = guard(scene, name, load.voltage)
 
-        def torque(
-            t: float, _value: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage
-        ) -> float:
+        def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
             """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 

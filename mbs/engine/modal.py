@@ -75,8 +75,7 @@ class PlacedModal(EngineBody):
 def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     """Add a modal link, initially undeformed in rigid motion; `rates` is the velocity (vx, vy, omega) of its start."""
     mechanism, system = scene.mechanism, scene.system
-    body_spec = cast(Modal, link.body)
-    model = body_spec.planar(mechanism.length(link.name))
+    model = cast(Modal, link.body).planar(mechanism.length(link.name))
     if not len(model):
         raise ValueError(f"links.{link.name}: modes: none moves in the plane; use Rigid, or Spectral()")
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))

@@ -65,7 +65,7 @@ class Recorder:
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
         self.raised: BaseException | None = None
-        self.interrupted: Callable[[], bool] = bool  # bool() is False
+        self.interrupted: Callable[[], bool] = bool  # returns False; `run_engine` replaces it by the state of Ctrl-C
         self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:
@@ -78,7 +78,7 @@ class Recorder:
             return False
 
     def _accept(self, t: float) -> None:
-        """Record a step; without constraints, stops or memory skip these, as they would cost as much as a step of rigid links."""
+        """Record a step; read multipliers, stops and memories only if there are any: that costs a step of rigid links."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)

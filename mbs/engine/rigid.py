@@ -89,7 +89,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
 
 
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
-    """Return mass, moment of inertia and centre of mass of a link with added masses, by Steiner's theorem."""
+    """Compute mass, moment of inertia and centre of mass of a link with its added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
     for burden in scene.source.burdens:
         body, point = place(burden.at)

@@ -22,7 +22,7 @@ from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl
 
 EXPLICIT_TOLERANCE = 10.0
-"""Factor on the position error of the implicit integrator, of order 2, for the tolerance of the explicit one, of order 5."""
+"""Tolerance of the explicit integrator over the position error of the implicit one, whose order is 2 instead of 5."""
 UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 SMALLEST_STEP = 1e-15
@@ -113,7 +113,7 @@ def _reachable_residual(scene: EngineScene) -> float:
 NEWTON = 1e-10
 """Relative tolerance of Newton's residual: ten times the rounding error of the forces in a step."""
 UNFINISHED = 1e-9
-"""Largest part of the duration that may lack in a finished run."""
+"""Share of the duration by which a finished run may end early: rounding of the sum of its steps."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:

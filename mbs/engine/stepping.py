@@ -3,7 +3,7 @@
 The engine itself makes a step smaller only if Newton's method fails. Two callbacks control the error. The first, after Newton's
 method, accepts or rejects the step by the local error of the positions, h^2 |a_{n+1} - a_n| / 12: the difference of the Newmark
 update from the next term of its Taylor series, with the step h and accelerations a (Zienkiewicz and Xie 1991,
-doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next. Errors are in units of their limit.
+doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next. `error` is an error over its limit.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class StepControl(Recorder):
             self.engine.conv.jacobianUpdateRequested = True
 
     def _time_to_kink(self) -> float:
-        """Return the time to the next kink of a drive or load [s]."""
+        """Return the time to the next kink of a drive or load [s], and forget a kink that was reached."""
         now = self.record.time[-1]
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
@@ -133,7 +133,7 @@ class _StopSteps:
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
-        if not self.contact.is_touching and self.contact.state(q, q)[0] > 0:
+        if not self.contact.is_touching and self.contact.state(q, q)[0] > 0:  # rates are not used
             duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return REJECTED if h > 2 * duration / self.resolution else 0.0
         if self.contact.last_force == 0 or h <= self.shortest:
@@ -148,8 +148,8 @@ class _StrutSteps:
     def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
-        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]  # else 0.1 kg
-        self.accepted = 0.0
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]  # else 0.1 kg, of a small link
+        self.accepted = 0.0  # elongation after the last accepted step [m]
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:

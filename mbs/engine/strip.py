@@ -190,7 +190,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
-        chordwise = np.maximum.accumulate(x)
+        chordwise = np.maximum.accumulate(x)  # a part that turns back counts as at the farthest place before it
         speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     add_elements = _add_beam if body.turns else _add_cable
     nodes, objects, reference = add_elements(system, body, places, directions, speeds, grid.pieces)
@@ -242,6 +242,7 @@ def _add_cable(
 
 
 def _stiffness(section: Section | Profile) -> dict[str, float]:
+    """Return the stiffnesses and dampings of a section by the engine's names."""
     return {
         "bendingStiffness": section.bending_stiffness,
         "axialStiffness": section.axial_stiffness,

@@ -139,7 +139,7 @@ class Builder:
     def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
         """Mark coordinates as deformations of one body, which share a unit: single ones, or x and y of vectors.
 
-        Vectors have this unit across a chord only; `chord` are the places of x and y of its start and of its end.
+        Vectors have this unit only across the chord, whose ends have their x and y at the places `chord`.
         """
         group = 1 + max((row[2] for row in self.elastic), default=-1)
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
@@ -165,7 +165,7 @@ class Builder:
         o = self.add_coordinates((x, y))
         self.add_mass((o, o + 1), mass * np.eye(2))
         self.add_weight((o, o + 1), mass * np.array(self.mechanism.gravity))
-        return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
+        return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])  # x, y and an angle of 0
 
     def marker(self, link: str, point: str) -> int:
         """Return the marker of a point of a link, or of its position on the ground."""
@@ -197,7 +197,7 @@ class Builder:
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
-        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # members of the basis that are not zero there
+        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # not zero but for rounding
         x, y = ([self.places[first + field * size + i] for i in used] for field in (0, 1))
         value = [self.data[data + i] for i in used]
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
@@ -251,7 +251,7 @@ class Builder:
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states, which become rates of new coordinates of unit mass.
 
-        It acts on x and y of the marker if `column` is State.X, or on its angle if State.ANGLE, from `offset` at t = 0 on.
+        It acts on x and y of the marker if `column` is State.X, on its angle less `offset` if State.ANGLE.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
@@ -263,7 +263,7 @@ class Builder:
         self.units |= {i: max(1.0, abs(x)) for i, x in self.state_rates.items()}
         group = 1 + max((row[2] for row in self.elastic), default=-1)
         self.elastic += [(i, STATE, group, -1, -1, -1, -1) for i in places]
-        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
+        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in places]  # angle: the coordinate
         numbers = (column, load.law.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
@@ -272,7 +272,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # with six, its line of action is fixed: there is a moment
+        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # without a line of action there is no moment, hence no angle
             a = self._without_angle(a)
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

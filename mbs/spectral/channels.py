@@ -149,7 +149,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
-    if body.model is None:  # rigid; arm: from the link's start, in the link's axes [m]
+    if body.model is None:  # a rigid link; `arm` leads from its start to the point, in its axes [m]
         length = scene.mechanism.length(name)
         arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.mass_properties(length)[2]), None
     else:
@@ -163,7 +163,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
 
 
 def _find_drive(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find the torque or force of a drive."""
+    """Find the torque or force of a drive, which is its multiplier with opposite sign."""
     if quantity not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
         return None
     return (Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.PLAIN, -1.0) if owner in scene.row_names else None

@@ -52,7 +52,7 @@ class Announcer(Listener):
     """Listener to Numba that announces a compilation of the kernel on stderr, once, and adds its time to `COMPILING`."""
 
     def __init__(self) -> None:
-        self.depth, self.start = 0, 0.0  # functions that are being compiled, one within the other; begin of the outermost [s]
+        self.depth, self.start = 0, 0.0  # number of functions being compiled, one within the other; start of the outermost [s]
         self.state, self.announced = Watch("functions compiled", clock=perf_counter), False
         self.state.most = FUNCTIONS
 
@@ -80,6 +80,7 @@ class Announcer(Listener):
 
 
 def _is_ours(event: Event) -> bool:
+    """Return True if an event is of a function of this package."""
     return str(event.data["dispatcher"].py_func.__module__).startswith("buckler.mbs.spectral.")
 
 

@@ -30,7 +30,7 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 
 def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield factor and arguments of `add_measure`; nothing for a length or distance whose ends have the same marker."""
+    """Yield factor and arguments of `add_measure`; nothing for a distance between equal markers, which is always zero."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
     if isinstance(measure, Turn):
         yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
@@ -48,7 +48,7 @@ def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[flo
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Return the marker of a point on a body. Rigid links and the ground reach any point; others only their own."""
+    """Return the marker of a point on a body; '' is its start. Links with a frame and the ground reach any point."""
     if link == GROUND:
         return builder.add_ground(builder.mechanism.points[point] if point else (0.0, 0.0))
     body = builder.bodies[link]

@@ -1,8 +1,8 @@
 """Equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
 
-K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Entries of G are stored in the order of the blocks' members, those of constraint r
-from `blocks[r, 0]` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right sides of
-G v = speed and G a = change need markers that are placed.
+K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Entries of G are stored in the order of the blocks' members, those of a row
+from its `BlockColumn.MEMBERS` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right
+sides of G v = speed and G a = change need markers that are placed.
 
 The mass matrix is constant but for modal links (docs/theory-modal.md): with amplitudes eta the frame's inertia is
 I + 2 h.eta + eta.Q eta, and its coupling with the modes C^T eta = -C eta. The numbers h, Q, C are radial, gram, gyration.
@@ -21,7 +21,7 @@ from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Mod
 
 
 @inline
-def _indices(tables, row):
+def _find_indices(tables, row):
     """Return indices of a modal link: first coordinate, first amplitude; number of modes; radial, gram, gyration, stiffness."""
     o, m, d = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
@@ -34,7 +34,7 @@ def _find_block(tables, row):
 
 
 @draft
-def _row_product(tables, at, i, m, x, first):
+def _multiply_matrix_row(tables, at, i, m, x, first):
     """Multiply row i of the (m, m) matrix that begins at `at` by the m values of x from `first`."""
     total = 0.0
     for j in range(m):
@@ -46,7 +46,7 @@ def _row_product(tables, at, i, m, x, first):
 def add_modal(tables, q, v, f):
     """Add elastic, damping and gyroscopic forces of modal links to f."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
+        o, e, m, radial, gram, gyration, stiffness = _find_indices(tables, row)
         spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
             stretch, coriolis = tables.data[radial + i], 0.0  # h + Q eta, C eta'
@@ -63,16 +63,16 @@ def add_modal(tables, q, v, f):
 def add_modal_tangents(tables, work, q, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, stiffness = _indices(tables, row)
+        o, e, m, radial, gram, gyration, stiffness = _find_indices(tables, row)
         spin = v[o + 2]
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
-            coriolis = _row_product(tables, gyration, i, m, v, e)
+            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
                 work.block_damping[3 + i, 3 + j] -= 2.0 * spin * tables.data[gyration + i * m + j]
-            work.block_stiffness[2, 3 + i] += 2.0 * spin * _row_product(tables, gram, i, m, v, e)
+            work.block_stiffness[2, 3 + i] += 2.0 * spin * _multiply_matrix_row(tables, gram, i, m, v, e)
             work.block_damping[2, 2] += 2.0 * stretch * v[e + i]
             work.block_damping[2, 3 + i] += 2.0 * spin * stretch
             work.block_damping[3 + i, 2] -= 2.0 * spin * stretch + 2.0 * coriolis
@@ -128,7 +128,7 @@ def add_modal_mass(tables, work, q, mass):
 @draft
 def _modal_mass(tables, row, q, i):
     """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (Q eta)_i, and its coupling -(C eta)_i."""
-    _, e, m, radial, gram, gyration, _ = _indices(tables, row)
+    _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
     inertia, coupling = 2.0 * tables.data[radial + i], 0.0
     for j in range(m):
         inertia += tables.data[gram + i * m + j] * q[e + j]
@@ -146,7 +146,7 @@ def couple_modes(tables, work, q, a):
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         _, size, slot = tables.blocks[_find_block(tables, row)]
-        inertia = tables.mass[tables.slots[slot + 2 * size + 2]]
+        inertia = tables.mass[tables.slots[slot + 2 * size + 2]]  # entry (2, 2) of the block, of the frame's angle
         moment = inertia * a[o + 2]
         for i in range(m):
             added, coupling = _modal_mass(tables, row, q, i)
@@ -178,11 +178,11 @@ def multiply_mass(tables, q, a, out):
 def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
-        o, e, m, radial, gram, gyration, _ = _indices(tables, row)
+        o, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            stretch = tables.data[radial + i] + _row_product(tables, gram, i, m, q, e)
-            coriolis = _row_product(tables, gyration, i, m, a, e)
+            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            coriolis = _multiply_matrix_row(tables, gyration, i, m, a, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
             work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + coriolis
@@ -193,7 +193,7 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
 def compute_forces(tables, work, now, f):
     """Place the markers, and fill f with all forces but those of constraints."""
     markers.place_markers(tables, work, now.q, now.v)
-    gravity = tables.factors[-1]
+    gravity = tables.factors[-1]  # factor of gravity
     for i in range(f.size):
         f[i] = gravity * tables.weight[i]
     add_strips(tables, work, now.q, now.v, f)

@@ -18,7 +18,7 @@ bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(t
 JUST_AFTER = 1e-6
 """Step [s] of the difference for a drive's acceleration just after a time, short compared with any motion."""
 JUST_BEFORE = -JUST_AFTER
-"""Step [s] of the difference for a drive's acceleration just before a time."""
+"""Step [s] of the difference just before a time, which is another one at a kink of the speed."""
 
 
 @draft
@@ -48,7 +48,7 @@ def evaluate_friction(tables, law, speed, mem, since):
 @draft
 def differentiate_friction(tables, law, speed, mem, since):
     """Return the derivative of the friction coefficient by the speed, by central differences."""
-    h = 1e-6 * max(abs(speed), 1e-4)
+    h = 1e-6 * max(abs(speed), 1e-4)  # m/s: far below the speeds over which friction laws change
     upper, lower = evaluate_friction(tables, law, speed + h, mem, since), evaluate_friction(tables, law, speed - h, mem, since)
     return (upper[0] - lower[0]) / (2.0 * h)
 

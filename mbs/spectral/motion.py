@@ -105,7 +105,7 @@ class SpectralStrip:
 
     def kinetic(self) -> Array:
         """Integrate the kinetic energy [J], (times,)."""
-        density = np.array([self.section.mass_per_length] * 2 + [self.section.inertia_per_length] * self.shears)
+        density = np.array([self.section.mass_per_length] * 2 + [self.section.inertia_per_length] * self.shears)  # 3 with shear
         total = np.zeros(len(self.q_t))
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 1)
@@ -123,7 +123,7 @@ class SpectralStrip:
         for i in range(3):
             if i == 1 and not self.shears:
                 continue
-            value, rate = (np.concatenate([piece[i] for piece in each], axis=1)[:, None] for each in (strains, rates))
+            value, rate = (np.concatenate([piece[i] for piece in pieces], axis=1)[:, None] for pieces in (strains, rates))
             out.append(Strain(stiffness[i], damping[i], np.concatenate(weights)[None], value, rate))
         return out
 

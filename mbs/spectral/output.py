@@ -38,13 +38,13 @@ CLOCK = _record_type(
     resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
     previous="f8",  # length of the last step, 0 after a jump [s]
     matrix_step="f8",  # length for which the Newton matrices are factored, 0 if none are [s]
-    reach="f8",  # a stop nearer than so many step lengths ends the step
+    reach="f8",  # the next step end cuts the step if it is nearer than so many step lengths
     error="f8",  # local error of this step over the one allowed
-    last_error="f8",  # the same of the last accepted step
+    last_error="f8",  # local error of the last accepted step over the one allowed
     last_step="f8",  # length of the step of `last_error` [s]
     max_growth="f8",  # largest ratio of the next step length to this one
     skipped="i8",  # steps since the last row
-    stop="i8",  # index of the next stop
+    stop="i8",  # index of the next of the times at which a step must end (`run`)
     needs_matrix="?",  # the next step needs new Newton matrices
 )
 """State of the step size control, kept from call to call."""
@@ -74,7 +74,7 @@ SMALLEST_RATIO = 0.2
 LARGEST_RATIO = 5.0
 """Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 STOP_REACH = 1.0001
-"""A step whose stop is nearer than so many step lengths ends there. A step to an onset is not lengthened: it would pass it."""
+"""A step ends at a time at which one must end if that is nearer than so many lengths. A step to an onset is not lengthened."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:

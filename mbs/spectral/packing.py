@@ -78,12 +78,12 @@ def _row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
 
 def _places(builder: Builder, marker: int) -> list[int]:
     """List the coordinates on which a marker depends."""
-    _, _, _, first, count, *_ = builder.markers[marker]
+    _kind, _offset, _size, first, count, *_ = builder.markers[marker]
     return builder.places[first : first + count]
 
 
 def pack(builder: Builder) -> Tables:
-    """Pack a builder's lists into tables; values of constraints that are None are 0 until the scene computes them."""
+    """Pack a builder's lists into tables; append forces' numbers to its data. Values of rows that are None become 0."""
     n = len(builder.q)
     weight = np.zeros(n)
     for at, amount in builder.weights:

@@ -99,7 +99,7 @@ def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], rep
 
 
 def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
-    """Add a marker at the centre of mass of a rigid link without attached masses; return it, mass, inertia, position at t = 0."""
+    """Add a marker at the centre of mass of a rigid link, attached masses left out; return it, mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     centre = body.start + rotate(np.array(body.angle), (x, y))
     return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
@@ -113,7 +113,7 @@ def _modal(link: Link, body: Any, out: Output) -> ModalHistory:
 
 
 def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
-    """Return the motion of a strip, with the coordinates of the strip alone."""
+    """Return the motion of a strip; its `places` number the coordinates of this strip, not those of the mechanism."""
     places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
     pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
     states = (out.q[:, places], out.v[:, places], out.a[:, places])
@@ -133,7 +133,7 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
-        reactions = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
+        reactions = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None  # forces are -G^T lambda
         channels[name] = dict(reactions or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, Forces.KIND]

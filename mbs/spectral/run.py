@@ -1,6 +1,6 @@
 """Run of the compiled solver: its scene, the choice of the integrator, the loop over calls of the integrator, the record.
 
-A stop is a time at which a step must end. Compiled functions raise no exceptions: a run's status comes back in its counts.
+Step ends are the times at which a step must end. Compiled functions raise no exceptions: the counts tell a run's status.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ CLEARANCE_SHARE = 4e-3
 MOST_VIOLATION = 1e-6
 """Largest violation of constraints at the end, over the longest link, or in rad; they are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
-"""Distance of two stops, over the end, below which they are one: a step between them would be rounding."""
+"""Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, between looks at the clock and for Ctrl-C."""
 LANDING = 1e-2
 """Distance from its face at which a contact counts as at it, over the tolerance and the longest link."""
 EXPLICIT_LANDING = 1e-3
-"""The same for the explicit method, whose steps have no error of Newton's method."""
+"""`LANDING` of the explicit method, whose steps have no error of Newton's method."""
 LEAST_LANDING = 1e-12
-"""Least landing distance of the explicit method, over the longest link: rounding over a step."""
+"""Least such distance of the explicit method, over the longest link: rounding errors of a step."""
 OUTSIDE = 0.1
 """Distance before a face at which an implicit step to an onset ends, over the landing distance: ten times the error left by
 Newton's method. A last node inside the face would already have the contact's force."""
@@ -88,7 +88,7 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces to continue a run, (forces, 4), with the last onset for the fastest, which rows lack."""
+    """Return the memories of forces to continue a run, (forces, 4). Rows lack the fastest onset: the last one replaces it."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -138,12 +138,12 @@ def integrate(
     scene.work.state[:, State.ANGLE] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     start = balance(scene, state.q, state.v, state.time, state.memory)
     controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
-    stops = _stops(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
+    step_ends = _find_step_ends(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
     run, model, shortest = _choose_integrator(scene, solver, state, start)
     controls.located = take is None or run is implicit.run_implicit
     controls.shortest, controls.every = shortest * end, every
     if ends is not None:
-        stops = np.unique(np.concatenate([stops, ends]))
+        step_ends = np.unique(np.concatenate([step_ends, ends]))
         controls.first_step, controls.longest, controls.fixed = end, end, True
         controls.newton_share = NEWTON_EQUAL / solver.tolerance
     controls.within = every == 1 and not controls.fixed
@@ -155,7 +155,7 @@ def integrate(
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
             columns = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]
             out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in columns))
-            run(model, clock, controls, stops, out, counts)
+            run(model, clock, controls, step_ends, out, counts)
             failure = _failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
@@ -173,15 +173,15 @@ def integrate(
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 
-def _stops(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
-    """Find the stops: kinks of functions of time, times that divide short intervals between them, the end [s]."""
+def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
+    """Find the step ends [s]: kinks of functions of time, the end, and times by which `subdivide` divides short intervals."""
     factor = scene.tables.time_factor[0]
     with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
         kinks = subdivide(kinks, longest, end / COARSEST)
-    stops = np.unique([*kinks, end])
-    return stops[np.append(np.diff(stops) > DISTINCT * end, True)]
+    times = np.unique([*kinks, end])
+    return times[np.append(np.diff(times) > DISTINCT * end, True)]
 
 
 def _choose_integrator(
@@ -211,13 +211,13 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
 
 def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
     """Set the options of the integrator, `output.CONTROLS`, but the shortest step and the steps per row."""
-    out, equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
+    out, are_equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
-    out.first_step = longest if equal else FIRST_STEP * min(longest, duration / COARSEST)
-    out.max_steps, out.fixed = solver.steps.max_steps, equal
+    out.first_step = longest if are_equal else FIRST_STEP * min(longest, duration / COARSEST)
+    out.max_steps, out.fixed = solver.steps.max_steps, are_equal
     out.least_onset, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
-    if equal:
+    if are_equal:
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
@@ -230,7 +230,7 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
     else:
         out.landing = LANDING * out.tolerance * size
         out.outside = max(OUTSIDE * out.landing, out.rounding)
-    out.near = 2.0 * out.outside
+    out.near = 2.0 * out.outside  # a step to a face ends at half of it, but for errors
     return out
 
 

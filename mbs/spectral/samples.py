@@ -15,7 +15,7 @@ from .tables import Memory
 LINE_EXPONENT = 0.75
 """Exponent of the tolerance in the error allowed of linear interpolation between rows; errors of runs go as tol^(3/4)."""
 MOST_SAMPLES = 40
-"""Largest number of rows in a step."""
+"""Largest number of rows in a step: room for so many must be left in the output when a step begins."""
 JUMP = 0.1
 """Time between a jump and the row beside it, over the shortest step."""
 
@@ -72,7 +72,7 @@ def _write_memory(state, out, row, start):
 def count_parts(state, elastic, h, controls, depth_bending):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
-    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is the relative one of depths.
+    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is that of a depth, over the depth.
     """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))

@@ -34,7 +34,7 @@ from .strut import StrutBody, find_hosts, join_strut
 from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, allocate_work
 
 DEGREE = 8
-"""Default degree of a strip's polynomials."""
+"""Default degree of a strip's polynomials, if the solver gives none."""
 
 
 class MarkerMotion(NamedTuple):
@@ -128,8 +128,8 @@ class CompiledScene:
     @cached_property
     def fronts(self) -> Fronts:
         """Order of elimination of Newton's matrices."""
-        s, unknowns = self.tables, self.size + len(self.tables.rows)
-        return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool))
+        tables, unknowns = self.tables, self.size + len(self.tables.rows)
+        return fronts_of(tables.row, tables.col, self.size, unknowns, np.ones(len(tables.row), dtype=bool))
 
     @cached_property
     def mass_fronts(self) -> Fronts:
@@ -137,13 +137,13 @@ class CompiledScene:
         return self.find_mass_fronts(constant=False)
 
     def find_mass_fronts(self, constant: bool) -> Fronts:
-        """Find the order of elimination of [M G^T; G 0]; with the constant part of M it is diagonal for modal links."""
-        s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
-        filled = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n)
-        for first, modes, _ in [] if constant else s.modal:
+        """Find the order of elimination of [M G^T; G 0]; if `constant`, of M without the part that modes change."""
+        row, col, n, unknowns = self.tables.row, self.tables.col, self.size, self.size + len(self.tables.rows)
+        filled = (self.tables.mass[:-1] != 0.0) | (row >= n) | (col >= n)
+        for first, modes, _ in [] if constant else self.tables.modal:
             last = first + 3 + modes
-            filled |= (first <= s.row) & (s.row < last) & (first <= s.col) & (s.col < last)
-        return fronts_of(s.row, s.col, n, unknowns, filled)
+            filled |= (first <= row) & (row < last) & (first <= col) & (col < last)
+        return fronts_of(row, col, n, unknowns, filled)
 
     def mass_entries(self, q: Array) -> Array:
         """Compute the entries of the mass matrix, (slots + 1,)."""
@@ -165,8 +165,9 @@ class CompiledScene:
 
     def sparse_matrix(self, values: Array) -> csr_array:
         """Build the matrix of all unknowns from its entries as a sparse one."""
-        s, unknowns = self.tables, self.size + len(self.tables.rows)
-        return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
+        unknowns = self.size + len(self.tables.rows)
+        first = np.searchsorted(self.tables.row, np.arange(unknowns + 1))  # index of each row's first entry
+        return csr_array((values[:-1], self.tables.col, first), shape=(unknowns, unknowns))
 
     def memory(self) -> Array:
         """Return the memories of forces at the start, shape (forces, 4): columns of `Memory`."""
@@ -189,7 +190,7 @@ class CompiledScene:
         """Compute the terms of `assemble` at an instant, which may be later than the bristles of its memory."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((4, len(self.tables.mass)))
-        entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)
+        entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)  # [3]: G, G^T
         return Equations(force, sides[0], sides[1], sides[2], matrices, self.sparse_matrix if sparse else self.full_matrix)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
@@ -224,8 +225,8 @@ class CompiledScene:
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> MarkerMotion:
         """Compute position and angle of a marker at coordinates q, and their rates at v (zero by default)."""
-        s = self._place(q, v)[marker]
-        return MarkerMotion(s[:2].copy(), s[3:5].copy(), float(s[State.ANGLE]), float(s[State.SPIN]))
+        state = self._place(q, v)[marker]
+        return MarkerMotion(state[:2].copy(), state[3:5].copy(), float(state[State.ANGLE]), float(state[State.SPIN]))
 
     def _place(self, q: Array, v: Array | None = None) -> Array:
         """Compute the states of all markers, (markers, 11)."""

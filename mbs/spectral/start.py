@@ -22,7 +22,7 @@ ROUNDING = 1e-12
 MOST_ITERATIONS = 20
 """Largest number of iterations in `balance`: enough for 1e-12 if each reduces the change to a quarter."""
 LEAST_RATE = 1e-3
-"""Least rate with which the explicit method compares errors of rates, in units of coordinates [1/s], for a start from rest."""
+"""Least scale of errors of rates in the explicit method, in units of coordinates [1/s]: at rest no rate gives a scale."""
 
 
 class Balance(NamedTuple):
@@ -53,9 +53,9 @@ def start_rates(scene: CompiledScene) -> Array:
     for i, rate in scene.builder.state_rates.items():
         v[i] = rate
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)
-    violation = equations.speed - equations.jacobian @ v
-    if np.abs(violation).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
-        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), violation)[0]  # M dv + G^T mu = 0, G dv = violation
+    missing = equations.speed - equations.jacobian @ v
+    if np.abs(missing).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
+        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), missing)[0]  # G dv = missing
     return v
 
 
@@ -89,7 +89,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
 
-    Components are normal with standard deviation `spread`, then projected by the pseudo-inverse of G; modal ones are zero.
+    Components are normal with standard deviation `spread`, zero if modal, then projected by the pseudo-inverse of G.
     """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():

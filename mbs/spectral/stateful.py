@@ -19,7 +19,7 @@ from .tables import Forces, Markers, Report, State, StatefulData
 STEP = 1e-6
 """Step of central differences over the size of the argument: rounding and truncation are both small."""
 SMALL = 1e-3
-"""Least size of a law's argument for the step of its central difference."""
+"""Least size of a law's argument in that step, in SI units: at an argument of 0 the step must not vanish."""
 
 
 @draft
@@ -65,7 +65,7 @@ def add_stateful(tables, work, k, t, f):
     _, count, states = _read_counts(tables, k)
     a, out = tables.forces[k, Forces.A], work.reports[k]
     _fill_arguments(tables, work, k, t)
-    out[Report.FX], out[Report.FY] = 0.0, 0.0
+    out[Report.FX], out[Report.FY] = 0.0, 0.0  # a torque has none
     out[Report.VALUE] = _evaluate(tables, work, k, 0, count)
     if count > 1:
         out[Report.FX], out[Report.FY] = out[Report.VALUE], _evaluate(tables, work, k, 1, count)

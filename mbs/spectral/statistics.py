@@ -33,7 +33,7 @@ StateIndex = IntEnum("StateIndex", "T1 T2 ROWS SAMPLES FIRST", start=0)
 """Indices of the state kept from call to call: times of the last row and of the row before, numbers of rows and samples so far.
 From FIRST on follow the values of the last row, of the row before, and of the last sample, (columns,) each."""
 SAMPLES = 2000
-"""Samples per window from which the total variation is computed: what a drawing of a turn resolves."""
+"""Samples per window from which the total variation is computed: as many as a plot of one turn of a drive resolves."""
 OVERSHOOT = 0.125
 """Largest height of a vertex above the middle row, over the larger difference of the rows: the largest with equal steps. Where a
 short step lies beside a long one, the vertex of a parabola through a kink would be unbounded."""
@@ -44,7 +44,7 @@ class Accumulator:
     """Statistics accumulated so far."""
 
     edges: Array  # edges of windows [s], (windows + 1,)
-    found: Array  # statistics, (windows, columns, 8): the last axis is `Statistic`
+    found: Array  # values of the statistics, (windows, columns, 8): the last axis is `Statistic`
     state: Array  # indices of `StateIndex`, (4 + 3 columns,)
 
     @classmethod

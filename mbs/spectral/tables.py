@@ -20,7 +20,7 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # on a Reissner strip: position and angle are linear in the coordinates
+    LINEAR = 2  # x, y, angle are linear in `SIZE` coordinates each: on a Reissner strip, of a point mass, of a law's state
     CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
@@ -31,7 +31,8 @@ StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 StripColumn = IntEnum("StripColumn", "KIND MEMBERS POINTS FIRST NUMBERS", start=0)
 """Columns of strips: kind; number of members of the basis, of Gauss points; indices of its first place and first number."""
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
-"""Numbers of a strip: moduli, damping times [s], Gauss weights (ng,), stress-free strains (3, ng), N, N', N'' there."""
+"""Numbers of a strip: moduli, damping times [s], Gauss weights (ng,); stress-free strains (3, ng), the basis and its first two
+derivatives at the Gauss points."""
 MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
 """Kinds of motions of a drive: zero, a ramp of the speed, functions of time for position and speed, by address."""
 
@@ -127,15 +128,15 @@ class Memory(IntEnum):
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m), stiffness (m), damping (m); of a strip
-    `StripData`. Statics changes `values` and `factors`, frequency responses the time factor.
+    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m) (see `kernel`), stiffness (m), damping (m); of a
+    strip `StripData`. Statics changes `values` and `factors`, frequency responses the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
     members: Array  # unknowns of all blocks, one block after the other
     slots: Array  # slot of each entry of all blocks, row by row
     row: Array  # (slots,): row of each slot in the matrix of all unknowns
-    col: Array  # (slots,): its column
+    col: Array  # (slots,): column of each slot
     mass: Array  # floats (slots + 1,): constant part of the mass matrix
     mass_first: Array  # (n + 1,): the same as compressed sparse rows: index of each row's first entry
     mass_col: Array  # columns of the entries
@@ -180,12 +181,12 @@ class Work(NamedTuple):
     jacobian_rate: Array  # (3, places): derivatives of their rates by the coordinates
     grad: Array  # (6,): gradient of one measure by (x, y, angle) of markers a and b
     hess: Array  # (6, 6): its Hessian
-    hess_rate: Array  # (6,): Hessian times the markers' rates
+    hess_rate: Array  # (6,): this Hessian times the markers' rates
     by_place: Array  # (6, 6): derivatives of one force on two markers by their (x, y, angle)
-    by_rate: Array  # (6, 6): and by the rates of these
+    by_rate: Array  # (6, 6): derivatives of the same force by the rates of these
     scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
-    block_damping: Array  # (m, m): and of C
+    block_damping: Array  # (m, m): entries of the same block of C
     strip_form: Array  # (1,): form in which strips' forces are computed, a constant of `strips`
     stress: Array  # (points, 3): stresses that are unknowns, at the Gauss points of all strips
     slack: Array  # (points, 3): stresses that follow from the strains less these
