@@ -47,7 +47,7 @@ class Direction(Vector):
         """Return a unit vector [1]."""
         x, y = super().read(name, raw)
         length = Quantity("1", 0.0, open_low=True).read(f"{name} (length)", (x * x + y * y) ** 0.5)
-        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # no rounding of unit vectors
+        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # unit vectors stay as they are
 
 
 @dataclass(eq=False, repr=False)

@@ -41,7 +41,7 @@ class Declared:
             _KINDS[cls.__name__] = cls
 
     def __post_init__(self) -> None:
-        where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""
+        where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""  # 120: one line, even for a long raw value
         for key, declaration in declarations(type(self)).items():
             raw = getattr(self, key)
             value = declaration.spec.read(where + key, raw)

@@ -142,7 +142,7 @@ def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
             reason = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {show(word)}: {reason}")
         return kinds[word]
-    sharing = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]  # a single one gives the better message
+    sharing = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]  # a single one reports its wrong keys
     fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(raw, kinds) or sharing
     if len(fitting) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")

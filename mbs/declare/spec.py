@@ -17,6 +17,7 @@ from ..units import Measured, is_measured, measured, parse_unit
 from ..validate import LARGEST, near, number, short, whole, word
 
 Schema = dict[str, Any]
+"""JSON schema, or a part of one."""
 
 
 class Spec:
@@ -74,7 +75,7 @@ class Quantity(Spec):
 
     def __post_init__(self) -> None:
         for unit in self.unit.split(" or "):
-            parse_unit(unit.replace("^n", ""))  # raises for a misspelt unit
+            parse_unit(unit.replace("^n", ""))  # raises for a misspelt unit; N/m^n has the exponent n of a contact law
         self.metavar = "NUMBER" if self.unit in ("", "1") else self.unit
         low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
         self.allowed = low or (f"<= {self.high:.12g}" if self.high < inf else "")

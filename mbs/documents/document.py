@@ -55,21 +55,21 @@ def _key(name: str) -> str:
 
 
 def _text(text: str | int) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML forbids the character DEL, JSON does not
 
 
 def _inline(each: Any) -> str:
     """Write a value on one line."""
     if isinstance(each, float):
         return repr(each)
-    if isinstance(each, str | int):  # and truth values, as in JSON
+    if isinstance(each, str | int):  # also truth values, which are ints; TOML writes them as JSON does
         return _text(each)
     if isinstance(each, Mapping):
         return "{ " + ", ".join(f"{_key(k)} = {_inline(v)}" for k, v in each.items()) + " }" if each else "{}"
     return f"[{', '.join(map(_inline, each))}]"
 
 
-ENDINGS = (".toml", ".json")
+ENDINGS = (".toml", ".json")  # of names of files
 
 
 def write(content: Mapping[str, object], path: Path) -> Path:

@@ -100,7 +100,7 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
         used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
     except ValueError as error:
         if "is no formula" in str(error):
-            return text  # such as a name with other signs, which the reader of the field checks
+            return text  # such as a text of several words, which the reader of the field checks
         raise ValueError(f"{path} = {show(text)}: {error}") from None
     numbers = {name: _number(values[name], path) for name in used & set(values)}
     if used - set(numbers):

@@ -40,7 +40,7 @@ SHAPED = (
 
 
 class Flexible(Body):
-    """Base of beams and cables."""
+    """Base of strips of finite elements: beams and cables."""
 
     section: Section | Profile
     meshed: ClassVar[bool] = True
@@ -146,10 +146,10 @@ class CurvedLine:
 
 
 def _bow(chord: float, bow: float) -> CurvedLine:
-    """Return a half-sine bow, theta = A cos(pi s), of a height [m]: A chord/pi to order A^2, which determines A."""
+    """Return the half-sine bow theta = A cos(pi s) of a height [m]; A = pi bow/chord, with a relative error of order A^2."""
     amplitude = np.pi * bow / chord
     unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
-    unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
+    unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])  # 8 pieces: exact to rounding up to A = 6
     return CurvedLine(chord / unit_chord, unit.direction)
 
 
@@ -174,7 +174,7 @@ def _spline(chord: float, shape: Shape) -> CurvedLine:
     place = ((points[:, 0] + 1j * points[:, 1]) - complex(*points[0])) * chord / span
     polygon = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(place)))])
     line = CubicSpline(polygon, np.column_stack([place.real, place.imag]))
-    fine = np.linspace(0.0, polygon[-1], 20 * SAMPLES)
+    fine = np.linspace(0.0, polygon[-1], 20 * SAMPLES)  # the trapezoidal rule has order 2 only
     tangent = line(fine, 1)
     speed = np.hypot(*tangent.T)
     arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (speed[1:] + speed[:-1]) / 2)])

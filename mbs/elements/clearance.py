@@ -55,7 +55,7 @@ class Clearance(Joint):
 
     @property
     def rubs(self) -> str:
-        """Name of the joint's point; '' without friction."""
+        """Name of the joint's point, by which messages say where friction acts; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
@@ -67,7 +67,7 @@ class Clearance(Joint):
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the rows of a pin that is centred in its bush at t = 0."""
-        return yield_pin(self.point, self.first, self.second, start_only=True)
+        return yield_pin(self.point, self.first, self.second, start_only=True)  # later the contact law holds the pin
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield the largest allowed depth: the clearance, or `PIERCED` times the pin's radius if that is larger."""
@@ -130,8 +130,7 @@ class Clearance(Joint):
         middle_memory = memory[1:].copy()
         middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
         middle_memory[:, SINCE] = time[:-1] + steps / 2  # as if just accepted: the bristle keeps its mean
-        sides = _at_middle(pin, steps), _at_middle(bush, steps)
-        middle = compute_contact(self, *sides, middle_memory, time=middle_memory[:, SINCE])
+        middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_memory[:, SINCE])
 
         def work(force: str, speed: str) -> Array:
             """Integrate a power by Simpson's rule; force and speed are fields of `PinContact`."""
@@ -163,7 +162,7 @@ class Side(NamedTuple):
 
 
 def read_motions(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
-    """Return the motion of pin and bush."""
+    """Return the motion of pin and bush, each a side of the joint."""
     references = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
     pin, bush = (Side(*record.point(at), *record.turn(at)) for at in references)
     return pin, bush
@@ -217,7 +216,7 @@ class ContactState(IntEnum):
     """Contact states of a pin in its bush."""
 
     FREE = 0
-    IMPACT = 1  # until the depth has its first minimum within a contact
+    IMPACT = 1  # from onset until the depth has its first minimum within the contact
     CONTINUOUS = 2  # from the minimum to the end of the contact
 
 

@@ -107,7 +107,7 @@ class Motion(Declared):
         """
         kinks = self.kinks(last)
         start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)
-        h = min(STEP, (end - start) / 4) if end > start else STEP
+        h = min(STEP, (end - start) / 4) if end > start else STEP  # one-sided quotients reach 2 h from t
         return (4 * self._rate(t, h / 2, start, end) - self._rate(t, h, start, end)) / 3
 
     def _rate(self, t: float, h: float, start: float, end: float) -> float:
@@ -124,7 +124,7 @@ class Motion(Declared):
 
 
 STEP = 1e-5
-"""Longest step of differences of positions and speeds [s]; a step of a tenth loses a digit more to rounding."""
+"""Longest step of differences of positions and speeds [s]; a tenth of it loses a digit more to rounding."""
 SPEED_ERROR = 1e-3
 """Largest relative difference of a motion's speed from the derivative of its position; its square applies near zero speed."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
@@ -203,7 +203,7 @@ class Drive(Element):
         if isinstance(self.speed, Ramp | Motion):
             return self.speed
         speed = float(self.speed)  # type: ignore[arg-type]  # `agree` has converted formulas and tables
-        return Ramp(speed, speed, 1.0)
+        return Ramp(start=speed, end=speed, duration=1.0)  # constant: any duration will do
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield torque [N m] or force [N] of the drive, and the angle [rad] or travel [m] since t = 0."""

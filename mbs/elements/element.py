@@ -149,7 +149,7 @@ class Element(Declared):
         yield from ()
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the masses that the element adds to bodies; none by default."""
+        """Yield the masses and inertias that the element adds to bodies; none by default."""
         yield from ()
 
 
@@ -162,7 +162,7 @@ class Body(Declared):
     meshed: ClassVar[bool] = False
     """True for a strip of finite elements, a `Beam` or `Cable`."""
     massless: ClassVar[bool] = False
-    """True for a force element between its neighbours; its force has kinks."""
+    """True for a `Strut`, a mere force between the bodies at its ends; the force has kinks."""
     turns: ClassVar[bool] = True
     """True if its points have an angle, so that a torque can act there."""
     linear: ClassVar[bool] = False
@@ -192,17 +192,17 @@ class Body(Declared):
 
 
 class JointBase(Element):
-    """Fields of joints that other elements use."""
+    """Base of joints: the fields that other elements use."""
 
     ideal: ClassVar[bool] = True
-    """True for a constraint, false for a contact."""
+    """True for a joint of constraints, false for one with clearance, whose contact is a force."""
     point: str
     first: str
     second: str
 
 
 class LinkBase(Element):
-    """Fields of links that other elements use."""
+    """Base of links: the fields that other elements use."""
 
     name: str
     start: str
@@ -216,7 +216,7 @@ class LinkBase(Element):
 
 
 class GuideBase(Element):
-    """Fields of guides that other elements use."""
+    """Base of guides: the fields that other elements use."""
 
     point: str
     link: str
@@ -224,7 +224,7 @@ class GuideBase(Element):
 
 
 class Parts(Declared):
-    """Fields and methods of a mechanism that its elements use."""
+    """Base of mechanisms: the fields and methods that elements use."""
 
     in_files = False
 

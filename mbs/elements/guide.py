@@ -84,7 +84,7 @@ class Guide(GuideBase):
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
     through: str | None = names(
-        doc="another point of the line; it fixes the line if the place of the guided point is left out", default=None
+        doc="another point of the line; it fixes the line if `points` leaves out the guided point", default=None
     )
 
     def check(self, mechanism: Parts) -> None:
@@ -110,7 +110,7 @@ class Guide(GuideBase):
 
     @property
     def rubs(self) -> str:
-        """Name of the guided point; '' without friction."""
+        """Name of the guided point, by which messages say where friction acts; '' without friction."""
         return self.point if self.friction is not None else ""
 
     @property
@@ -142,7 +142,7 @@ class Guide(GuideBase):
                 yield Energy("taken", "friction", work - (stored - stored[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield lateral force on the block, positive to the left of the direction, friction and its limit [N]."""
+        """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""
         reaction = record.channel(name, "reaction")
         if reaction.size:
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
@@ -157,13 +157,13 @@ class Guide(GuideBase):
             yield Signal(f"{prefix}.friction_limit", largest, "N", Kind.FRICTION)
 
     def _reaction_and_bristle(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Return the magnitude of the reaction [N] and the deflection of the bristles [m], each (times,)."""
+        """Return the magnitude of the lateral reaction [N] and the deflection of the bristles [m], each (times,)."""
         memory = record.channel(name, "memory")
         bristle = memory[:, BRISTLE] if memory.size else np.zeros_like(record.time)
         return np.abs(record.channel(name, "reaction")[:, 0]), bristle
 
     def _drag(self, name: str, record: Recorded) -> Array:
-        """Return the friction force against the speed [N], (times,)."""
+        """Return the friction force [N] with the sign of the speed, which it opposes, (times,)."""
         speed = record.blocks[self.point].speed
         if isinstance(self.friction, GuideFriction):
             return self.friction.force(speed)

@@ -47,7 +47,7 @@ def sample(function: Callable[..., object], *columns: Array) -> Array:
             values.append(np.asarray(function(*arguments), dtype=float))
         except Exception:
             values.append(np.array(np.nan))
-    shape = max((value.shape for value in values), key=len)
+    shape = max((value.shape for value in values), key=len)  # (2,) for a vector, though errors leave scalars
     return np.array([np.broadcast_to(value, shape) for value in values])
 
 
@@ -172,7 +172,7 @@ class Stateful(Load):
         return values[:, 0] if self.law.size == 1 else values
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the functions with their arguments over a run; none for a function of time alone without states."""
+        """Yield the functions with their arguments over a run; none for a function of time alone: its edges are known."""
         depends_on_time = isinstance(self.value, Table) or tuple(getattr(self.value, "variables", self.variables)) == ("t",)
         if not callable(self.value) or (depends_on_time and self.states is None):
             return

@@ -201,7 +201,7 @@ class Modal(Body):
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
-        """Yield end shortening [m], and deflection of mid-length from the line between the ends [m]."""
+        """Yield end shortening [m], and deflection of mid-length from the chord [m]."""
         motion = record.links[link.name]
         yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.STRETCH)
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)

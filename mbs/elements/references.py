@@ -92,7 +92,7 @@ def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
     if ":" in at:
         return at
     if at == GROUND:
-        return f"{GROUND}:{GROUND}"
+        return f"{GROUND}:{GROUND}"  # no point is needed: the angle of the ground is zero everywhere
     link = mechanism.link(at)
     return f"{at}:{near if near in link.points else link.start}"
 

@@ -103,11 +103,11 @@ class Mass(Element):
         return f"{holder(mechanism, reference)}:{self.point}"
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
-        """Yield the mass."""
+        """Yield mass and inertia on the body that carries them."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield kinetic energy and weight."""
+        """Yield kinetic energy, and potential energy of gravity."""
         at, gravity = self.at(record.mechanism), record.mechanism.gravity
         (places, velocity), (_, spin) = record.point(at), record.turn(at)
         yield Energy("held", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)

@@ -54,7 +54,7 @@ class Trait(NamedTuple):
 
     @property
     def smooth(self) -> bool:
-        """True for a length or an angle, which cannot jump."""
+        """True for a place or a stretch, which cannot jump."""
         return self.kind in (Kind.PLACE, Kind.STRETCH)
 
 

@@ -35,7 +35,7 @@ def potential(law: Law, values: Array) -> Array:
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
 
     def integrate(starts: Array, ends: Array) -> Array:
-        """Integrate the force over intervals."""
+        """Integrate the force over intervals by four Gauss points in each."""
         nodes, weights = np.polynomial.legendre.leggauss(4)
         half = (ends - starts)[:, None] / 2
         x = starts[:, None] + half + half * nodes
@@ -63,7 +63,7 @@ class Elastic(Load):
         raise NotImplementedError
 
     def tension(self, value: Array, rate: Array) -> Array:
-        """Return the restoring force [N] or torque [N m], (times,)."""
+        """Return the tension [N], or the torque on the first link [N m], (times,); a positive one reduces the coordinate."""
         if self.law is None:
             return self.stiffness * value + self.damping * rate
         return sample(self.law, value, rate)

@@ -57,7 +57,7 @@ class Stop(Element):
 
     @property
     def rubs(self) -> str:
-        """Name of the point; '' without friction."""
+        """Name of the point, by which messages say where friction acts; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
@@ -230,7 +230,7 @@ Finer runs reduce this ratio, so that the difference of two runs shows the effec
 
 @dataclass
 class Striking:
-    """Memory of a stop's contacts, updated after each accepted step.
+    """Memory of the approach speeds of a stop's contacts, updated after each accepted step.
 
     `onset` is the approach speed at the onset of the present or next contact [m/s]. It is at least `share` times `fastest`, the
     largest approach speed of contacts so far [m/s].

@@ -59,7 +59,7 @@ class Strut(Body):
 
 
 def state(link: LinkBase, record: Recorded) -> tuple[Array, Array]:
-    """Return the elongation of a link [m] and its rate [m/s], each (times,)."""
+    """Return the elongation of a link's chord since t = 0 [m] and its rate [m/s], each (times,)."""
     (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)
     chord = end - start
     span = np.hypot(*chord.T)
@@ -78,7 +78,7 @@ class StrutLaw:
     def __init__(self, strut: Strut, length: float) -> None:
         section = strut.section
         self.load, self.length = strut.load, length
-        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2  # unit: E I/L^2
+        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2  # unit: of P [N]
         self.damping = self.rigidity * section.material.axial_damping
         self.compliance = self.unit / section.axial_stiffness  # compression over length, for each unit of p
         self.critical = float(self.load(0.0))

@@ -33,7 +33,7 @@ REACHES = (6, 9)
 DEGREE = 8
 """Degree of the polynomials that are fitted to pieces."""
 FEWEST = 4
-"""Least number of sample intervals of a piece."""
+"""Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
 """Largest error of a polynomial relative to the function's range, and of its integral relative to that over the run."""
 HALVINGS = 60
@@ -41,9 +41,9 @@ HALVINGS = 60
 ROUNDING = 1e-12
 """Relative difference of equal values, and of equal times over the run."""
 AT_ONCE = 64
-"""Least number of arguments for which a call with arrays is tried."""
+"""Least number of rows of arguments for which a call with arrays is tried: it is checked by single calls of some seven rows."""
 MOST_OTHERS = 20
-"""Most arguments of a function in addition to the time."""
+"""Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
 """Error of the time of a jump predicted by the period, over the duration: rounding of thousands of periods."""
 RECURRING = 20
@@ -86,8 +86,8 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     if len(outstanding) > MOST:
         return Edges(capped=True)
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
-    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]
-    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation, in samples
+    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # samples
+    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation from the median, in samples
     # samples a and b are the first at or after two neighbouring edges: the function is smooth from a + 1 to b - 1
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
@@ -106,7 +106,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
     if count >= AT_ONCE:
-        some = slice(None, None, count // 7)  # some seven rows
+        some = slice(None, None, count // 7)  # seven rows or a few more
         single = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
             values = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *single.shape[1:]))
@@ -218,9 +218,9 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
 
 
 def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
-    """Yield the samples at the ends of polynomial pieces of a smooth interval, by recursive halving.
+    """Yield the samples between polynomial pieces of a smooth interval from sample `first` to `last`, by recursive halving.
 
-    `allowed` is the largest allowed error of an integral, in samples.
+    `allowed` is the largest allowed error of the integral of scaled values, in samples.
     """
     if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(last - first, PIECE / WIDTH)):
         return
@@ -240,7 +240,7 @@ def _find_quick_changes(first: int, inner: Iterator[int], last: int) -> Iterator
 
 
 def _misfit(values: Array) -> float:
-    """Return the largest error at the samples of the polynomial through samples near Chebyshev points."""
+    """Return the largest error, at all samples, of the polynomial through the samples next to Chebyshev points."""
     degree = min(DEGREE, len(values) // FEWEST)  # so that most samples lie between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))

@@ -44,7 +44,7 @@ PROBE_DISTANCE = 1e-6
 LEAST_KINK = 1e-8
 """Least second difference across a kink, over the range of the function: a kink has some 1e-6, a smooth curve 1e-12."""
 PROBES = 50
-"""Number of times in a run at which a function is compared with its value where all states but one are zero."""
+"""Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
 
 
 class Argument(NamedTuple):
@@ -83,7 +83,7 @@ MEASURE = 0
 
 
 class _Known(NamedTuple):
-    """Edges of a function of one state or of the time: values of that state, and the range in which edges were searched."""
+    """Known edges of a function of one state or of the time: `values` of that state, and the range that was searched."""
 
     state: int
     values: Array
@@ -141,10 +141,10 @@ class EdgeMemory:
         for name, (function, arguments) in functions:
             self._names.append(name)
             every_function.append((function, [each.curve(time, first) for each in arguments]))
-        found, many = self._find(time, every_function)
+        found, too_many = self._find(time, every_function)
         if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
             self._known = {}
-            found, many = self._find(time, every_function)
+            found, too_many = self._find(time, every_function)
         shift, every, spacing = self._compare(time, found)
         self._located = {}
         passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
@@ -153,11 +153,11 @@ class EdgeMemory:
         self._distance /= 2 if settled else 1
         self.edges, self.stops = every, np.unique([every - self._distance * spacing, every + self._distance * spacing])
         self.stops = self.stops if len(every) else passed
-        return Passed(passed, shift, many)
+        return Passed(passed, shift, too_many)
 
     def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
         """Find the edges [s] of each function along a run; return them, and True if a function has too many to locate."""
-        end, found, many = float(time[-1]), [], False
+        end, found, too_many = float(time[-1]), [], False
         for k, (function, curves) in enumerate(called):
             if k in self._known and self._known[k].covers(time, curves):
                 found.append(self._known[k].times(curves, end))
@@ -167,7 +167,7 @@ class EdgeMemory:
             found.append(times)
             before, self._times[k] = self._times.get(k), times
             if edges.capped:  # too many to be known
-                many = many or not _is_resolved(function, time, curves)
+                too_many = too_many or not _is_resolved(function, time, curves)
                 continue
             probes = times[:: 1 + len(times) // MOST_EDGES]
             state = _only_state(function, time, curves, probes)
@@ -179,8 +179,8 @@ class EdgeMemory:
             elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
                 self._known[k] = _Known(TIME, times)
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
-        many = many or not all(_is_resolved(function, time, ()) for function, edges in self._kept.values() if edges.capped)
-        return found, many
+        capped = [function for function, edges in self._kept.values() if edges.capped]
+        return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
 
     def _is_located(self, k: int) -> bool:
         """Return True if the run's steps end on all known edges of a function."""

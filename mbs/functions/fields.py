@@ -54,7 +54,7 @@ class Callables(Spec):
 
 
 _PARTS = Several(Either((Quantity(""), Callables())))
-"""Specification of the components of a function, each a number or a function."""
+"""Specification of the components of a function, each a number of any unit or a function."""
 
 
 @dataclass(eq=False, repr=False)

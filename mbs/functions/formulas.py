@@ -47,7 +47,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
 """Functions by their names in formulas, with the number of arguments."""
-OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)
+OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)  # + - * / **
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
@@ -68,7 +68,7 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] =
 
 
 def _syntax(text: str, error: Exception) -> str:
-    """Explain a syntax error of a formula."""
+    """Return the end of a message, which explains a syntax error of a formula."""
     if re.search(r"\d\s+[A-Za-z%]", text):
         return "; a formula has plain numbers, in SI, as 6.28 for 60 rpm"
     if re.search(r"[\d)]\s*[A-Za-z(]", text) and "never closed" not in str(error):
@@ -83,7 +83,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
     inner: Sequence[ast.expr] = ()
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            if not abs(value) <= 1e308:
+            if not abs(value) <= 1e308:  # near the largest float; 1e999 reads as inf
                 raise ValueError("a number too large")
         case ast.Name(id=name):
             if name not in names:
@@ -136,6 +136,7 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     tree = ast.fix_missing_locations(ast.Expression(ast.Lambda(arguments, _RealArithmetic().visit(parse(text, variables)))))
     names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}
     if arrays:
-        names = {name: getattr(np, name, _step_of_arrays) for name in names} | {"min": np.minimum, "max": np.maximum}
+        by_numpy = {name: getattr(np, name, _step_of_arrays) for name in names}  # all names but `step` are NumPy's
+        names = by_numpy | {"min": np.minimum, "max": np.maximum}
     names |= {"__builtins__": {}, "__name__": __name__, **CONSTANTS}
     return eval(compile(tree, "<formula>", "eval"), names)  # `parse` has checked all of it

@@ -190,7 +190,7 @@ class Integral(UserFunction):
         if t == 0:
             return 0.0
         if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]  # beyond the span by more than rounding
-            self.span(2.0 ** ceil(log2(abs(t))))
+            self.span(2.0 ** ceil(log2(abs(t))))  # a power of two, so that the span changes seldom
         sums: list[float] = self._sums  # type: ignore[attr-defined]
         width: float = self._span / PIECES  # type: ignore[attr-defined]
         full = max(0, int(t / width))  # number of full pieces before t

@@ -13,9 +13,9 @@ from ..geometry import Array
 from ..scene.linkage import Linkage, invert, solve_rates
 
 MAX_ITERATIONS = 30
-"""Largest number of Newton steps."""
+"""Largest number of Newton steps; from a good guess some five are enough."""
 ROUNDING = 2e-15
-"""Residual, over the longest link or in rad, at which loops are closed to rounding."""
+"""Residual, over the longest link or in rad, at which loops are closed to rounding: some nine roundings of 1."""
 CLOSED = 1e-9
 """Largest residual of closed loops, over the longest link or in rad; a larger one means that redundant rows contradict others."""
 
@@ -38,7 +38,7 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
         residual, jacobian = linkage.system(q)
         residual = residual - travel
         gap = float(np.abs(residual).max(initial=0.0))
-        if not np.isfinite(gap) or gap > 1e3 * scale:  # Newton's method diverges
+        if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
             return None
         if gap < ROUNDING * scale or (previous < CLOSED * scale and gap >= previous):
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
@@ -72,7 +72,7 @@ def choose_independent_rows(jacobian: Array) -> Array:
 
 
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
-    """Return True if between two times lies a singular pose, beyond which the motion is not determined.
+    """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
 
     In such a pose the determinant of independent rows changes its sign. If rows are redundant, another branch must exist, too.
     """
@@ -87,7 +87,7 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     """Return True if a second pose closes the loops at a time, close to the pose q.
 
     Newton's method starts from six poses, displaced from q along the right singular vector of the least singular value of the
-    Jacobian, by up to four times `distance`: the distance of q from a singular pose.
+    Jacobian, by up to four times `distance`, the size of the step that ends at q and has passed a singular pose.
     """
     jacobian = linkage.jacobian(q)
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)

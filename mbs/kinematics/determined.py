@@ -1,8 +1,8 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates q at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt. The multipliers mu of
-the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the start: each
-begins with a prediction by q, q_t and q_tt. Loops at other times are closed from interpolated ends of steps, called anchors.
+Coordinates q close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt, gamma quadratic in q_t. The
+multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the
+start: each is predicted by q, q_t and q_tt. Loops at other times are closed from interpolated ends of steps, called anchors.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .closing import Course, choose_independent_rows, close_loops, passes_singul
 from .diagnosis import explain_singularity
 
 FIRST_TURN = 0.02
-"""Angle by which the fastest link turns in the first step [rad]."""
+"""Angle by which the fastest link turns in the first step [rad]; later steps adapt to `SMALL_ERROR`."""
 LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link; a step with a larger error is halved."""
 SMALL_ERROR = 0.01
@@ -62,11 +62,11 @@ class UnclosedError(Exception):
 
 
 class Follower:
-    """Loop closure of a linkage from its start, step by step; `ended` is the early end of the motion, if any."""
+    """Loop closure of a linkage from its start, step by step; `ended` is the early end of the motion, None if it has none."""
 
     def __init__(
         self, mechanism: Mechanism, duration: float,
-        deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = bool,
+        deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = lambda: False,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
@@ -109,7 +109,7 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             anchors.append(state)
-            # the error grows with h^3, so that a double step has at most `SMALL_ERROR`
+            # the error grows with h^3: below SMALL_ERROR/8, a double step has at most `SMALL_ERROR`
             h *= 2 if error < SMALL_ERROR / 8 else 1.3 if error < SMALL_ERROR else 0.8 if error > LARGEST_ERROR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
@@ -157,8 +157,8 @@ class Follower:
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
             i, origin = linkage.index[guide.link], np.array(mechanism.points[guide.point])
-            _, place, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
-            travels = (values @ np.array(guide.along) for values in (place - origin, *rates))
+            _, position, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
+            travels = (values @ np.array(guide.along) for values in (position - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
         return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
 
@@ -210,11 +210,11 @@ class Follower:
         """Compute forces of guide friction and loads, and moments about the links' starts, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
-        blocks = {guide.point: guide.link for guide in mechanism.guides}
+        link_of_block = {guide.point: guide.link for guide in mechanism.guides}
         for name, element in Scene.of(mechanism).elements.items():
             for reference, force, moment in element.pushes(name, record) or ():
                 body, point = place(reference)
-                body = blocks.get(body, body)
+                body = link_of_block.get(body, body)  # a guide's block has the name of the guided point
                 if body == GROUND:
                     continue
                 i = linkage.index[body]

@@ -15,7 +15,7 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value below which a pose may be singular; the Jacobian is by lengths and angles times the longest link."""
+"""Least singular value below which a pose may be singular; the Jacobian is by places, and by angles times the longest link."""
 LEAST_RATIO = 0.2
 """Least singular value, over the least singular value at t = 0, below which a pose may be singular."""
 IN_LINE = 0.3
@@ -50,7 +50,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
-    """Diagnose the last pose of a run that failed, from its rigid links, by the least singular value; None if it is regular."""
+    """Diagnose the last pose of a failed run by the least singular value of its rigid links' Jacobian; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]

@@ -20,7 +20,7 @@ from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError
 
 SAMPLES_PER_TURN = 400
-"""Number of samples in a turn of the drive."""
+"""Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
 SAMPLES_PER_STEP = 0.2
 """Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`."""
 BEFORE_KINK = 1e-12
@@ -93,7 +93,7 @@ def _find_failed_load(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Return sample times [s]: equal steps, or 400 in each turn of the drive, and both sides of each kink of a drive or load.
+    """Return sample times [s]: equal steps, or `SAMPLES_PER_TURN`, and both sides of each kink of a drive or load.
 
     If more than `max_steps` steps are needed, `max_steps` + 1 steps are returned.
     """
@@ -120,7 +120,7 @@ def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])
     is_short = np.diff(np.searchsorted(grid, ends)) < least
     finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(is_short)]
-    is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]
+    is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]  # 2: the distance in a pair has an error of rounding
     stays = np.append(is_pair, False) | np.append(False, is_pair)
     stays[[0, -1]] = True
     stays |= ~np.append(is_short, False)[np.clip(np.searchsorted(ends, grid, side="right") - 1, 0, len(is_short))]

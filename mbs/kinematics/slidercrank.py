@@ -44,11 +44,11 @@ class SliderCrank(NamedTuple):
         return 1 - self.chord(theta, stop) / self.coupler
 
     def lean_cosine(self, theta: Reals, stop: Reals) -> Reals:
-        """Compute cos(phi), phi the angle between the chord and the slider's line (eq. 10)."""
+        """Compute cos(phi), phi the angle between the coupler's chord and the x axis (eq. 10)."""
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
     def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
-        """Compute the force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider fixed at x = stop, along its line [N].
+        """Compute the force p(u) E I/L^2 cos(phi) [N] of a buckled coupler on a slider fixed at x = stop, along the x axis.
 
         Equations 7-13: `load` is a function from the end shortening over length to p = P L^2/(E I), `rigidity` is E I [N m^2],
         `theta` the crank angle [rad], `stop` in m. A coupler without shortening has the Euler load.

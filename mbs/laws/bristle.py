@@ -13,7 +13,7 @@ from .pieces import Reals, saturate
 
 @declared
 class _Bristle(Declared):
-    """Base of laws with one bristle: parameters, g(v) and stored energy."""
+    """Base of friction laws with one bristle: parameters, g(v) and stored energy."""
 
     static: float = quantity("1", low="dynamic", doc="mu_s")
     dynamic: float = quantity("1", above=0, doc="mu_d")

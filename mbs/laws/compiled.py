@@ -117,7 +117,7 @@ def _identify(thing: object, depth: int = 0) -> Hashable:
         used = {name: thing.__globals__[name] for name in _global_names(thing.__code__) if name in thing.__globals__}
         cells = [cell.cell_contents for cell in thing.__closure__ or ()]
         parts = [*used.items(), *cells, *(thing.__defaults__ or ())]
-        values = tuple(_identify(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)
+        values = tuple(_identify(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)  # (None,): not known
         return None if None in values else (thing.__code__, *values)
     if isinstance(thing, tuple):
         values = tuple(_identify(part, depth) for part in thing)
@@ -130,7 +130,7 @@ def _identify(thing: object, depth: int = 0) -> Hashable:
         except TypeError:
             return None
         return type(thing), thing
-    items = getattr(thing, "__dict__", {"": None}).items()
+    items = getattr(thing, "__dict__", {"": None}).items()  # {"": None}: an object without fields is not known
     values = tuple(_identify(each, depth + 1) for each in items) if depth < DEEPEST else (None,)
     return None if None in values else (type(thing), *values)
 

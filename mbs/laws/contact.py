@@ -66,7 +66,7 @@ def _row_of(law: object, forms: RowForms) -> tuple[int, list[float]] | None:
     if isinstance(law, laws.HysteresisLaw):
         has_form = type(law).force is laws.HysteresisLaw.force
     form = next((forms[base] for base in type(law).__mro__ if base in forms), None) if has_form else None
-    return form and (form[0], [getattr(law, name, 2.0) for name in form[1]])
+    return form and (form[0], [getattr(law, name, 2.0) for name in form[1]])  # 2.0: exponent of `LuGre`
 
 
 def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
@@ -97,7 +97,7 @@ FIRST_FLOAT = GEOMETRY + 2 * CODES
 COLUMNS = FIRST_FLOAT + 2 * NUMBERS
 """Number of all columns of a joint's row."""
 WIDTH = len(journal.COLUMNS)
-"""Number of columns of the report."""
+"""Number of columns of the report of a joint, which `journal` defines."""
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 """Rows of the two laws of a joint in its table."""
 

@@ -80,7 +80,7 @@ class NoFriction(Declared):
     """
 
     def coefficient(self, speed: Reals) -> Reals:
-        """Return 0 in the shape of speed."""
+        """Return the coefficient 0 [1] in the shape of the speed."""
         return 0.0 * speed
 
 

@@ -23,7 +23,7 @@ from ..geometry import Array
 from .pieces import Reals
 
 Pair = tuple[Reals, Reals] | Array
-"""Two components x and y, or two values of pin and bush."""
+"""Two components x and y, or two values, one of the pin and one of the bush."""
 Law = Callable[..., float]
 """Function of a joint's row of numbers and of its state."""
 
@@ -109,7 +109,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
 
 
 def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    """Compute the generalised forces `out` on coordinates (x, y, theta of each node) from the report of the joints."""
+    """Write to `out` the generalised forces on coordinates (x, y, theta of each node), from the report `rows` of the joints."""
     out[:] = 0.0
     for j in range(offsets.shape[0]):
         radius, row = numbers[j, PIN], rows[j]

@@ -19,7 +19,7 @@ from .rebound import damping_ratio, require, restitution_linear
 
 
 class PowerLaw:
-    """Base of laws with the elastic part K d^n."""
+    """Base of contact laws with the elastic part K d^n of the force."""
 
     stiffness: float
     exponent: float

@@ -32,10 +32,9 @@ from ..geometry import Array
 _ELASTIC = 1e-8
 """Factor chi below which w = chi is used for the root of (2), with an error of chi^2."""
 _GAUSS = np.polynomial.legendre.leggauss(12)
-_NODES = (_GAUSS[0] + 1.0) / 2.0
-"""Nodes of Gauss quadrature on [0, 1]."""
-_WEIGHTS = _GAUSS[1] / 2.0
-"""Weights of Gauss quadrature on [0, 1]."""
+"""Twelve Gauss points and weights on [-1, 1]."""
+_NODES, _WEIGHTS = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
+"""Nodes and weights of Gauss quadrature on [0, 1]."""
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
@@ -59,7 +58,7 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
 
 
 def _depth(w: Array, chi: Array) -> Array:
-    """Compute x(w) = sqrt(2 E(w)) without the force Q, by Gauss quadrature, which allows chi = 0."""
+    """Compute x(w) = sqrt(2 E(w)) without the force Q by Gauss quadrature; the closed form of E would be 0/0 for chi = 0."""
     total = np.zeros_like(w)
     for node, weight in zip(_NODES, _WEIGHTS, strict=True):
         s = w + (1.0 - w) * node

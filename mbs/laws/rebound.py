@@ -168,12 +168,12 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     scale = depth / (mass * speed**2)
 
     def motion(_: float, state: np.ndarray) -> tuple[float, float]:
-        """Return the rates of depth and speed."""
+        """Return the rates of scaled depth and speed."""
         x, v = state.tolist()
         return v, -scale * float(law.force(depth * x, speed * v, speed))
 
     def out(_: float, state: np.ndarray) -> float:
-        """Return the depth, which ends the impact at 0."""
+        """Return the scaled depth, which ends the impact at 0."""
         return float(state[0])
 
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
@@ -188,5 +188,5 @@ def _log1p_minus(x: float) -> float:
     if abs(x) > 0.5:
         return math.log1p(x) - x
     r = x / (2.0 + x)
-    series = sum(r ** (2 * k) / (2 * k + 1) for k in range(1, 18))
+    series = sum(r ** (2 * k) / (2 * k + 1) for k in range(1, 18))  # |r| <= 1/3: the next term is below 1e-18
     return r * (2.0 * series - x)

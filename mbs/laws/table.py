@@ -48,7 +48,7 @@ else:
 
 
 def call_rows(address: int, rows: Array, values: Array) -> None:
-    """Call the function at an address with each of the `rows` (n, arguments), and store its `values` (n,)."""
+    """Call the function at an address with each of the `rows` (n, arguments), and store the results in `values` (n,)."""
     for i in range(len(values)):
         values[i] = call(address, rows[i])
 
@@ -112,7 +112,7 @@ def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     if kind == FrictionKind.LUGRE:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
-        step = 1e-9  # step of a forward difference [s], short compared with any motion
+        step = 1e-9  # of a forward difference of the time [s], short compared with any motion
         return (call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, step)) - bristle) / step
     return 0.0
 

@@ -47,8 +47,8 @@ class Forms:
 
     def __init__(self, rows: Sequence[Row], bodies: int, ends: Ends) -> None:
         self.bodies, self.count = bodies, len(rows)
-        points: list[list[Any]] = []
-        turns: list[list[Any]] = []
+        points: list[list[Any]] = []  # each item has the fields of `Terms`
+        turns: list[list[Any]] = []  # likewise, with zeros for arms and direction
         terms = [term for row in rows for term in row.terms]
         start = np.zeros(len(terms))  # measures at t = 0; angles since t = 0 are zero
         for number, (_, measure) in enumerate(terms):
@@ -117,7 +117,7 @@ class Forms:
         return self._sum_terms(gamma, -1)
 
     def _arms(self, q: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Compute angles of bodies; for terms of points both arms, vector from second to first point, unit direction d."""
+        """Compute angles of bodies; for terms of points both arms, vector from second to first point [m], unit vector d."""
         terms, (z, angles) = self.points, self._with_ground(q)
         rotation = np.exp(1j * angles)
         arm_1, arm_2 = terms.arm_1 * rotation[..., terms.first], terms.arm_2 * rotation[..., terms.second]

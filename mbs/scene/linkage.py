@@ -28,7 +28,7 @@ class KinematicsError(ValueError):
 
 
 ROUNDING = 1e-9
-"""Singular value of a constraint Jacobian, over the largest one, below which it counts as zero."""
+"""Singular value of a constraint Jacobian, over the largest one, below which it counts as zero: far above rounding."""
 DISPLACEMENT = 1e-2
 """Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
 POSES = 4
@@ -147,11 +147,11 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.position(t))
 
     def speed(self, time: ArrayLike) -> Array:
-        """Return the rate of the travel of the drives."""
+        """Return the rate of the travel of the drives [m/s or rad/s], shape (..., rows)."""
         return self._drive_values(time, lambda motion, t: motion.speed(t))
 
     def acceleration(self, time: ArrayLike) -> Array:
-        """Return the second rate of the travel of the drives; no drive is evaluated beyond `last`."""
+        """Return the second rate of the travel of the drives, shape (..., rows); no drive is evaluated beyond `last`."""
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
@@ -195,13 +195,13 @@ class Linkage:
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
         """Close loops by the Gauss-Newton method from a nearby pose; return None if it does not converge or goes far away."""
         scale = max(1.0, self.size)
-        for _ in range(20):
+        for _ in range(20):  # far more than a start so close needs
             residual, jacobian = self.system(q)
             if np.abs(residual[rows]).max() < 1e-13 * scale:
                 break
             q = q - (unit * (np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6) @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
-        has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # rounding of an ill-conditioned Jacobian allowed
+        has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
         return q if has_closed and distance < 20 * DISPLACEMENT else None
 
     def mobility(self) -> int:
@@ -236,7 +236,7 @@ def involved_elements(names: list[str], weights: Array) -> list[str]:
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
-    """Return the largest speed [rad/s] of a driven link, sampled at 101 times of a duration [s]; 0 if no link is driven."""
+    """Return the largest speed [rad/s] of a driven link, sampled at each per cent of a duration [s]; 0 if no link is driven."""
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)

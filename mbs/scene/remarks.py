@@ -38,13 +38,13 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = sum(mechanism.length(link.name) for link in mechanism.links)
     for stop in mechanism.stops:
-        if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:
+        if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:  # 2: from one side to the other
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
     return found
 
 
 def _free_links(linkage: Linkage) -> Iterator[str]:
-    """Yield remarks on links that nothing joins to the rest, and on links that can move although the drives are fixed."""
+    """Yield remarks on links that nothing joins to the rest, and on links that can move with all drives locked."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
     acting = " ".join(repr(part) for part in (*mechanism.loads, *mechanism.stops, mechanism.velocities))

@@ -118,7 +118,7 @@ class Scene:
         rubbing = [guide.key for guide in mechanism.guides if guide.rubs_on_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
-        constrained, no_multipliers = set(self.linkage.names), np.empty((0, 3))
+        constrained, no_multipliers = set(self.linkage.names), np.empty((0, 3))  # 3: most rows of an element
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"

@@ -19,7 +19,7 @@ from ..mechanism import Mechanism
 from .linkage import ROUNDING, KinematicsError, Linkage, involved_elements, mass_matrix, rank
 
 EXACT = 1e-9
-"""Largest residual of velocities that satisfy their equations, relative to the right-hand side: rounding."""
+"""Largest residual, relative to the right-hand side or 1, of velocities that satisfy their equations: far above rounding."""
 
 
 @dataclass(frozen=True)
@@ -165,11 +165,11 @@ def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array,
 
 
 def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
-    """Return the rates u with rows u = right and the least u^T mass u, by least squares in Cholesky coordinates."""
+    """Return the rates u with rows u = right and the least u^T mass u, by least squares in coordinates of unit mass."""
     if not right.any():
         return np.zeros(len(mass))
     unit = 1 / np.sqrt(np.diag(mass))
-    factor = np.linalg.cholesky(mass * np.outer(unit, unit))
+    factor = np.linalg.cholesky(mass * np.outer(unit, unit))  # scaled to a diagonal of ones
     to_rates = unit[:, None] * np.linalg.inv(factor).T
     rates: Array = to_rates @ np.linalg.lstsq(rows @ to_rates, right, rcond=ROUNDING)[0]
     residual = right - rows @ rates  # rounding, which is large if masses differ by orders of magnitude
@@ -177,7 +177,7 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
 
 
 def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
-    """Yield the equations of the given `velocities`: name, coefficients of links' rates and of stations, value.
+    """Yield the equations of the given `velocities`: name in messages, coefficients of links' rates and of stations, value.
 
     A number is the angular velocity of a link, a pair of numbers the velocity of a point.
     """
