@@ -18,7 +18,7 @@ from ..units import measured, parse_quantity, parse_unit
 from ..validate import near
 
 SIDES = {"is": 0, "at most": 1, "at least": -1}
-"""Sign of the residuals that count, by the kind of a measurement: 0 for both, 1 above an upper bound, -1 below a lower one."""
+"""Sign of the residuals that count, by `side` of a measurement: 0 for both signs, 1 above an upper bound, -1 below a lower."""
 BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 """Pattern of a name with a unit in brackets. Digits in brackets are no unit: `value[0]` is the path of a number."""
 SEPARATORS = ("\t", ";", ",", " ")

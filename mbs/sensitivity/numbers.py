@@ -47,7 +47,7 @@ def find_entry(document: Mapping[str, object], path: str) -> Entry:
 
 
 def _choose_unit(document: Mapping[str, object], keys: Sequence[str | int], unit: str, value: Any) -> str:
-    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by the value, or by the driven link or point."""
+    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by the value's unit, or by the driven link or point."""
     for choice in unit.split(" or ") if isinstance(value, str) else ():
         with contextlib.suppress(ValueError):
             parse_quantity(value, choice)

@@ -29,7 +29,7 @@ WIDTH = 1e-4
 FAR = 1e3
 """Residual of a run that fails, in standard deviations, and violation of a constraint by a reading without a value."""
 DEPENDENT = 1e-9
-"""Singular value of the Jacobian, over the largest, below which the data do not depend on that combination of numbers."""
+"""Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
 CLOSE = 1e-7
 """Tolerance `ftol` of least squares: numbers are found to less than a thousandth of their standard deviation."""
 TIME_ZERO = "time_zero"

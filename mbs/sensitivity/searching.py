@@ -40,9 +40,9 @@ ITERATIONS = 60
 MOST_EVALUATIONS = 15
 """Largest number of evaluations of least squares for constraints alone; further ones would follow noise of the readings."""
 SAME_POINT = 1e-7
-"""Grid of the cube to which points are rounded: runs of closer points differ by noise only."""
+"""Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
 CONVERGED = 0.5
-"""Residual up to which a constraint is met when least squares end; at 1 a reading is at an end of its interval."""
+"""Residual with which a constraint is met, so that least squares end; at 1 the reading is at an end of its interval."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
@@ -218,12 +218,12 @@ class Search:
 
     def best(self) -> Array | None:
         """Find the best point that was run; None if no run has a value."""
-        has_value = np.all if self.objective else np.any
+        has_value = np.all if self.objective else np.any  # without an objective, a missing reading is a violation
         points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
         return min(points, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if points else None
 
     def descend_from_starts(self, starts: Sequence[Array]) -> None:
-        """Minimise from the first start, the user's, then from the `BEST_STARTS` best of the others."""
+        """Minimise from the first start, the user's or the middle, then from the `BEST_STARTS` best of the others."""
         for group in (starts[:1], starts[1:]):
             ranked = sorted((self.merit(self.evaluate(x)), k) for k, x in enumerate(group))
             for (_, objective), k in ranked[:BEST_STARTS]:

@@ -28,7 +28,7 @@ MANY = 300
 COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
-"""Number of additional eigenvalues; the largest gap among them bounds those that are returned."""
+"""Number of eigenvalues beyond those wanted; those below the largest gap between them are returned."""
 CONVERGED = 1e-8
 """Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
 CUT = 1e-9
@@ -93,9 +93,9 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     return csr_array(units[:, None] * csr_array(block_diag(blocks))[np.argsort(coordinates)])
 
 
-def _factorise(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
-    """Factorise K - value M; return factors and the number of eigenvalues below the value, by the signs of the pivots."""
-    shifted = csc_array(k - value * m)
+def _factorise(m: csr_array, k: csr_array, bound: float) -> tuple[SuperLU, int]:
+    """Factorise K - bound M; return factors and the number of eigenvalues below the bound, by the signs of the pivots."""
+    shifted = csc_array(k - bound * m)
     factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     if (factors.perm_r != factors.perm_c).any():
         raise ArithmeticError("a pivot on the diagonal is zero")
@@ -103,7 +103,7 @@ def _factorise(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
 
 
 def invert(theta: Array) -> Array:
-    """Return 1/theta; a large finite number if theta is rounding."""
+    """Return 1/theta; a large finite number if theta is zero but for rounding."""
     least = EPS**2 * np.abs(theta).max(initial=1e-300)
     return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
 
@@ -137,7 +137,7 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
-        if 2 * (below + count + SPARE) <= m.shape[0]:
+        if 2 * (below + count + SPARE) <= m.shape[0]:  # else too many are wanted
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             sides = [
                 eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
@@ -147,7 +147,7 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
             squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
             order = np.argsort(squared)
             squared, numbers = squared[order], np.arange(below + count, len(squared))
-            number = int(numbers[np.argmax(squared[numbers] - squared[numbers - 1])])  # the largest gap is above that many
+            number = int(numbers[np.argmax(squared[numbers] - squared[numbers - 1])])  # of eigenvalues below the largest gap
             if _factorise(m, k, 0.5 * (squared[number - 1] + squared[number]))[1] == number:
                 return squared[:number], vectors[:, order[:number]], vectors[:, order[:number]]
     return modes_of_symmetric(m.toarray(), k.toarray(), shift)

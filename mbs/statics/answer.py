@@ -84,7 +84,7 @@ class Answer:
 
 
 def check(mechanism: Mechanism, degree: int | None) -> None:
-    """Raise a ValueError unless the mechanism has no integrated states and the degree is valid."""
+    """Raise a ValueError if an element of the mechanism has states that are integrated, or if the degree is invalid."""
     one_of("mechanism", mechanism, (Mechanism,))
     for name, element in Scene.of(mechanism).elements.items():
         if element.has_states:
@@ -104,7 +104,7 @@ def check_path(to: float, steps: int, step: float, longest: float, **alternative
 
 
 def explain_end(ended: str, last: float, start: float, to: float, steps: int) -> tuple[Ending, str]:
-    """Return status and message of a path that ended for the reason `ended` at the parameter `last`."""
+    """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
         "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
@@ -222,7 +222,7 @@ class Route(Answer):
 
 @dataclass(frozen=True)
 class Path(Route):
-    """Equilibria along a path; OK if `to` was reached. `ended` is 'reached', 'closed', 'steps' or 'singular'.
+    """Equilibria along a path; OK if `to` was reached. `ended` is 'reached', 'closed', 'steps', 'singular' or 'stopped'.
 
     `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `q`
     (steps, n) are coordinates, `multipliers` (steps, r) those of constraints. `growth` (steps,) is the largest growth rate of a

@@ -1,8 +1,8 @@
 """Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots in steps.
 
-A state is the vector (q, lambda, p) of coordinates, multipliers and parameter, (n + r + 1,). A direction is such a unit vector in
-the metric of the path: mean square of the coordinates in their extents, and square of the parameter over its range. An arc is the
-distance of a state from the start of a step along the step's direction; a plane has the normal of a direction.
+A state is the vector (q, lambda, p) of coordinates, multipliers and parameter, (n + r + 1,). The metric of the path is the mean
+square of the coordinates over their extents plus the square of p over its range. A direction is a unit vector in this metric. An
+arc is the distance of a state from the start of a step, measured along the step's direction, which is normal to planes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CORNER = 0.5
 STENCIL = 1e-2
 """Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, over the step."""
 ALIKE = 1e-3
-"""Largest difference of the roots by 4 and by 6 points, over the spacing of points; above it `root` is used."""
+"""Largest difference of the roots by 4 and by 6 points, over the spacing of points; above it `find_root` is used."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 KNOWN_POINTS = 3
@@ -72,7 +72,7 @@ class Arc:
         tangent = self.problem.tangent(rest, normal, abs(self.span))
         return np.asarray(tangent / self.size(tangent))
 
-    def on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
+    def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
         """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
 
         The default guess is the prediction, on the direction. Raise a StaticsError if Newton's method changes the prediction by
@@ -96,12 +96,12 @@ class Arc:
         """Find the next equilibrium at an arc, which is halved if that fails; raise a StaticsError below `SHORTEST`."""
         while arc > SHORTEST:
             try:
-                return Step(rest, direction, self.on_plane(rest, direction, arc), arc)
+                return Step(rest, direction, self.find_on_plane(rest, direction, arc), arc)
             except StaticsError:
                 arc *= 0.5
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
-    def corner(self, rest: Rest, direction: Array) -> Step:
+    def pass_corner(self, rest: Rest, direction: Array) -> Step:
         """Step around a corner of the path, where a contact closes or opens, along the tangent behind it.
 
         The corner is located by bisection on the direction; raise a StaticsError if there is none.
@@ -127,7 +127,7 @@ class Arc:
             state, after, _ = look_ahead(far)
             for arc in BEYOND:
                 try:
-                    return Step(rest, after, self.on_plane(state, after, arc), arc)
+                    return Step(rest, after, self.find_on_plane(state, after, arc), arc)
                 except StaticsError:
                     continue
         raise StaticsError("there is no corner")
@@ -136,7 +136,7 @@ class Arc:
         """Find the equilibrium at an arc within a step, from a guess interpolated between the ends and `known` equilibria."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
-        return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
+        return self.find_on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
         """Return True if an equilibrium lies on the curve of a step, after its start."""
@@ -154,7 +154,7 @@ class Arc:
         values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in nearest)]
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *nearest]) / step.arc, values)(arc / step.arc))
 
-    def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
+    def find_root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign.
 
         If Newton's method fails, interpolate linearly between the nearest known equilibria on both sides.
@@ -184,10 +184,10 @@ class Arc:
             vector = ends[0] + values[a] / (values[a] - values[b]) * (ends[1] - ends[0])
             return Rest(vector[:n], vector[n:-1], float(vector[-1]))
 
-    def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
+    def find_crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there.
 
-        Polynomials of two degrees interpolate equilibria on both sides of a rough root; if their roots differ, `root` is used.
+        Polynomials of two degrees interpolate equilibria about a rough root; if their roots differ, `find_root` is used.
         """
         if function(step.rest) * function(step.new) > 0.0:
             return None
@@ -196,11 +196,11 @@ class Arc:
             rough = self._find_rough_root(step, function, STENCIL * step.arc)
             rests = [self.equilibrium_at(step, rough + spacing * point) for point in stencil]
         except StaticsError:
-            return self.root(step, function)
+            return self.find_root(step, function)
         values = [function(rest) for rest in rests]
         root_4, root = (_root_of(stencil[:n], values[:n]) for n in (4, 6))
         if not abs(root - root_4) < ALIKE:
-            return self.root(step, function)
+            return self.find_root(step, function)
         weights = [np.prod([(root - b) / (a - b) for b in stencil if b != a]) for a in stencil]  # Lagrange's polynomials
         return Rest(*(sum(w * x for w, x in zip(weights, part, strict=True)) for part in zip(*rests, strict=True)))
 

@@ -94,7 +94,7 @@ def find_criticals(
             return float(arc.direction(rest, ahead)[-1])
 
         limits = list[Critical]()
-        if piece.direction[-1] * direction[-1] < 0.0 and (rest := arc.root(piece, parameter_rate)):  # the parameter turns back
+        if piece.direction[-1] * direction[-1] < 0.0 and (rest := arc.find_root(piece, parameter_rate)):
             limits.append(Critical("limit", rest, 1, arc.direction(rest, piece.direction)[: len(rest.q), None]))
         pairs = _pairs(arc.problem, piece, first, second)
         found += [*limits, *_branchings(arc, piece, pairs.shapes[:, pairs.crosses].T, limits)]
@@ -181,7 +181,7 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
             size = np.sqrt(np.einsum("ij,ij->j", found.shapes.real, mass @ found.shapes.real))
             return float(-(found.values[np.argmax(np.abs(shape @ found.shapes.real) / size)] ** 2).real)
 
-        rest = arc.crossing(step, eigenvalue)
+        rest = arc.find_crossing(step, eigenvalue)
         rests += [rest] if rest is not None else []
     arcs = [arc.arc_of(step, rest) for rest in rests]
     for limit in limits:
@@ -207,7 +207,7 @@ def _flutters(arc: Arc, step: Step, before: TangentState, after: TangentState) -
             """Return 1 while the number of growing oscillations is that at the start of the step, else -1."""
             return 1.0 if state_at(arc.problem, rest).count_flutters(threshold) == before.count_flutters(threshold) else -1.0
 
-        if (rest := arc.root(step, is_as_before)) is not None:
+        if (rest := arc.find_root(step, is_as_before)) is not None:
             change = abs(after.count_flutters() - before.count_flutters())
             return [Critical("flutter", rest, change, np.empty((len(rest.q), 0)))]
     return []

@@ -98,7 +98,7 @@ class ResponseCurve:
         to_scaled = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 
-    def orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
+    def compute_orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
         """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
         self.set_parameter(parameter)
         shooting, changes = self.shooting, []
@@ -117,7 +117,7 @@ class ResponseCurve:
         tangent = spread @ direction / np.sqrt(metric @ direction**2)
         return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, tangent, size)
 
-    def on_plane(self, orbit: Orbit, arc: float) -> Orbit:
+    def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
         """Find the motion on the plane at an arc along the tangent of another motion, by Broyden's method."""
         self.set_parameter(orbit.parameter)
         shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._spread(orbit.basis)
@@ -140,7 +140,7 @@ class ResponseCurve:
             state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * self.span
         if least > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
-        return self.orbit(*best, orbit.tangent)
+        return self.compute_orbit(*best, orbit.tangent)
 
     @cached_property
     def finer(self) -> ResponseCurve:
@@ -160,7 +160,7 @@ class ResponseCurve:
         q, v, *tangent = (prolong(scene, curve.shooting.scene, part) for part in parts)
         return curve, state._replace(q=q, v=v), np.concatenate([*tangent, orbit.tangent[-1:]])
 
-    def motion(self, orbit: Orbit) -> Periodic:
+    def make_motion(self, orbit: Orbit) -> Periodic:
         """Return the result of a motion, with errors from the finer curve; infinite ones if no motion is found there."""
         values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
@@ -185,11 +185,11 @@ class ResponseCurve:
                 curve, error = self, abs(new.parameter - orbit.parameter)
                 with suppress(StaticsError):
                     finer, state, tangent = self.refine(orbit)
-                    start = finer.orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
+                    start = finer.compute_orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
                     refined = finer.refine_root(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
                 rest = Rest(found.found.state.q, np.empty(0), found.parameter)
-                yield root, CriticalMotion(kind, rest, curve.motion(found)), error
+                yield root, CriticalMotion(kind, rest, curve.make_motion(found)), error
 
     def find_root(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
         """Find the root of a function in a step by Brent's method; return its arc and motion, or the nearest if that fails."""
@@ -198,7 +198,7 @@ class ResponseCurve:
         def evaluate(trial: float) -> float:
             """Evaluate the function at an arc, and keep the motion."""
             if trial not in known:
-                known[trial] = self.on_plane(orbit, trial)
+                known[trial] = self.find_on_plane(orbit, trial)
             return function(known[trial])
 
         try:
@@ -213,11 +213,11 @@ class ResponseCurve:
 
         The slope is computed once, from a difference over a twentieth of the step: smaller differences are rounding.
         """
-        found, other = self.on_plane(orbit, root), self.on_plane(orbit, root - 0.05 * arc)
+        found, other = self.find_on_plane(orbit, root), self.find_on_plane(orbit, root - 0.05 * arc)
         slope = (function(found) - function(other)) / (0.05 * arc)
         for _ in range(3):
             root -= float(np.clip(function(found) / slope, -arc, arc))
-            found = self.on_plane(orbit, root)
+            found = self.find_on_plane(orbit, root)
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
@@ -234,13 +234,13 @@ class ResponseCurve:
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
-        orbits, criticals, ended, arc = [self.orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
+        orbits, criticals, ended, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
         self.shooting.left = CURVE_BUDGET
         while len(orbits) <= steps and not ended:
             last = orbits[-1]
             try:
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
-                new = self.on_plane(last, arc)
+                new = self.find_on_plane(last, arc)
                 angle = self.angle(last, new)
                 if arc > NARROW and (angle > CORNER or self.may_miss_resonance(last, new)):
                     raise StaticsError("a shorter step is needed")
@@ -258,7 +258,7 @@ class ResponseCurve:
                 criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
                 self.set_parameter(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
-                    new = self.orbit(self.shooting.search(new.found.state).state, end)
+                    new = self.compute_orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
             arc = next_arc(arc, angle, longest)
         return orbits, criticals, ended or "steps"

@@ -213,7 +213,7 @@ class _Follower:
                 step = self.arc.advance(rest, direction, arc)
             except StaticsError:
                 try:
-                    step, at_corner = self.arc.corner(rest, direction), True
+                    step, at_corner = self.arc.pass_corner(rest, direction), True
                 except StaticsError:
                     return "singular"
             after = self.arc.direction(step.new, step.direction)

@@ -65,10 +65,10 @@ class Plane(NamedTuple):
 
 @dataclass
 class Problem:
-    """Equations of equilibrium of a scene over a parameter, which has the value `initial` in the mechanism as given.
+    """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is the number near which the last spectrum along a path has its eigenvalues.
+    for none. `shift` [1/s^2] is that of the last spectrum along a path, near its eigenvalues (see `spectrum`).
     """
 
     scene: CompiledScene
@@ -93,7 +93,7 @@ class Problem:
         return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + increment))
 
     def refine(self, rest: Rest, increment: int) -> tuple[Problem, Rest]:
-        """Return the problem with strips of a higher degree, and the state with zero coefficients for the new polynomials."""
+        """Return the problem with strips of a degree higher by `increment`, and the state there, with zero new coefficients."""
         finer = self.with_degree(increment)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
         return finer, guess._replace(multipliers=finer.balancing(guess))

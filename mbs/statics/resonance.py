@@ -113,6 +113,6 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     orbits, criticals, ended = curve.follow(first, steps, step, longest)
     parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
     errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
-    motions, points = [curve.motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
+    motions, points = [curve.make_motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
     status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
     return Response(*status, ended, curve.shooting.scene, parameters, q, points, errors, motions)

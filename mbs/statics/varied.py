@@ -11,11 +11,11 @@ from ..spectral.scene import CompiledScene
 from .problem import Problem, Rest, StaticsError, loads_of
 
 STEP = 1e-5
-"""Half width of central differences, over the value of the number."""
+"""Half width of central differences, over the number: the truncation error is about its square, rounding 1e-16 over it."""
 
 
 class Varied(Problem):
-    """Problem whose parameter is a number of the mechanism, as links.strip.body.section.thickness; each value has a scene."""
+    """Problem whose parameter is a number of the mechanism; each value has a scene, and `current` is the latest value."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree

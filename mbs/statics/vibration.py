@@ -18,7 +18,7 @@ from .rest import equilibrium
 from .spectrum import Spectrum
 
 AMPLITUDE = 1e-4
-"""Displacement from the equilibrium, in units of the coordinates, at which frequencies are computed again to find kinks."""
+"""Displacement from the equilibrium, in units of coordinates, at which frequencies are computed again to find kinks of laws."""
 KINKED = 0.05
 """Relative change of a frequency at that displacement above which a law has a kink; smooth laws change it by 1e-3."""
 
@@ -131,9 +131,9 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
             break
         problem, rest, found = finer, state, new
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
-        stalled = relative < 1e-5 and relative > 0.5 * previous  # by rounding of the equilibrium itself
+        stalled = relative < 1e-5 and relative > 0.5 * previous  # the equilibrium itself is known to rounding only
         previous = relative
-        most = max(MAX_DEGREE, 3 * count)  # a mode of the number k has k waves
+        most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
         if stalled or relative <= ACCURACY or (change <= rounding).all() or problem.scene.degree > most:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
