@@ -193,7 +193,7 @@ class _Poses:
             raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
 
     def find_all(self, size: float) -> tuple[list[Array], bool]:
-        """Return the unknowns x of all poses found, and True; or else the pose with the least residual, and False."""
+        """Find all poses from random starts: return their unknowns x and True, or that with the least residual and False."""
         found: list[Array] = []
         random = np.random.default_rng(1)
         if not self.free.shape[1] or not len(self.lengths):
@@ -201,7 +201,7 @@ class _Poses:
         for _ in range(ROUNDS):
             z, residuals = self._iterate(size * random.normal(size=(STARTS, self.free.shape[1])))
             poses, before = self.base + z @ self.free.T, len(found)
-            for x in poses[residuals < 1e-12 * size]:
+            for x in poses[residuals < 1e-12 * size]:  # converged to rounding
                 if all(np.abs(x - other).max() > SAME_POSE * size for other in found):
                     found.append(x)
             if len(found) == before:

@@ -80,13 +80,13 @@ class CrankRocker(NamedTuple):
 BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, density=7850.0, poisson=0.29))
 """Section of the crank-rocker's links: steel, 20 mm wide, 5 mm thick in the plane."""
 STEEL_CRANK_ROCKER = CrankRocker()
-"""Lengths of the published crank-rocker [m]."""
+"""Lengths of the crank-rocker of a paper whose authors are unknown [m]; see `docs/evidence-crank-rocker.md`."""
 PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
-"""Contact stiffness K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
+"""Contact stiffness K of the same paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
-"""Contact law of the paper with its c_max read as 253 N s/m: the joints rattle."""
+"""Contact law of the paper with its largest damping read as 253 N s/m: the joints rattle."""
 CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
-"""Contact law of the paper with its c_max read as 253 N s/mm: the joints stay closed."""
+"""Contact law of the paper with its largest damping read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
 """Function from a point and the names of the bodies of pin and bush to a joint with clearance."""
 

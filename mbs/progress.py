@@ -26,7 +26,7 @@ TICK = 0.5
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the coarser run before: tolerances differ by 8, and steps are as their fourth root."""
+"""Time of a run over that of the coarser run before: tolerances differ by 8, and steps go as tol^(1/4)."""
 USUAL_RUNS = (2, 5)
 """Usual least and largest number of runs for one result: see `mbs.accuracy.refine`."""
 

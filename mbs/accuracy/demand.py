@@ -155,11 +155,11 @@ class Usual:
         play = LAW * min(clearances, default=0.0) / run.size  # no place is known better than the journal that holds it
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
-                whole = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
-                struck = min(PLACE, STRUCK_PLACE * max(1.0, whole))
-                found[name, Norm.RMS] = max(struck if run.strikes else PLACE, play * whole)
+                size_over_range = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
+                struck = min(PLACE, STRUCK_PLACE * max(1.0, size_over_range))
+                found[name, Norm.RMS] = max(struck if run.strikes else PLACE, play * size_over_range)
                 if not run.strikes:
-                    found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, whole)
+                    found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, size_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW
             elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:  # components have a group

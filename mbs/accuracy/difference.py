@@ -60,8 +60,8 @@ class Difference:
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE)
         impacts = dict.fromkeys(name for name, norm in jumping if is_normal_force(signals[name]) and norm is not Norm.RMS)
-        waves = dict.fromkeys(n for n, norm in jumping if norm is Norm.RMS or (norm is Norm.PEAK and n not in impacts))
-        found = self._compare_waves(waves)
+        over_time = dict.fromkeys(n for n, norm in jumping if norm is Norm.RMS or (norm is Norm.PEAK and n not in impacts))
+        found = self._compare_over_time(over_time)
         for name in impacts | impulses:
             found |= self._compare_impacts(name) if name in impacts else self._compare_impulses(name)
         for name, norm in jumping:
@@ -107,7 +107,7 @@ class Difference:
         jumps_b = np.interp(jumps_a, onsets_a, onsets_b)
         return grid, grid.find_jumps(grid.a, self.a.time, jumps_a) | grid.find_jumps(grid.b, self.b.time, jumps_b)
 
-    def _compare_waves(self, names: Iterable[str]) -> dict[Key, float]:
+    def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that onsets coincide, and without the times next to jumps."""
         found = dict[Key, float]()
         for some, difference in self._subtract(names, self._grid_of_onsets[0]) if names else ():
@@ -202,13 +202,13 @@ class Grid:
         a, b = (time[time < end * (1 - 1e-12)] for time, end in zip((time_a, time_b), matched[:, -1], strict=True))
         self.a = np.concatenate([a, np.interp(b, matched_b, matched_a), matched_a])
         self.b = np.concatenate([np.interp(a, matched_a, matched_b), b, matched_b])
-        self.own = n, m = len(a), len(b)
+        self.counts = n, m = len(a), len(b)
         self.order = np.argsort(self.a, kind="stable")
         self._cubics_a, self._cubics_b = Cubics(time_a, self.a[n:]), Cubics(time_b, np.append(self.b[:n], self.b[n + m :]))
 
     def subtract(self, a: Array, rates_a: Array, b: Array, rates_b: Array) -> Array:
         """Return run a less run b at all times, (signals, times), from values and rates at their samples."""
-        (n, m), between_a, between_b = self.own, self._cubics_a(a, rates_a), self._cubics_b(b, rates_b)
+        (n, m), between_a, between_b = self.counts, self._cubics_a(a, rates_a), self._cubics_b(b, rates_b)
         at_a, at_b, others = a[:, :n] - between_b[:, :n], between_a[:, :m] - b[:, :m], between_a[:, m:] - between_b[:, n:]
         return np.concatenate([at_a, at_b, others], axis=1)
 

@@ -50,7 +50,7 @@ class Impacts:
         first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
         distinct = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
         first, after = first[np.append(True, distinct)], after[np.append(distinct, True)]
-        spans = np.stack([first, after + 1], axis=1).ravel()
+        spans = np.stack([first, after + 1], axis=1).ravel()  # every second one is an impact, the others lie between impacts
         peaks, tops = (np.maximum.reduceat(np.append(each, 0.0), spans)[::2] for each in (force, _find_tops(time, force)))
         impulses = impulse[after] - impulse[np.maximum(first - 1, 0)]
         return cls(time, force, impulse, np.stack([time[first], time[after], impulses, peaks, tops - peaks], axis=1), end)

@@ -180,7 +180,7 @@ class SpectralLevels(Levels):
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
         contact = min(0.5, self.solver.contact_tolerance * share ** (2 / 3))
         meshed = any(link.body.meshed for link in self.mechanism.links)
-        degree = min(60, level.degree) if meshed else self.solver.degree
+        degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
     def raise_degree(self, level: Level, run: Run, allowed: Deflections) -> Level:

@@ -107,7 +107,7 @@ class _FailedError(Exception):
 
 
 class _Pair:
-    """Two runs that are compared, and their separation."""
+    """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation."""
 
     def __init__(self, coarse: _Trial, fine: _Trial, demand: Demand) -> None:
         self.coarse, self.fine = coarse, fine
@@ -118,7 +118,7 @@ class _Pair:
 
 
 class _Refinement:
-    """State of one refinement: the runs so far, and the differences of the pair before the last."""
+    """State of one refinement: number of runs, best answer, differences `before` and ratio of tolerances of the pair before."""
 
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
@@ -168,23 +168,23 @@ class _Refinement:
             start = pair.separation.start
             estimate = self.choose_estimate(pair)
             now, _ = pair.difference.norms(pair.allowed)
-            key, _, _ = farthest = find_worst(pair.allowed, estimate(now))
-            beyond = farthest.ratio
+            farthest = find_worst(pair.allowed, estimate(now))
+            excess = farthest.ratio
             self.best = partial(self.finish, pair, estimate)
             deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
-            if beyond <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
-                answer = self.best()
+            if excess <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
+                answer = self.best()  # now with energies and their balance
                 if answer.worst.ratio <= 1:
                     return answer
-                beyond = answer.worst.ratio
+                excess = answer.worst.ratio
             intermittent = self.levels.rattles and pair.separation.is_intermittent
             if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
                 return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
-            is_smaller = self.before is None or now.get(key, 0.0) < self.before.get(key, inf)
+            is_smaller = self.before is None or now.get(farthest.key, 0.0) < self.before.get(farthest.key, inf)
             if self.is_out_of_reach(pair) or (intermittent and not is_smaller):
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
-            ratio = self.find_ratio(beyond, start < inf)
+            ratio = self.find_ratio(excess, start < inf)
             finer = self.make(self.next_level(pair.fine, ratio), self.duration)
             pair = _Pair(pair.fine, finer, self.demand)
 
@@ -220,11 +220,11 @@ class _Refinement:
         delay = (pair.separation.start - start) * self.levels.refinements_to_go(pair.fine.level)
         return refinements > 0 and delay < LATER * (self.duration - pair.separation.start) * refinements
 
-    def find_ratio(self, beyond: float, separate: bool) -> float:
-        """Find the ratio of tolerances that brings an error, `beyond` times the allowed one, to half of the latter."""
+    def find_ratio(self, excess: float, separate: bool) -> float:
+        """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one."""
         ratio, order = self.levels.ratio, self.levels.orders.largest
         largest = ratio**MOST_LEVELS
-        return float(largest if separate else np.clip((1 + 2 * beyond) ** (1 / order), ratio, largest))
+        return float(largest if separate else np.clip((1 + 2 * excess) ** (1 / order), ratio, largest))
 
     def choose_estimate(self, pair: _Pair) -> Callable[[Mapping[Key, float]], dict[Key, float]]:
         """Return the function that estimates errors of the finer run from differences of this pair and the one before."""

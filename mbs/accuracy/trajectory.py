@@ -26,6 +26,7 @@ SMALL = 1e-2
 RESTING = 1e-3
 """Least size of a place, over the mechanism's size or in rad: what moves less is at rest. A convention."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
+"""Kinds of forces and torques, which have impulses."""
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNRESOLVED_MOST = 0.05
@@ -73,7 +74,7 @@ class Trajectory:
 
     @cached_property
     def own(self) -> dict[str, Array]:
-        """Sizes of signals by themselves, for RMS and PEAK: range if continuous, else root mean square and peak."""
+        """Sizes of each signal alone, (RMS, PEAK): its range for both norms if continuous, else root mean square and peak."""
         found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in CONTINUOUS}
         steps = np.diff(self.time)
         weights = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2 / max(np.ptp(self.time), TINY)
@@ -104,7 +105,7 @@ class Trajectory:
         return found
 
     def until(self, end: float) -> Trajectory:
-        """Return the samples up to a time, and three more, by which slopes are known."""
+        """Return the run up to a time [s], and three samples more, from which slopes at the end are computed."""
         some = int(np.searchsorted(self.time, end)) + 3
         if some >= len(self.time):
             return self
@@ -117,7 +118,9 @@ class Trajectory:
 
 
 def energies_of(run: Run) -> tuple[Trajectory, float]:
-    """Return the energies of a run as signals `energy.kinetic` and so on, and their imbalance over the throughput.
+    """Return the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
+
+    What vibrations faster than the steps may store is taken off the imbalance.
 
     Their size is the throughput and a hundred times the energy of unresolved vibrations. It is at least the work of the weight
     over a displacement that counts as rest.

@@ -202,7 +202,7 @@ def _find_window(mechanism: Mechanism, duration: float) -> float:
 
 
 def _try_first(task: Task) -> None:
-    """Run the first member for a ten-thousandth of the duration; raise a ValueError if readings or paths are wrong."""
+    """Run the first member, so short that it costs little; raise a ValueError if readings or paths are wrong."""
     short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
     (_, _, reason), = short.run([0])  # fmt: skip
     if reason.startswith(("ValueError", "KeyError", "UnknownSignalError")):

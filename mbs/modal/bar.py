@@ -22,7 +22,7 @@ STATIONS = 33
 
 
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
-    """Compute the modes of a bar with free ends, bending, then axial ones, by polynomials of a degree, by default 24 to 40."""
+    """Compute bending modes, then axial ones, of a bar with free ends; the degree of polynomials is 24 to 40 unless given."""
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
     bar = _Bar(section, length, degree)
@@ -31,7 +31,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     m, frequency = bending + modes.axial, np.concatenate([bending_omega, axial_omega])
     along, across, turns = (np.zeros((len(bar.x), m)) for _ in range(3))
     across[:, :bending], turns[:, :bending], along[:, bending:] = deflection, turn, displacement
-    masses, inertias = bar.masses, bar.inertias * modes.shear
+    masses, inertias = bar.masses, bar.inertias * modes.shear  # Euler-Bernoulli sections have no rotary inertia
     modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
     along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
     products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm

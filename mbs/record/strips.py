@@ -112,7 +112,7 @@ class StripMotion:
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Compute place, velocity and acceleration of the centre of mass, each (times, 2)."""
-        weights = centre_weights(self.body, self.pieces)
+        weights = centre_weights(self.body, self.pieces)  # of x or y; of a cable also of its slope, two columns further
         place, velocity, acceleration = (
             np.stack([(values[:, :, axis::2][:, :, : weights.shape[1]] * weights).sum(axis=(1, 2)) for axis in (0, 1)], axis=1)
             for values in (self.q, self.q_t, self.q_tt)
@@ -261,7 +261,7 @@ class CableMotion(StripMotion):
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:
     """Return the weights of nodal positions, and of slopes of a cable, in the centre of mass, shape (nodes, 1 or 2)."""
-    step = body.step
+    step = body.step  # integrals over [0, 1] of linear or cubic Hermite functions (values, slopes), then of quadratic functions
     local = {1: [[0.5, 1 / 12], [0.5, -1 / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
     weights = np.zeros((len(pieces) * step + 1, 2))
     for e, piece in enumerate(pieces):

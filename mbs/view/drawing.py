@@ -121,7 +121,7 @@ Pair = tuple[float, float]
 
 
 class FrameSource(NamedTuple):
-    """Point reference that a frame follows, '' for the ground; a `pin` keeps `factor` times its distance from this reference."""
+    """Point reference that a frame follows, '' for the ground; or a `pin`, at `factor` times its distance from this reference."""
 
     reference: str
     pin: str = ""

@@ -150,7 +150,7 @@ def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     yield from support(sheet, joint)
     outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
-    yield Disc(sheet.inside(outer, inner, 0.28 * u / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
+    yield Disc(sheet.inside(outer, inner, 0.28 * u / joint.gap), "pin", (0.0, 0.0), 0.38 * u)  # 0.28: difference of the radii
 
 
 def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
