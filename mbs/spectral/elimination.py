@@ -120,8 +120,8 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
     """Return the fronts, one for each group, by minimum degree, constraints after their coordinates; overwrite `adjacent`."""
-    size = [len(members) for members in groups]
-    is_constraint = [members[0] >= coordinates for members in groups]
+    size, is_constraint = [len(members) for members in groups], [members[0] >= coordinates for members in groups]
+    # waiting: number of groups of coordinates to eliminate before a constraint; constraints: those on a group of coordinates
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]
     constraints = [[] if is_constraint[g] else [m for m in adjacent[g] if is_constraint[m]] for g in range(len(groups))]
 

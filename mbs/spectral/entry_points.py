@@ -68,7 +68,7 @@ def accelerate(tables, order, work, q, x):
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.members.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
-    compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])
+    compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
     fill_mass(tables, work, q, values)
     add_rows(tables, jacobian, values)
     last, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)

@@ -63,7 +63,7 @@ def _has_changed(tables, state):
 
 @draft
 def compute_rates(model, t, y, out):
-    """Compute the rates of a state y: velocities, accelerations, rates of bristles."""
+    """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, r = state.force.size, state.lam.size
     q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]
@@ -108,7 +108,7 @@ def compute_rates(model, t, y, out):
 
 @jit
 def fill_accelerations(model, out):
-    """Fill in accelerations and multipliers at the states of `out`."""
+    """Fill in accelerations and multipliers at the states of `out`; the model's stage arrays are work space."""
     state = model.state
     n = state.force.size
     for i in range(out.time.size):
@@ -125,8 +125,8 @@ def _violates_constraints(tables, state, allowed):
     """Return True if the new state violates its constraints by more than `allowed`, in units of coordinates and their rates."""
     n, worst = state.force.size, 0.0
     for k in range(state.lam.size):
-        rate = multiply_row(tables, k, state.jacobian, state.y_new[n : 2 * n]) - state.speed[k]
-        worst = max(worst, abs(state.violation[k]), abs(rate) / state.largest_rate[0])
+        rate_defect = multiply_row(tables, k, state.jacobian, state.y_new[n : 2 * n]) - state.speed[k]
+        worst = max(worst, abs(state.violation[k]), abs(rate_defect) / state.largest_rate[0])
     return worst > allowed * state.units.min()
 
 
@@ -246,7 +246,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))
+            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))  # 1e-6: not zero
             clock.next_step = max(h * ratio, clock.resumed_step)
             clock.resumed_step = 0.0
 

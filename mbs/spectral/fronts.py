@@ -57,7 +57,7 @@ def _get_front(order, f):
 
 @draft
 def _add_to_parent(order, factors, magnitude, f):
-    """Add the Schur complement of front f to its parent front."""
+    """Add the Schur complement of front f to its parent front, of `large` unknowns and with entries from `start` on."""
     pivots, size, first, at, parent, places, is_constraint = order.fronts[f]
     large, start, count = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES], size - pivots
     target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)

@@ -151,7 +151,7 @@ def _try_step(model, clock, h, end, controls, counts):
     ratio = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
     clock.matrix_step, clock.needs_matrix = h, ratio > SLOW
     if ratio > 1.0:
-        clock.next_step, clock.previous, clock.max_growth = 0.5 * h, 0.0, 1.0
+        clock.next_step, clock.previous, clock.max_growth = 0.5 * h, 0.0, 1.0  # 1.0: no growth after the shorter step
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
@@ -214,7 +214,7 @@ def _lengthen(clock, h, shortest):
 def run_implicit(model, clock, controls, stops, out, counts):
     """Integrate from the model's state to the end, or until `out` is full; `stops` are times at which a step must end.
 
-    Writes rows to `out` at every n-th step and, for n = 1, within steps. The next call goes on from the model and the clock.
+    Writes a row to `out` every `controls.every` steps and, if this is 1, rows within steps. The next call goes on from the model.
     """
     state, strip_form = model.state, model.work.strip_form
     counts.samples = 0

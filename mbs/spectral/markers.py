@@ -28,7 +28,7 @@ def _place_frame(tables, work, m, q, v, with_rates):
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
     p, j, dj, spin = work.state[m], work.jacobian, work.jacobian_rate, v[o + 2]
-    twin = tables.markers[m, Markers.TWIN]
+    twin = tables.markers[m, Markers.TWIN]  # marker of the same frame, placed before this one; -1 for none
     if twin >= 0:
         p[State.COS], p[State.SIN] = work.state[twin, State.COS], work.state[twin, State.SIN]
     else:

@@ -84,7 +84,7 @@ def _apply_increment(tables, orders, work, state, h):
     k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
     for k in range(m):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
-        one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
+        one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2  # component on the real eigenvector, `two` on the complex one
         two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
         real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
     solve(orders.newton, state.real_factors, state.real_swaps, real, state.front_work)

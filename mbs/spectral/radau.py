@@ -102,9 +102,9 @@ def predict(state, h, last_h):
         for k in range(n):
             rates[k] = state.v[k] - state.past_v[3, k]
         for j in range(4):
-            factor, past = evaluate_lagrange(fraction, j), state.past_v[j]
+            weight, past = evaluate_lagrange(fraction, j), state.past_v[j]
             for k in range(n):
-                rates[k] += factor * past[k]
+                rates[k] += weight * past[k]
 
 
 @draft
@@ -135,7 +135,7 @@ def _combine_nodes(nodes, start, k):
 def estimate_error(tables, orders, state, h):
     """Compute the local error of the coordinates, in state.real_solution; return its largest component in their units.
 
-    The embedded formula of third order is filtered by the real Newton matrix: docs/theory-spectral.md, error.
+    The embedded formula of third order is filtered by the real Newton matrix, whose factor of C is `k1`: docs/theory-spectral.md.
     """
     n, r, k1, error = state.q.size, state.lam.size, h / REAL_EIGENVALUE, state.real_solution
     rate_error, acceleration_error = state.dq[0], state.dv[0]

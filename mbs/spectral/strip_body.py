@@ -157,10 +157,10 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     """Add the mass matrix of a piece, and its row in the table of strips."""
     section, jacobian, degree = body.section, element.jacobian, element.degree
     x, w = gauss(degree + 2)
-    n = basis(degree, x)
-    gram = (n * (w * jacobian)[:, None]).T @ n
+    members = basis(degree, x)
+    gram = (members * (w * jacobian)[:, None]).T @ members
     gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # members that are orthogonal but for rounding
-    total = (n * (w * jacobian)[:, None]).sum(axis=0)
+    total = (members * (w * jacobian)[:, None]).sum(axis=0)
     for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
         builder.add_mass(element.places[i], per_length * gram)
         if i < 2:
@@ -170,11 +170,11 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
     q = np.array(builder.q)[element.places]
     fields = [each @ q.T for each in values]
-    free, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
+    free_strains, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
     data = builder.add_numbers(
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
-        material.bending_damping, material.axial_damping, w * jacobian, *free, *values,
+        material.bending_damping, material.axial_damping, w * jacobian, *free_strains, *values,
     )  # fmt: skip
     builder.strips.append((body.kind, degree + 1, points, len(builder.places), data))
     builder.places += element.places.ravel().tolist()

@@ -272,7 +272,7 @@ def advance_stresses(tables, work, shift, rate_shift, stress, slack):
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
                 stretches, bends = work.b0[p, 0, i] != 0.0 or work.b0[p, 1, i] != 0.0, work.b0[p, 2, i] != 0.0
-                dz = _sum(tables.data, m, x, block[i], nb) if stretches or bending_time == 0.0 else 0.0
+                dz = _sum(tables.data, m, x, block[i], nb) if stretches or bending_time == 0.0 else 0.0  # da, db: dz + lag dz'
                 da = _sum(tables.data, m, axial, block[i], nb) if stretches and axial_time > 0.0 else dz
                 db = _sum(tables.data, m, bending, block[i], nb) if bends and bending_time > 0.0 else dz
                 stress[p, 0] += tables.data[d + StripData.EA] * work.b0[p, 0, i] * da
