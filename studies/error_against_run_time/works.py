@@ -3,8 +3,8 @@
 A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
 problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. The difference of the two fine runs is
-part of the result. Settings are (elements, steps, relative and absolute tolerance of Newton's method) by `hand`, and (tolerance,
-degree) `once`; in rattling works (elements, tolerance) by hand.
+part of the result. The settings `hand` are (elements, steps, relative and absolute tolerance of Newton's method), in
+rattling works (elements, tolerance); the settings `once` are (tolerance, degree).
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def pass_dead_centre(dice: Dice) -> Run:
 def rattle(dice: Dice) -> Run:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
     gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
-    law = laws.Impact(RATTLING.stiffness * factor, 253.0 * sqrt(factor), 1e-5)  # 253: c_max as printed; depth [m]
+    law = laws.Impact(RATTLING.stiffness * factor, damping=RATTLING.damping * sqrt(factor), damping_depth=1e-5)
     friction = dice.one(
         laws.NoFriction(), laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
     )

@@ -42,7 +42,7 @@ DEFAULT_RANGE = (0.5, 2.0)
 """Range of a slider, relative to the value of its number, where no range is given."""
 MAX_REQUEST = 65536
 """Largest request [bytes]: the values of all sliders of a mechanism take a few thousand."""
-HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}  # of each answer
 OMITTED = ("along", "exponent", "near")
 """Keys of numbers that get a slider only if `--free` names them: directions, exponents, guesses of places."""
 
@@ -91,7 +91,7 @@ class Explorer:
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI."""
         if name == "move":
-            self.changed.set()
+            self.changed.set()  # ends a `judge` that has the lock
         with self.lock:
             if name == "move":
                 self.changed.clear()

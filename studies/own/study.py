@@ -43,14 +43,15 @@ MOST_DRAWN = 6
 """Largest number of signals in the figure: with more the panels are too flat."""
 GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
-SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
+SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
 RENAMED = {"count": "steps", "method": "integrator"}
 """Names of settings in files, by the names of their fields, where these are unclear without the class."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
 KIND = Declaration(
-    Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines", {}, False, None, SOLVER_GROUP
-)
+    Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines",
+    bounds={}, required=False, default=None, group=SOLVER_GROUP,
+)  # fmt: skip
 
 
 class Setting(NamedTuple):

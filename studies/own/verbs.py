@@ -38,7 +38,7 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys of a document whose numbers change only if a user names them: coordinates and whole numbers."""
+"""Keys of a document whose numbers change only if a user names them: whole numbers, places, velocities, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
@@ -276,7 +276,7 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
     """Return the document and the paths of the numbers that change where none are named.
 
-    These are the parameters of the file, or else all its numbers that are neither zero nor coordinates, without `omitted` keys.
+    These are the parameters of the file, or else all its numbers that are not zero and under no key of `FIXED_KEYS` or `omitted`.
     """
     if named := free_parameters(file.document):
         return file.document, named

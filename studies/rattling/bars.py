@@ -77,7 +77,7 @@ def solid_modes(depth: float) -> ReducedModel:
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
     """Compute eight bending and eight axial frequencies [Hz] of the free bar, by Timoshenko's or Euler-Bernoulli's theory."""
-    hertz = Modal(section(depth), BarModes(8, 8, shear)).frequencies(LENGTH)
+    hertz = Modal(section(depth), BarModes(bending=8, axial=8, shear=shear)).frequencies(LENGTH)
     return {BENDING: hertz[:8], AXIAL: hertz[8:]}
 
 

@@ -114,7 +114,7 @@ def cell_name(unit: str, gravity: float) -> str:
 
 
 def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
-    """Run all samples with a flexible and a rigid rocker; return the ratios of their means.
+    """Run all samples with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
 
     The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
     """

@@ -129,7 +129,7 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
-    longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)
+    longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)  # ten steps at least
     engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
     solver = engine if with_play else closure
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)

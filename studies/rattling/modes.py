@@ -83,7 +83,7 @@ class Parameters(Assumptions, TestedRuns):
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the frequencies of the modes, run every set in every case, and compare the sets."""
-    metrics = {name: metric for depth in p.in_plane_depth for name, metric in _count_modes(depth).items()}
+    metrics = {name: metric for depth in p.in_plane_depth for name, metric in _frequencies(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
         rockers = [solid_rocker(depth, modes, p.rocker_damping) for modes in p.mode_sets]
@@ -102,7 +102,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def _count_modes(depth: float) -> dict[str, Metric]:
+def _frequencies(depth: float) -> dict[str, Metric]:
     """Return the frequencies of the solid rocker's modes in the plane, with those of Timoshenko's theory as exact values."""
     found, table = {}, solid_modes(depth).table()
     for kind, exact in beam_frequencies(depth).items():
@@ -117,7 +117,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
     found: dict[str, Metric] = {}
     level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
     for claim in CLAIMS:
-        mean, itself = turns.means[claim.reading], Ratio(1.0, 0.0, 1.0)
+        mean, itself = turns.means[claim.reading], Ratio(1.0, error=0.0, freedom=1.0)
         rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
         found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}

@@ -82,7 +82,7 @@ def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
         style = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": dashes[k % len(dashes)]}
         ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **style)
     ax.plot(*zip(*VOLTAGE_FORCES.items(), strict=True), "k*", markersize=8, label="published")
-    ax.errorbar(
+    ax.errorbar(  # an arrow downwards, because the range is an upper bound
         SENSOR_VOLTAGE, SENSOR_RANGE, yerr=np.array([[0.06 * SENSOR_RANGE], [0.0]]), uplims=True, color="black", capsize=3,
         label="range of the sensor",
     )  # fmt: skip

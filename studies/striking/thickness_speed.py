@@ -143,7 +143,7 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
 
 
 def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
-    """List the thicknesses whose force is not that of the thinnest strip times the cube of the ratio of thicknesses."""
+    """List the thicknesses whose force is not that of the first strip times the cube of the ratio of thicknesses."""
     lines = []
     for name, metric in metrics.items():
         if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:

@@ -1,1 +1,1 @@
-"""Studies of the strip at rest."""
+"""Studies of the pinned strip alone, at rest and compressed at constant speed."""

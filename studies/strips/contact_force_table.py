@@ -32,7 +32,7 @@ from ..kit.style import Figure, subplots
 
 KNOWN = 3e-4
 """Thickness of the strip whose printed force gives the stop of Table 2 [m]."""
-MODELS = ("quartic", "exact", "rod", "beam")
+MODELS = ("quartic", "exact", "rod", "beam")  # of the strip, as described above
 STRAIGHTEST = 1e-4
 """Smallest end shortening over length at which rod and beam are computed: below it the strip may be straight."""
 

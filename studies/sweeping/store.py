@@ -195,7 +195,7 @@ class Store:
         """Write the result of a case, unless it has one; the row survives if the process is killed."""
         update = "UPDATE cases SET status = ?, result = ? WHERE parameters = ? AND status IS NULL"
         content = asdict(row)
-        key, _ = to_json(content.pop("parameters")), content.pop("number")
+        key, _ = to_json(content.pop("parameters")), content.pop("number")  # `plan` has written the number
         self.ask(update, (content.pop("status"), to_json(content), key))
 
     def rows(self) -> list[Row]:

@@ -259,7 +259,7 @@ def _legend(ax: Any, failed: bool, suspect: bool) -> None:
     marks = {name: mark for name, mark, occurs in (("failed", "x", failed), ("suspect", "o", suspect)) if occurs}
     handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
     if handles:
-        ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)
+        ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)  # about nine lines a column
 
 
 def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
