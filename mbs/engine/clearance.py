@@ -76,14 +76,14 @@ class ClearanceGroup:
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous
             for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
-                speed = _crossing_speed(h, [previous["depth"][j], depth[j]], [previous["rate"][j], rate[j]])
+                speed = _compute_onset_speed(h, [previous["depth"][j], depth[j]], [previous["rate"][j], rate[j]])
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
         memory[:, BRISTLE], memory[:, SLIDING], memory[:, SINCE] = report["bristle"], report["sliding"], t
         self._previous = report
         return memory.copy()
 
 
-def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
+def _compute_onset_speed(h: float, depths: list[float], rates: list[float]) -> float:
     """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
     step = np.array([0.0, h]), np.array(depths), np.array(rates)
     _, rates_at_onset = hermite(*step, onsets(*step))

@@ -65,11 +65,11 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
             scene.constrain(name, scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point))
-            scene.reads(name, "reaction", partial(_reaction, scene, name, guide))
+            scene.reads(name, "reaction", partial(_compute_reaction, scene, name, guide))
         elif guide.mass == 0:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")
         else:
-            scene.reads(name, "reaction", partial(_under_strut, guide))
+            scene.reads(name, "reaction", partial(_compute_reaction_under_strut, guide))
         if guide.friction is None:
             continue
         if isinstance(guide.friction, GuideFriction):
@@ -78,19 +78,19 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
             _add_reaction_friction(scene, name, guide)
 
 
-def _weight(scene: EngineScene, guide: Guide) -> float:
+def _compute_weight(scene: EngineScene, guide: Guide) -> float:
     """Compute the component of the block's weight to the left of the guide's direction [N]."""
     gx, gy = scene.mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
 
-def _reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
+def _compute_reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
     """Return the force of the guide on the block, to the left of the guide [N], (times, 1), from the forces of pin and weight."""
     force = run.multipliers[:, scene.multipliers(name)]
-    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
+    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _compute_weight(scene, guide)
 
 
-def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
+def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -> Array:
     """Return the force of the guide on a block at a strut's end, to the guide's left [N], (times, 1)."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
@@ -126,7 +126,7 @@ class ReactionFriction:
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
-        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # used by `normal`
+        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # Aitken's
 
     def normal(self, t: float, reaction: float) -> float:
         """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
@@ -151,7 +151,7 @@ class ReactionFriction:
         self.data = system.systemData
         self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])
         self.rows = self.scene.multipliers(self.name)
-        self.weight = _weight(self.scene, self.guide)
+        self.weight = _compute_weight(self.scene, self.guide)
 
     def bristle(self, t: float, travel: float, speed: float) -> float:
         """Return the deflection of the bristle [m], by the mean speed since the last accepted step.

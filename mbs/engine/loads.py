@@ -36,13 +36,13 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
         if callable(load.value) or follows is not None:
-            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_make_force(scene, name, load, follows))
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
-            force = _force(scene, name, load, follows)
-            add_torque(scene, scene.turning(*point), _moment_of(scene, point, load.through, force))
+            force = _make_force(scene, name, load, follows)
+            add_torque(scene, scene.turning(*point), _make_moment(scene, point, load.through, force))
 
 
 def _refuse_states(load: Force | Torque) -> None:
@@ -51,7 +51,7 @@ def _refuse_states(load: Force | Torque) -> None:
         raise ValueError(f"{load.where}: states = {load.states!r}: the compiled solver alone integrates states; use Spectral()")
 
 
-def _moment_of(
+def _make_moment(
     scene: EngineScene, point: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
 ) -> Callback:
     """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
@@ -65,7 +65,7 @@ def _moment_of(
     return moment
 
 
-def _force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
     """Make the callback of a force [N] that turns with the section at the point reference `follows`, if any."""
     value = guard(scene, name, load.value, 2)  # called as value(time for messages, argument of the user's function)
 
@@ -178,13 +178,13 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
         scene.struts[name] = spring
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(
-            markerNumbers=[_end_marker(scene, link, link.start), _end_marker(scene, link, link.end)],
+            markerNumbers=[_find_end_marker(scene, link, link.start), _find_end_marker(scene, link, link.end)],
             referenceLength=spring.length, stiffness=1.0,
             springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
         ))  # fmt: skip
 
 
-def _end_marker(scene: EngineScene, link: Link, point: str) -> int:
+def _find_end_marker(scene: EngineScene, link: Link, point: str) -> int:
     """Return the position marker of the block, the link or the ground on which the end of a strut acts."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
@@ -208,7 +208,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     for name, drive in drives.items():
         if scene.source.is_loose:
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
-            scene.reads(name, "effort", partial(_effort, drive))
+            scene.reads(name, "effort", partial(_compute_effort, drive))
         else:
             is_block = drive.target in scene.mechanism.points
             coordinate = scene.coordinate(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
@@ -216,7 +216,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
             scene.reads(name, "effort", scene.multiplier(name))
 
 
-def _effort(drive: Drive, _run: History, record: Record) -> Array:
+def _compute_effort(drive: Drive, _run: History, record: Record) -> Array:
     """Return the torque [N m], (times, 1), with which contacts and loads on a link of constant speed are in balance."""
     total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
     for name, element in Scene.of(record.mechanism).elements.items():

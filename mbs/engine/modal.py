@@ -85,7 +85,7 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
     nodes, body = _add_flexible(system, model, reference, initial)
     stations = {link.start: "start", link.end: "end"}
-    ends = {point: _position_marker(system, body, station) for point, station in stations.items()}
+    ends = {point: _add_position_marker(system, body, station) for point, station in stations.items()}
     return PlacedModal(
         system, link.name, link.body, nodes, (body,), reference[None], ends,
         model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
@@ -118,7 +118,7 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     return int(node)
 
 
-def _position_marker(system: System, body: int, station: str) -> int:
+def _add_position_marker(system: System, body: int, station: str) -> int:
     """Add a position marker at the centre of a joint."""
     joint = [len(CROSS) * ENDS.index(station)]  # number of the first point of the cross, its middle
     item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
@@ -149,9 +149,9 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
     """
     m, about_z = len(model), np.diag([0.0, 0.0, 1.0])
     return {
-        "massMatrixReduced": _container(np.eye(m)),
-        "stiffnessMatrixReduced": _container(np.diag(model.stiffness)),
-        "dampingMatrixReduced": _container(np.diag(2 * model.damping * model.frequency)),
+        "massMatrixReduced": _make_container(np.eye(m)),
+        "stiffnessMatrixReduced": _make_container(np.diag(model.stiffness)),
+        "dampingMatrixReduced": _make_container(np.diag(2 * model.damping * model.frequency)),
         "mass": model.mass,
         "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],
@@ -178,7 +178,7 @@ def _virtual_points(model: PlanarModel) -> dict[str, Any]:
     }
 
 
-def _container(matrix: Array) -> Any:
+def _make_container(matrix: Array) -> Any:
     """Convert a matrix to the engine's type."""
     container = exu.MatrixContainer()
     container.SetWithDenseMatrix(matrix, useDenseMatrix=True)

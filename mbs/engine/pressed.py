@@ -55,9 +55,9 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
     )
     scene = build(mechanism)
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
-    settings, data = _static_settings(scene), scene.system.systemData
+    settings, data = _make_static_settings(scene), scene.system.systemData
     unit, row, loads = body.section.bending_stiffness / length**2, int(scene.multipliers("drive")[0]), np.empty(len(u))
-    for k, guess in enumerate(_exact_coordinates(scene, body, u)):
+    for k, guess in enumerate(_compute_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length
         data.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
         try:
@@ -83,7 +83,7 @@ def _check_branch(body: Beam | Cable, length: float, u: Array, loads: Array) -> 
         raise ArithmeticError(f"at u = {u[k]:g} the force is {loads[k]:.4g}, exact {exact[k]:.4g}: {cause}")
 
 
-def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:
+def _compute_exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Array:
     """Compute the engine's coordinates of the exact elastica, (shortenings, coordinates)."""
     strip = scene.placed["strip"]
     columns, length = strip.columns(), scene.mechanism.length("strip")
@@ -97,7 +97,7 @@ def _exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array) -> Arra
     return guesses
 
 
-def _static_settings(scene: EngineScene) -> exu.SimulationSettings:
+def _make_static_settings(scene: EngineScene) -> exu.SimulationSettings:
     """Return the settings of the static solver: full load in one step."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False

@@ -31,7 +31,7 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
         items = _add(scene, rows)
         scene.constraints |= {f"{name}: {k}" if k else name: item for k, item in enumerate(items)}
         for channel in element.reactions(np.zeros((0, len(rows)))) or ():
-            scene.reads(name, channel, _reader(scene, items, element, channel))
+            scene.reads(name, channel, _make_reader(scene, items, element, channel))
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
@@ -48,7 +48,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     return items
 
 
-def _reader(scene: EngineScene, items: list[int], element: Element, channel: str) -> Reader:
+def _make_reader(scene: EngineScene, items: list[int], element: Element, channel: str) -> Reader:
     """Make the reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:

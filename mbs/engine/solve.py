@@ -56,7 +56,7 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
     return Failure(Status.ENGINE_ERROR, f"after t = {last:.6g} s: {' '.join(str(raised).split())[-200:]}")
 
 
-def _common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:
+def _make_common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:
     """Return the settings that both integrators share."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
@@ -68,7 +68,7 @@ def _common_settings(duration: float, solver: Exudyn) -> exu.SimulationSettings:
 
 def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Return the settings of the Dormand-Prince method, 5(4)."""
-    settings = _common_settings(duration, solver)
+    settings = _make_common_settings(duration, solver)
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = integration.adaptiveStep = solver.steps.adaptive
@@ -84,7 +84,7 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Return the settings of the generalized-alpha method."""
-    settings = _common_settings(duration, solver)
+    settings = _make_common_settings(duration, solver)
     integration = settings.timeIntegration
     integration.minimumStepSize = MIN_STEP
     integration.adaptiveStep = solver.steps.adaptive
@@ -94,7 +94,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive  # until the size of the step changes
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
-    integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
+    integration.newton.absoluteTolerance = solver.newton_absolute or _find_reachable_residual(scene)
     integration.discontinuous.useRecommendedStepSize = True  # the step of StepControl, as there are no native contacts
     if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
@@ -104,7 +104,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     return settings
 
 
-def _reachable_residual(scene: EngineScene) -> float:
+def _find_reachable_residual(scene: EngineScene) -> float:
     """Return the least residual [N] that Newton's method can reach, by rounding of the largest axial stiffness; 1e-8 if rigid."""
     bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
     return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])

@@ -46,7 +46,7 @@ class StepControl(Recorder):
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
-        self.weights = _position_weights(scene)
+        self.weights = _collect_weights(scene)
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
         stops = [_StopSteps(contact, steps) for contact in self.stops]
@@ -79,7 +79,7 @@ class StepControl(Recorder):
         if self.error <= 2 or h <= MIN_STEP:  # below 2 the next step, made shorter, is better than a repetition
             return [0.0, -1.0]
         self.rejected += 1
-        return [1e300, max(MIN_STEP, h * _factor(self.error))]
+        return [1e300, max(MIN_STEP, h * _compute_factor(self.error))]
 
     def next_step(self, q: Array, q_t: Array) -> None:
         """Set the size of the next step from the error of this one, the contacts ahead and the next kink."""
@@ -89,7 +89,7 @@ class StepControl(Recorder):
             self.engine.it.currentStepSize = max(MIN_STEP, FIRST_STEP * self.max_step)
             return
         self.accelerations = self.new_accelerations
-        step = min(self.max_step, h * _factor(self.error))
+        step = min(self.max_step, h * _compute_factor(self.error))
         for control in self.controls:
             step = min(step, control.step_limit(q, q_t, step))
         time_to_kink = self._time_to_kink()
@@ -125,11 +125,11 @@ class _StopSteps:
             return step
         duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
         if not self.contact.is_touching:
-            return _approach(gap, speed, duration / self.resolution, step)
+            return _limit_approach(gap, speed, duration / self.resolution, step)
         self.shortest = duration / self.resolution
         if abs(speed) * duration > IMPACT * abs(gap):
             return min(step, self.shortest)
-        return min(step, max(self.shortest, _approach(-gap, -speed, self.shortest, step)))
+        return min(step, max(self.shortest, _limit_approach(-gap, -speed, self.shortest, step)))
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
@@ -158,7 +158,7 @@ class _StrutSteps:
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         shortest = self.half_period / self.resolution
         if gap > 0:
-            return _approach(gap, speed, shortest, step)
+            return _limit_approach(gap, speed, shortest, step)
         vibrates = abs(speed) * self.half_period > self.limit
         return min(step, shortest) if vibrates else step
 
@@ -170,7 +170,7 @@ class _StrutSteps:
         return abs(after - before) / -self.spring.kink
 
 
-def _approach(gap: float, speed: float, shortest: float, step: float) -> float:
+def _limit_approach(gap: float, speed: float, shortest: float, step: float) -> float:
     """Limit a step to 0.9 of the time in which a gap closes at a speed; the last step, of the shortest size, closes it.
 
     A long step that ends in contact would apply the first contact force over its whole length.
@@ -181,12 +181,12 @@ def _approach(gap: float, speed: float, shortest: float, step: float) -> float:
     return min(step, 0.9 * time if time > shortest else time + 0.1 * shortest)
 
 
-def _factor(error: float) -> float:
+def _compute_factor(error: float) -> float:
     """Return the factor of the next step for a local error of third order: 0.8 error^(-1/3), from 0.2 to 2."""
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
-def _position_weights(scene: EngineScene) -> Array:
+def _collect_weights(scene: EngineScene) -> Array:
     """Return the weights of all coordinates in the error norm: 1 for positions, half the length [m] for angles of rigid links."""
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():

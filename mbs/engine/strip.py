@@ -129,7 +129,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
     if body.turns:
         fixed = np.array([(0.0, 0.0), *(body.along(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
-        places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, fixed)
+        places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
@@ -142,7 +142,7 @@ def _distribute(parts: Array, count: int) -> list[int]:
     return [int(n) for n in numbers]
 
 
-def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
+def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
     """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
     The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an

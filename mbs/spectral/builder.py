@@ -178,10 +178,11 @@ class Builder:
             return self.data[data + 2]
         if kind == MarkerKind.FRAME:
             return self.q[offset + 2] + self.data[data + 2]
-        fields = [self.places[first + i * size : first + (i + 1) * size] for i in range(3 if kind == MarkerKind.LINEAR else 2)]
+        count = 3 if kind == MarkerKind.LINEAR else 2  # x, y and, if linear, the angle
+        components = [self.places[first + i * size : first + (i + 1) * size] for i in range(count)]
         if kind == MarkerKind.LINEAR:
-            return sum(self.data[data + 2 * size + i] * self.q[p] for i, p in enumerate(fields[2]))
-        x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(field)) for field in fields)
+            return sum(self.data[data + 2 * size + i] * self.q[p] for i, p in enumerate(components[2]))
+        x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(each)) for each in components)
         return atan2(y, x)
 
     def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
@@ -198,7 +199,7 @@ class Builder:
         if kind != MarkerKind.CURVE:
             return marker
         used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # not zero but for rounding
-        x, y = ([self.places[first + field * size + i] for i in used] for field in (0, 1))
+        x, y = ([self.places[first + component * size + i] for i in used] for component in (0, 1))
         value = [self.data[data + i] for i in used]
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 

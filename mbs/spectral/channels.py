@@ -81,7 +81,7 @@ class Channels:
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
         """Find the columns of signals in a scene, to which missing markers are added."""
-        known = {name: column for name in names if (column := _column(scene, name)) is not None}
+        known = {name: column for name in names if (column := _find_column(scene, name)) is not None}
         order = tuple(sorted(names, key=lambda name: name not in known))
         columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
         return cls(order, columns, np.array([known[name][4] for name in order if name in known]))
@@ -104,7 +104,7 @@ class Channels:
         return values
 
 
-def _column(scene: CompiledScene, name: str) -> Column | None:
+def _find_column(scene: CompiledScene, name: str) -> Column | None:
     """Find the column of a signal OWNER.QUANTITY; None if it has none."""
     owner, _, quantity = name.rpartition(".")
     found = (find(scene, owner, quantity) for find in (_find_contact, _find_point, _find_link, _find_drive))

@@ -118,7 +118,7 @@ def add_modal_mass(tables, work, q, mass):
         markers.clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia, coupling = _modal_mass(tables, row, q, i)
+            inertia, coupling = _compute_modal_mass(tables, row, q, i)
             work.block_stiffness[2, 2] += inertia * q[e + i]
             work.block_stiffness[2, 3 + i] += coupling
             work.block_stiffness[3 + i, 2] += coupling
@@ -126,7 +126,7 @@ def add_modal_mass(tables, work, q, mass):
 
 
 @draft
-def _modal_mass(tables, row, q, i):
+def _compute_modal_mass(tables, row, q, i):
     """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (Q eta)_i, and its coupling -(C eta)_i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
     inertia, coupling = 2.0 * tables.data[radial + i], 0.0
@@ -149,7 +149,7 @@ def couple_modes(tables, work, q, a):
         inertia = tables.mass[tables.slots[slot + 2 * size + 2]]  # entry (2, 2) of the block, of the frame's angle
         moment = inertia * a[o + 2]
         for i in range(m):
-            added, coupling = _modal_mass(tables, row, q, i)
+            added, coupling = _compute_modal_mass(tables, row, q, i)
             moment -= coupling * a[e + i]
             inertia += added * q[e + i] - coupling * coupling
             work.scratch[i] = coupling
@@ -169,7 +169,7 @@ def multiply_mass(tables, q, a, out):
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia, coupling = _modal_mass(tables, row, q, i)
+            inertia, coupling = _compute_modal_mass(tables, row, q, i)
             out[o + 2] += inertia * q[e + i] * a[o + 2] + coupling * a[e + i]
             out[e + i] += coupling * a[o + 2]
 

@@ -60,8 +60,8 @@ def evaluate_motion(tables, k, t):
     t = factor * t
     if kind == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
-        ramp, slope = min(t, duration), (end - start) / duration  # time on the ramp; the speed is constant after it
-        return start * ramp + 0.5 * slope * ramp * ramp + end * (t - ramp), factor * (start + slope * ramp)
+        on_ramp, slope = min(t, duration), (end - start) / duration  # time on the ramp; the speed is constant after it
+        return start * on_ramp + 0.5 * slope * on_ramp * on_ramp + end * (t - on_ramp), factor * (start + slope * on_ramp)
     if kind == MotionKind.STEADY:
         return 0.0, 0.0
     return call(tables.motions[k, LawColumn.CALL], (t,)), factor * call(tables.motions[k, LawColumn.CALL_TOO], (t,))

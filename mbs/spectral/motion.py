@@ -68,7 +68,7 @@ class SpectralStrip:
         piece = next((p for p in self.pieces if arc <= p.end * (1 + 1e-12)), self.pieces[-1])
         return piece, float(np.clip((arc - piece.start) / piece.jacobian - 1.0, -1.0, 1.0))
 
-    def _fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
+    def _evaluate_fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
         """Evaluate the fields of coordinates q (times, n) at xi, or derivatives of this order: (times, points, fields)."""
         members = basis(piece.degree, xi, order) / piece.jacobian**order
         return np.asarray((q[:, piece.places] @ members.T).swapaxes(1, 2))
@@ -76,7 +76,7 @@ class SpectralStrip:
     def point(self, name: str) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""
         piece, xi = self._locate(self.stations[name])
-        position, velocity = (self._fields(q, piece, np.array([xi]))[:, 0, :2] for q in (self.q, self.q_t))
+        position, velocity = (self._evaluate_fields(q, piece, np.array([xi]))[:, 0, :2] for q in (self.q, self.q_t))
         return position, velocity
 
     def turn(self, name: str) -> tuple[Array, Array]:
@@ -84,10 +84,10 @@ class SpectralStrip:
         piece, variable = self._locate(self.stations[name])
         xi = np.array([variable])
         if self.shears:
-            start = self._fields(self.reference[None], piece, xi)[0, 0, 2]
-            return self._fields(self.q, piece, xi)[:, 0, 2] - start, self._fields(self.q_t, piece, xi)[:, 0, 2]
-        tangent, rate = (self._fields(q, piece, xi, 1)[:, 0] for q in (self.q, self.q_t))
-        start = self._fields(self.reference[None], piece, xi, 1)[0, 0]
+            start = self._evaluate_fields(self.reference[None], piece, xi)[0, 0, 2]
+            return self._evaluate_fields(self.q, piece, xi)[:, 0, 2] - start, self._evaluate_fields(self.q_t, piece, xi)[:, 0, 2]
+        tangent, rate = (self._evaluate_fields(q, piece, xi, 1)[:, 0] for q in (self.q, self.q_t))
+        start = self._evaluate_fields(self.reference[None], piece, xi, 1)[0, 0]
         angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0])) - np.arctan2(start[1], start[0])
         angle = angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi))
         return angle, cross(tangent, rate) / (tangent**2).sum(axis=1)
@@ -99,7 +99,7 @@ class SpectralStrip:
             total = np.zeros((len(values), 2))
             for piece in self.pieces:
                 xi, w = gauss(piece.degree + 1)
-                total += piece.jacobian * np.einsum("tgf,g->tf", self._fields(values, piece, xi)[..., :2], w)
+                total += piece.jacobian * np.einsum("tgf,g->tf", self._evaluate_fields(values, piece, xi)[..., :2], w)
             out.append(total / self.length)
         return out[0], out[1], out[2]
 
@@ -109,12 +109,12 @@ class SpectralStrip:
         total = np.zeros(len(self.q_t))
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 1)
-            total += 0.5 * piece.jacobian * np.einsum("tgf,g,f->t", self._fields(self.q_t, piece, xi) ** 2, w, density)
+            total += 0.5 * piece.jacobian * np.einsum("tgf,g,f->t", self._evaluate_fields(self.q_t, piece, xi) ** 2, w, density)
         return total
 
     def strains(self) -> list[Strain]:
         """Compute axial, shear (Reissner's only) and bending strains and their rates at the Gauss points of all pieces."""
-        weights, strains, rates = zip(*(self._strains(piece) for piece in self.pieces), strict=True)
+        weights, strains, rates = zip(*(self._compute_strains(piece) for piece in self.pieces), strict=True)
         section, material = self.section, self.section.material
         ea, ei = section.axial_stiffness, section.bending_stiffness
         stiffness = (ea, section.shear_stiffness, ei)
@@ -127,7 +127,7 @@ class SpectralStrip:
             out.append(Strain(stiffness[i], damping[i], np.concatenate(weights)[None], value, rate))
         return out
 
-    def _strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
+    def _compute_strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
         """Compute weights [m] (points,), strains and their rates at the kernel's Gauss points of a piece.
 
         Strains are axial, shear and bending, each (times, points), less those of the stress-free shape.
@@ -137,7 +137,7 @@ class SpectralStrip:
 
         def derivatives(q: Array) -> list[Array]:
             """Return the fields and their derivatives up to the order that strains contain."""
-            return [self._fields(q, piece, xi, i) for i in range(order + 1)]
+            return [self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)]
 
         strain, rate = strains_of(derivatives(self.q), derivatives(self.q_t))
         free, _ = strains_of(derivatives(self.reference[None]), derivatives(0.0 * self.reference[None]))
@@ -151,10 +151,10 @@ class SpectralStrip:
         weights, fields, rates = [], [], []
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 3)
-            start_angle = self._fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
+            start_angle = self._evaluate_fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
             weights.append(w * piece.jacobian)
-            fields.append(self._fields(self.q, piece, xi) - start_angle)
-            rates.append(self._fields(self.q_t, piece, xi))
+            fields.append(self._evaluate_fields(self.q, piece, xi) - start_angle)
+            rates.append(self._evaluate_fields(self.q_t, piece, xi))
         return np.concatenate(weights), np.concatenate(fields, axis=1), np.concatenate(rates, axis=1)
 
     def axial_force(self) -> Array:
@@ -164,15 +164,15 @@ class SpectralStrip:
 
     def line(self, per_element: int = 4) -> Array:
         """Evaluate positions along the link at the arc lengths `arcs`, (times, 8 `per_element` + 1, 2)."""
-        return np.stack([self._position(float(arc)) for arc in self.arcs(per_element)], axis=1)
+        return np.stack([self._evaluate_position(float(arc)) for arc in self.arcs(per_element)], axis=1)
 
-    def _position(self, arc: float) -> Array:
+    def _evaluate_position(self, arc: float) -> Array:
         piece, xi = self._locate(arc)
-        return self._fields(self.q, piece, np.array([xi]))[:, 0, :2]
+        return self._evaluate_fields(self.q, piece, np.array([xi]))[:, 0, :2]
 
     def middle(self) -> Array:
         """Evaluate the position of mid-length, (times, 2)."""
-        return self._position(self.length / 2)
+        return self._evaluate_position(self.length / 2)
 
     def arcs(self, per_element: int = 4) -> Array:
         """Return the stress-free arc lengths [m] of the positions of `line`, at equal distances."""

@@ -23,7 +23,7 @@ class Block(NamedTuple):
     parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)  # rows and columns that may be nonzero; all by default
 
 
-def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
+def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
     """Number the slots; return the first five of `Tables`. Entries of blocks that are always zero get the slot after the last."""
     table = np.zeros((len(blocks), 3), dtype=np.int64)
     members: list[Array] = [np.empty(0, dtype=np.int64)]
@@ -45,15 +45,15 @@ def _slots_of(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
     return table, np.concatenate(members), slots, *np.divmod(found, max(unknowns, 1))
 
 
-def _blocks(builder: Builder) -> list[Block]:
+def _list_blocks(builder: Builder) -> list[Block]:
     """List the blocks of constraints, forces, strips, modal links, masses, in this order, with their unknowns."""
     n = len(builder.q)
-    rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
+    rows = [_build_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = []
     for force in builder.forces:
         a, b = builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)
         count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1  # markers of states, from b on
-        places = [place for marker in (a, *range(b, b + count)) for place in _places(builder, marker)]
+        places = [place for marker in (a, *range(b, b + count)) for place in _list_places(builder, marker)]
         forces.append(Block([*places, *([n + force.row] if force.row >= 0 else [])]))
     strips = [
         Block(builder.places[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips
@@ -62,21 +62,21 @@ def _blocks(builder: Builder) -> list[Block]:
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
 
 
-def _row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
+def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
     """Build the block of a constraint: its gradient, and second derivatives, which couple both markers if the direction turns."""
     unknowns: list[int] = []
     parts: list[tuple[slice, slice]] = []
     for number in row.measures:
         kind, a, b = builder.measures[number]
-        begin, middle = len(unknowns), len(unknowns) + len(_places(builder, a))
-        unknowns += [*_places(builder, a), *_places(builder, b)]
+        begin, middle = len(unknowns), len(unknowns) + len(_list_places(builder, a))
+        unknowns += [*_list_places(builder, a), *_list_places(builder, b)]
         both, of_a, of_b = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
         parts += [(both, both)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(of_a, of_a), (of_b, of_b)]
     coordinates, last = slice(0, len(unknowns)), slice(len(unknowns), None)
     return Block([*unknowns, multiplier], (*parts, (coordinates, last), (last, coordinates)))
 
 
-def _places(builder: Builder, marker: int) -> list[int]:
+def _list_places(builder: Builder, marker: int) -> list[int]:
     """List the coordinates on which a marker depends."""
     _kind, _offset, _size, first, count, *_ = builder.markers[marker]
     return builder.places[first : first + count]
@@ -88,8 +88,8 @@ def pack(builder: Builder) -> Tables:
     weight = np.zeros(n)
     for at, amount in builder.weights:
         np.add.at(weight, at, amount)
-    blocks = _blocks(builder)
-    table, members, slots, row, col = _slots_of(blocks, n + len(builder.rows))
+    blocks = _list_blocks(builder)
+    table, members, slots, row, col = _number_slots(blocks, n + len(builder.rows))
     mass = np.zeros(len(row) + 1)
     for (_, count, first), (_, block) in zip(table[len(blocks) - len(builder.masses) :], builder.masses, strict=True):
         np.add.at(mass, slots[first : first + count**2], np.ravel(block))
@@ -105,26 +105,26 @@ def pack(builder: Builder) -> Tables:
         mass_col=col[nonzero],
         mass_value=mass[nonzero],
         weight=weight,
-        modal=_table(builder.modal, 3),
-        strips=_table(builder.strips, 5),
-        markers=_table(builder.markers, 7),
+        modal=_build_table(builder.modal, 3),
+        strips=_build_table(builder.strips, 5),
+        markers=_build_table(builder.markers, 7),
         places=np.array(builder.places, dtype=np.int64),
-        measures=_table(builder.measures, 3),
-        directions=_table(builder.directions, 3, float),
-        rows=_table([(r.measure, r.motion, r.count) for r in builder.rows], 3),
+        measures=_build_table(builder.measures, 3),
+        directions=_build_table(builder.directions, 3, float),
+        rows=_build_table([(r.measure, r.motion, r.count) for r in builder.rows], 3),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_table(builder.motions, 3),
-        ramps=_table(builder.ramps, 3, float),
-        forces=_table(forces, 7),
+        motions=_build_table(builder.motions, 3),
+        ramps=_build_table(builder.ramps, 3, float),
+        forces=_build_table(forces, 7),
         factors=np.ones(len(forces) + 1),
         time_factor=np.ones(1),
-        elastic=_table(builder.elastic, 7),
-        laws=_table(builder.laws, 4),
-        law_numbers=_table(builder.law_numbers, 8, float),
+        elastic=_build_table(builder.elastic, 7),
+        laws=_build_table(builder.laws, 4),
+        law_numbers=_build_table(builder.law_numbers, 8, float),
         edges=np.empty((0, 2)),
         data=np.array(builder.data, dtype=float),
     )
 
 
-def _table(rows: Sequence[Sequence[float]], columns: int, kind: type = np.int64) -> Array:
+def _build_table(rows: Sequence[Sequence[float]], columns: int, kind: type = np.int64) -> Array:
     return np.array(rows, dtype=kind).reshape(-1, columns)

@@ -67,7 +67,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     for link in mechanism.links:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and body.model is None:
-            frames[link.name] = _centre_frame(scene, link, body)
+            frames[link.name] = _add_centre_frame(scene, link, body)
     scene.refresh()
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
@@ -82,10 +82,10 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
             links[link.name] = RigidMotion(mass, inertia, arms, *traces[marker])
         elif isinstance(body, FrameBody):
-            links[link.name] = _modal(link, body, out)
+            links[link.name] = _record_modal(link, body, out)
         elif isinstance(body, StripBody):
-            links[link.name] = _strip(scene, body, out)
-    blocks = {point: _block(mechanism, point, traces[marker]) for point, marker in guides.items()}
+            links[link.name] = _record_strip(scene, body, out)
+    blocks = {point: _record_block(mechanism, point, traces[marker]) for point, marker in guides.items()}
     return Record(
         mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.source.undetermined
     )
@@ -98,21 +98,21 @@ def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], rep
     return traces.swapaxes(2, 3)  # each component stays contiguous in memory
 
 
-def _centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
+def _add_centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Add a marker at the centre of mass of a rigid link, attached masses left out; return it, mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     centre = body.start + rotate(np.array(body.angle), (x, y))
     return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
 
 
-def _modal(link: Link, body: Any, out: Output) -> ModalHistory:
+def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
     """Return the motion of a modal link."""
     columns = slice(body.offset, body.offset + 3 + body.modes)
     stations = {link.start: "start", link.end: "end"}
     return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)
 
 
-def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
+def _record_strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     """Return the motion of a strip; its `places` number the coordinates of this strip, not those of the mechanism."""
     places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
     pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
@@ -120,7 +120,7 @@ def _strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
 
 
-def _block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
+def _record_block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     """Return the motion of a guide's block along the guide, from the trace of its point."""
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]

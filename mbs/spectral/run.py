@@ -110,10 +110,10 @@ def once(
         "rejected": float(counts.rejected),
     }
     notes, record = [*scene.source.remarks, *scene.notes], record_of(scene, out)
-    return Run(solver, record, failure or _contradiction(scene, out), work, scene.summary(), notes)
+    return Run(solver, record, failure or _find_contradiction(scene, out), work, scene.summary(), notes)
 
 
-def _contradiction(scene: CompiledScene, out: Output) -> Failure | None:
+def _find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     """Report constraints that are violated at the end: Newton's method leaves the residuals of contradictory ones."""
     t = float(out.time[-1])
     violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
@@ -137,7 +137,8 @@ def integrate(
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.work.state[:, State.ANGLE] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     start = balance(scene, state.q, state.v, state.time, state.memory)
-    controls, clock, counts = _controls(scene, state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
+    controls = _set_controls(scene, state.time, end, solver)
+    clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
     step_ends = _find_step_ends(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
     run, model, shortest = _choose_integrator(scene, solver, state, start)
     controls.located = take is None or run is implicit.run_implicit
@@ -156,7 +157,7 @@ def integrate(
             columns = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]
             out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in columns))
             run(model, clock, controls, step_ends, out, counts)
-            failure = _failure(counts, clock.time, solver)
+            failure = _translate_failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
                 part, failure = _cut_at_exception(scene, part)
@@ -209,7 +210,7 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
     return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 
 
-def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
+def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
     """Set the options of the integrator, `output.CONTROLS`, but the shortest step and the steps per row."""
     out, are_equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
@@ -234,7 +235,7 @@ def _controls(scene: CompiledScene, start: float, end: float, solver: Spectral) 
     return out
 
 
-def _failure(counts: output.Record, t: float, solver: Spectral) -> Failure | None:
+def _translate_failure(counts: output.Record, t: float, solver: Spectral) -> Failure | None:
     """Translate the status of a run's counts to one of a result, with a message; None without a failure."""
     not_finite = f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew"
     many = f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"

@@ -103,7 +103,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
     """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4); sizes as in `output`."""
     tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
-    m, z, slots, g = n + r, np.zeros, len(tables.mass), _size_of_jacobian(tables)
+    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
@@ -126,7 +126,7 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     """Allocate the data of an explicit run that starts from this state; `memory` (forces, 4)."""
     tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
     order = scene.find_mass_fronts(constant=free_modes)
-    n, r, k, g, z = len(q), len(lam), len(memory), _size_of_jacobian(tables), np.zeros
+    n, r, k, g, z = len(q), len(lam), len(memory), _count_jacobian_entries(tables), np.zeros
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
     state = DormandPrinceState(
@@ -140,7 +140,7 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     return DormandPrince(tables, order, scene.work, state)
 
 
-def _size_of_jacobian(tables: Tables) -> int:
+def _count_jacobian_entries(tables: Tables) -> int:
     """Count the entries of G as the kernel stores it: the unknowns of all constraints' blocks."""
     return int(tables.blocks[: len(tables.rows), BlockColumn.WIDTH].sum())
 
