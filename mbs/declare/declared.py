@@ -135,6 +135,7 @@ def declarations(kind: Any) -> dict[str, Declaration]:
 
 
 def _declaration(kind: Any, each: Any) -> Declaration:
+    """Return the declaration of a dataclass's field `each`."""
     if DECLARED in each.metadata:
         spec, doc, bounds, group = each.metadata[DECLARED]
     else:  # a field of a user's own dataclass is declared by its annotation

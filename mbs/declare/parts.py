@@ -87,7 +87,7 @@ class Part(Spec):
 
 
 def _is_protocol(kind: object) -> bool:
-    return bool(getattr(kind, "_is_protocol", False))
+    return bool(getattr(kind, "_is_protocol", False))  # set by `typing`
 
 
 def _missing(found: object, protocol: object) -> list[str]:

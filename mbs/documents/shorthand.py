@@ -154,6 +154,7 @@ def schema() -> Schema:
 
 
 def _read_defaults(defaults: object) -> dict[str, Any]:
+    """Return the table of defaults; ValueError unless it has tables of known keys."""
     if not isinstance(defaults, Mapping):
         raise ValueError(f"{DEFAULTS} = {show(defaults)}: must be a table of {', '.join(KINDS)}")
     for key, each in defaults.items():

@@ -34,7 +34,7 @@ class Ramp(Declared):
     duration: float = quantity("s", above=0, doc="duration of the change")
 
     def speed(self, t: float) -> float:
-        """Return the speed at time t >= 0."""
+        """Return the speed at a time t >= 0 [s]."""
         return self.start + (self.end - self.start) * min(t, self.duration) / self.duration
 
     def position(self, t: float) -> float:
@@ -70,7 +70,7 @@ class Motion(Declared):
 
     def agree(self) -> None:
         """Raise a ValueError if the motion does not start at 0."""
-        number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
+        number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")  # 0 to rounding
 
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
@@ -79,7 +79,7 @@ class Motion(Declared):
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
-            if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + SPEED_ERROR**2 * largest + 1e-12:
+            if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + SPEED_ERROR**2 * largest + 1e-12:  # 1e-12: at rest
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in self.kinks(duration):
             before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in (t, float(np.nextafter(t, inf))))
@@ -218,7 +218,7 @@ class Drive(Element):
         yield Energy("given", "drive", record.work(power))
 
     def _coordinate(self, record: Recorded) -> tuple[Array, Array]:
-        """Return the driven coordinate and its rate."""
+        """Return the driven coordinate [rad or m] since t = 0 and its rate, each (times,)."""
         if self.target in record.mechanism.points:
             block = record.blocks[self.target]
             return block.travel, block.speed

@@ -163,7 +163,7 @@ class Guide(GuideBase):
         return np.abs(record.channel(name, "reaction")[:, 0]), bristle
 
     def _drag(self, name: str, record: Recorded) -> Array:
-        """Return the friction force [N] with the sign of the speed, which it opposes, (times,)."""
+        """Return the friction force [N], (times,): positive for a positive speed, against which the force acts."""
         speed = record.blocks[self.point].speed
         if isinstance(self.friction, GuideFriction):
             return self.friction.force(speed)

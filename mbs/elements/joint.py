@@ -139,7 +139,7 @@ class Slot(Joint):
         yield from yield_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the effort on the second body, (times, rows): normal force [N], and moment [N m] if it keeps the angle."""
+        """Return the effort on the second body, (times, rows): normal force [N], moment [N m] if the joint keeps the angle."""
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:

@@ -145,7 +145,7 @@ class Link(LinkBase):
         return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
-        """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves it out."""
+        """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves the mass out."""
         return self.body.mass_properties(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -151,6 +151,7 @@ class Stateful(Load):
         self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
 
     def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
+        """Raise a ValueError unless a function of the arguments `start` returns `size` numbers of a unit; `key` is its field."""
         name, is_formula = f"{self.where}: {key}", isinstance(function, Expression | Components)
         try:
             parts: list[Any] = numbers_of(function, self.variables) if is_formula else [function]

@@ -183,7 +183,7 @@ class Modal(Body):
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
-        number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
+        number("poisson", self.section.material.poisson, -0.999, 0.499, "1")  # solids with -1 or 0.5 are singular
 
     def frequencies(self, length: float) -> Array:
         """Return the natural frequencies [Hz] of the chosen modes that move in the plane, for a length of the link [m].

@@ -75,7 +75,7 @@ class Motor(Load):
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:
-        """Return the voltage [V] less the dead band."""
+        """Return the voltage [V] less the dead band, down to zero, with its sign."""
         return voltage - np.clip(voltage, -self.dead_band, self.dead_band)
 
     def current(self, voltage: Reals, speed: Reals) -> Reals:

@@ -70,7 +70,7 @@ class MaterialPart(Part):
 
 
 class SlenderSection:
-    """Base of sections: properties that follow from stiffnesses and from mass and inertia per length."""
+    """Base of sections: properties of slender bars from stiffnesses and from mass and inertia per length."""
 
     def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
         """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass [m] of a bar of a length [m]."""

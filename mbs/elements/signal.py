@@ -120,13 +120,13 @@ class MovingBody(Protocol):
         """Mass [kg]."""
 
     def point(self, name: str, /) -> tuple[Array, Array]:
-        """Return place [m] and velocity [m/s] of a point."""
+        """Return place [m] and velocity [m/s] of a point, each (times, 2)."""
 
     def turn(self, name: str, /) -> tuple[Array, Array]:
         """Return the angle at a point since t = 0 [rad] and its rate [rad/s]."""
 
     def centre(self) -> tuple[Array, Array, Array]:
-        """Return place, velocity and acceleration of the centre of mass."""
+        """Return place [m], velocity [m/s] and acceleration [m/s^2] of the centre of mass, each (times, 2)."""
 
     def kinetic(self) -> Array:
         """Return the kinetic energy [J]."""

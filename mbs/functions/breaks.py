@@ -77,6 +77,7 @@ def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
 
 
 def _search(values_at: Values, duration: float, width: float) -> Edges:
+    """Find the edges as `search` does, but raise the errors of the function."""
     times = np.linspace(0.0, duration, round(1 / width) + 1)
     values = values_at(times)
     span = float(np.ptp(values, axis=0).max(initial=0.0))
@@ -168,7 +169,7 @@ def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: A
         in_first_half = np.abs(value - before).max(axis=1) > np.abs(after - value).max(axis=1)
         start, end = np.where(in_first_half, start, middle), np.where(in_first_half, middle, end)
         before, after = np.where(in_first_half[:, None], before, value), np.where(in_first_half[:, None], value, after)
-    return start, np.abs(after - before).max(axis=1) > np.maximum(0.1 * initial, 1e-300)
+    return start, np.abs(after - before).max(axis=1) > np.maximum(0.1 * initial, 1e-300)  # 1e-300: no change, no jump
 
 
 def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:

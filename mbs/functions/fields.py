@@ -117,7 +117,7 @@ class Function(Callables):
 
 
 class Law(Function):
-    """Specification of the law of a load that may have states; the load checks it by a call, as it has the states."""
+    """Specification of the law of a load that may have states; the load checks the law by a call, as the load has the states."""
 
     @property
     def words(self) -> str:  # type: ignore[override]

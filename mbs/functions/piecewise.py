@@ -32,7 +32,7 @@ class Piecewise(UserFunction, Declared):
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Variables of the value, which must be a formula here."""
+        """Variables of the value if it is a formula; a Python function has none and raises AttributeError."""
         return tuple(self.value.variables)  # type: ignore[attr-defined]
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:

@@ -51,6 +51,7 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
 
 
 def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
+    """Compute rates and second rates of closed loops; return None if the Jacobian is singular."""
     try:
         inverse = invert(jacobian)
     except np.linalg.LinAlgError:
@@ -94,6 +95,6 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
         other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # otherwise it is q to rounding
             return True
     return False

@@ -61,7 +61,7 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
 
 def stamp_of(*paths: Path) -> str:
     """Compute a checksum of the contents of files, in any order."""
-    return sha256(b"".join(sorted(path.read_bytes() for path in paths))).hexdigest()[:16]
+    return sha256(b"".join(sorted(path.read_bytes() for path in paths))).hexdigest()[:16]  # 64 bits tell all versions apart
 
 
 def compile_cached(function: Callable[..., object], stamp: str, **options: object) -> Any:
@@ -86,10 +86,7 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
 
 
 def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
-    """Return the address of a function of floats, compiled once for all functions of the same code and values.
-
-    `arguments` is their number.
-    """
+    """Return the address of a function of a number of `arguments`, compiled once for all functions of equal code and values."""
     if isinstance(function, types.MethodType):
         law, name = function.__self__, function.__name__
         key: tuple[Any, ...] = ("method", type(law), _identify(law), name, arguments)

@@ -85,7 +85,7 @@ def _root(function: Callable[[float], float], highest: float) -> float:
     """Find the zero of a decreasing function in [0, highest] by Brent's method, to rounding."""
     from scipy.optimize import brentq  # it takes a while to load, and few laws need it
 
-    return float(brentq(function, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return float(brentq(function, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))  # xtol: none
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:

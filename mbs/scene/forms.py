@@ -43,7 +43,7 @@ class Terms(NamedTuple):
 
 
 class Forms:
-    """Constraints between a number of bodies and the ground, one row each."""
+    """Constraints between `bodies`, a number of bodies, and the ground, one row each."""
 
     def __init__(self, rows: Sequence[Row], bodies: int, ends: Ends) -> None:
         self.bodies, self.count = bodies, len(rows)

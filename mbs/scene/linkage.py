@@ -123,10 +123,7 @@ class Linkage:
     # --- constraints ------------------------------------------------------------------------------------------------------
 
     def system(self, q: Array) -> tuple[Array, Array]:
-        """Compute residuals C (..., rows) without the travel of drives, and Jacobian J (..., rows, 3 links).
-
-        The coordinates q are (..., links, 3).
-        """
+        """Compute residuals C (..., rows) without travel of drives and Jacobian J (..., rows, 3 links) from q (..., links, 3)."""
         return self._forms.system(q - self._directions)
 
     def jacobian(self, q: Array) -> Array:
@@ -155,6 +152,7 @@ class Linkage:
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
+        """Evaluate a function of motion and time for the drive in each row, shape (..., rows); 0 in rows without a drive."""
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.motions.items():
@@ -231,8 +229,8 @@ def rank(jacobian: Array) -> int:
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
     """Return the elements, each once, whose rows have weights above 1e-6 of the largest weight."""
-    weighty = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
-    return list(dict.fromkeys(name for name, counts in zip(names, weighty, strict=True) if counts))
+    weighty = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-300: zeros are no weights
+    return list(dict.fromkeys(name for name, is_weighty in zip(names, weighty, strict=True) if is_weighty))
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
