@@ -22,8 +22,8 @@ from ..solvers import Controlled, Spectral
 from ..statics.answer import DEGREE_STEP
 from ..validate import positive
 from .numbers import Family, Source
-from .reading import FAILURES, statical
-from .runs import Reading, Readings, divide_tolerances, needs_compiler, read, readings_of
+from .reading import FAILURES, parse_frequency
+from .runs import Reading, Readings, divide_tolerances, read, readings_of, require_compiler
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
@@ -162,7 +162,7 @@ def sensitivities(
     RunFailedError
         If the run of the unchanged mechanism fails, or the state of rest of the mechanism is not stable.
     """
-    needs_compiler()
+    require_compiler()
     if duration is not None:
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
@@ -174,7 +174,7 @@ def sensitivities(
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     neighbours = Neighbours(family, fixed, scales, duration)
-    of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not statical(reading)}
+    of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
     watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf  # two widths, two sides of each number

@@ -17,7 +17,7 @@ from ..validate import positive, whole
 from .numbers import Family, Source
 from .reading import RunFailedError
 from .residuals import SOLVER, check_ranges
-from .runs import Reading, needs_compiler, readings_of
+from .runs import Reading, readings_of, require_compiler
 from .searching import BINDS, EnoughError, Search, parse_constraint, point_of
 
 BUDGET = 1000
@@ -111,7 +111,7 @@ def optimise(
     RunFailedError
         If no start leads to a run that ends.
     """
-    needs_compiler()
+    require_compiler()
     constraints, named = [parse_constraint(text) for text in subject_to], readings or {}
     names = list(dict.fromkeys([*([minimise] if minimise else []), *(constraint.reading for constraint in constraints)]))
     if not names:
@@ -177,7 +177,7 @@ def _design(search: Search, x: Array, coarse: Array, fine: Array) -> Design:
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
-    binding += [constraint.text for constraint, value in pairs if constraint.binds(value)]
+    binding += [constraint.text for constraint, value in pairs if constraint.is_binding(value)]
     violations = "; ".join(
         f"{each.text}: {value:.6g}{unit_suffix(search.units, each.reading)}, {100 * each.violation(value):.2g} % off"
         if isfinite(value) else f"{each.text}: it has no value there" for each, value in pairs if each in violated

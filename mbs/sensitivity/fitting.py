@@ -26,7 +26,7 @@ from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
 from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, FitProblem, gather, signals_of
-from .runs import needs_compiler
+from .runs import require_compiler
 
 BEST_STARTS = 2
 """Number of the best starts from which sums of squares are minimised."""
@@ -144,7 +144,7 @@ def fit(
     A. Raue et al., Structural and practical identifiability analysis of partially observed dynamical models by exploiting the
     profile likelihood, Bioinformatics 25 (2009) 1923, doi 10.1093/bioinformatics/btp358.
     """
-    needs_compiler()
+    require_compiler()
     whole("starts", starts, 1, 10**9)
     experiments = [data] if isinstance(data, Experiment) else list(data)
     for k, experiment in enumerate(experiments):
@@ -218,10 +218,10 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
             squares[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
     at, cost = np.array([*zip(*sorted(squares.items()), strict=True)])
     values = problem.low[i] + at * (problem.high[i] - problem.low[i])
-    return ProfileLikelihood(values, 0.5 * cost, 0.5 * float(cost.min()) * _growth(problem))
+    return ProfileLikelihood(values, 0.5 * cost, 0.5 * float(cost.min()) * _square_ratio(problem))
 
 
-def _growth(problem: FitProblem) -> float:
+def _square_ratio(problem: FitProblem) -> float:
     """Return the sum of squares at the ends of a number's 95 % interval over the least sum, by the F distribution."""
     freedom = max(1, problem.count - len(problem.names))
     return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
@@ -267,7 +267,7 @@ def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     rms, notes = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        if rms[name] ** 2 > _growth(problem) * np.var(x) + CLOSE * np.mean(x**2):
+        if rms[name] ** 2 > _square_ratio(problem) * np.var(x) + CLOSE * np.mean(x**2):
             notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     for experiment in problem.experiments if TIME_ZERO not in problem.names else ():
         for name, x in experiment.signals.items():

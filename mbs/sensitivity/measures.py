@@ -123,7 +123,7 @@ def _sampling_error(leaf: ast.Call, reading: str, result: Result, signals: Mappi
     """Estimate the half-width of the 95 % interval of a reading by batch means."""
     from scipy.stats import t  # slow to load
 
-    edges = batches(result)
+    edges = find_batch_edges(result)
     if reading not in POWERS or len(edges) <= LEAST_BATCHES:
         return nan
     values = []
@@ -135,7 +135,7 @@ def _sampling_error(leaf: ast.Call, reading: str, result: Result, signals: Mappi
     return float(t.ppf(0.5 + LEVEL / 2, n - 1) * np.std(values, ddof=1) * n ** POWERS[reading]) if n >= LEAST_BATCHES else nan
 
 
-def batches(result: Result) -> Array:
+def find_batch_edges(result: Result) -> Array:
     """Return the edges of batches [s]: whole revolutions of the drive, at most `BATCHES` batches, or equal parts."""
     end, period = float(result.time[-1]), result.error.turn  # period: time of a revolution, 0 if nothing revolves
     if not period > 0 or end < LEAST_BATCHES * period:

@@ -90,7 +90,7 @@ def measure(
     return MeasuredValue(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
-def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
+def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
     """Return the function of a mechanism for the text `frequency(n)`: natural frequency [Hz] and its error; else None."""
     match = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
     if match is None:
@@ -113,7 +113,7 @@ def statical(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
 
 def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     """Raise a ValueError if a text is no reading; without signals only its grammar is checked."""
-    if statical(text):
+    if parse_frequency(text):
         return
     names = TOKEN.findall(text) if signals is None else list(signals)
     measure(text, np.array([0.0, 1.0]), dict.fromkeys(names, np.ones(2)), {})

@@ -19,7 +19,7 @@ from ..spectral.run import integrate
 from ..spectral.scene import CompiledScene
 from ..validate import as_tuple, short
 from .curve import Smooth
-from .reading import RunFailedError, check, measure, statical
+from .reading import RunFailedError, check, measure, parse_frequency
 
 Reading = str | Callable[[Mechanism], float]
 """Formula of a reading, or a function of the mechanism."""
@@ -60,7 +60,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
     for reading in readings.values():
         if callable(reading):
             found.append((float(reading(mechanism)), "", 0.0))
-        elif frequency := statical(reading):
+        elif frequency := parse_frequency(reading):
             value, error = frequency(mechanism)
             found.append((value, "Hz", error))
         elif duration is None:
@@ -81,12 +81,12 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
     for name, reading in readings.items():
         if not callable(reading):
             check(reading)
-            if not moving and not statical(reading):
+            if not moving and not parse_frequency(reading):
                 raise ValueError(f"{name}: is read off a run; give a duration")
     return readings
 
 
-def needs_compiler() -> None:
+def require_compiler() -> None:
     """Raise an ImportError if the compiled solver is not installed."""
     if not has_compiler():
         raise ImportError("derivatives, fits and designs need the compiled solver: pip install 'buckler[fast]'")

@@ -19,7 +19,7 @@ from ..solvers import Spectral
 from ..statics.answer import DEGREE_STEP
 from ..units import Measured, measured
 from .numbers import Family
-from .reading import FAILURES, WrongReadingError, statical
+from .reading import FAILURES, WrongReadingError, parse_frequency
 from .residuals import FAR, WIDTH
 from .runs import Reading, divide_tolerances, read
 
@@ -93,7 +93,7 @@ class Constraint(NamedTuple):
         violation = side * (end - value) / (scale * EXACT)
         return (violation + 1.0, -side / (scale * EXACT)) if violation > -1.0 else (0.0, 0.0)
 
-    def binds(self, value: float) -> bool:
+    def is_binding(self, value: float) -> bool:
         """Return True if a value lies at an end of the interval, or the interval is narrow."""
         return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
 
@@ -253,7 +253,7 @@ class Search:
 
     def read_finer(self, x: Array) -> Array:
         """Compute the readings at a point by a finer run; readings of equilibria and functions need none."""
-        needs_run = any(isinstance(reading, str) and not statical(reading) for reading in self.readings.values())
+        needs_run = any(isinstance(reading, str) and not parse_frequency(reading) for reading in self.readings.values())
         return self.read(x, divide_tolerances(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
 
 

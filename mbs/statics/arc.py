@@ -138,7 +138,7 @@ class Arc:
             return step.rest if arc == 0.0 else step.new
         return self.find_on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
-    def passes(self, step: Step, rest: Rest) -> bool:
+    def is_on_step(self, step: Step, rest: Rest) -> bool:
         """Return True if an equilibrium lies on the curve of a step, after its start."""
         arc, tolerance = self.arc_of(step, rest), ON_CURVE * step.arc
         return tolerance < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < tolerance

@@ -93,7 +93,7 @@ class ResponseCurve:
         if isinstance(self.problem, Paced):
             self.shooting.period = 1.0 / parameter
 
-    def _spread(self, basis: Array) -> Array:
+    def _scaled_basis(self, basis: Array) -> Array:
         """Return the matrix (2 n + 1, 2 f + 1) from changes of free coordinates, rates and parameter to the scaled unknowns."""
         to_scaled = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
@@ -109,18 +109,19 @@ class ResponseCurve:
             projected = shooting.project(state)
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
         self.set_parameter(parameter)
-        slope = (changes[0] - changes[1]) / (2 * shooting.width)
+        slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
         size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
-        metric, last, spread = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1], self._spread(basis)
-        direction = solve(np.vstack([matrix, last if before is None else metric * (before @ spread)]), last)
-        tangent = spread @ direction / np.sqrt(metric @ direction**2)
+        metric, last = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1]
+        scaled = self._scaled_basis(basis)
+        direction = solve(np.vstack([matrix, last if before is None else metric * (before @ scaled)]), last)
+        tangent = scaled @ direction / np.sqrt(metric @ direction**2)
         return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, tangent, size)
 
     def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
         """Find the motion on the plane at an arc along the tangent of another motion, by Broyden's method."""
         self.set_parameter(orbit.parameter)
-        shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._spread(orbit.basis)
+        shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._scaled_basis(orbit.basis)
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
         parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
         matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
@@ -180,7 +181,7 @@ class ResponseCurve:
         """
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
-            if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):
+            if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):  # 1 is passed at a fold, too
                 root, found = self.find_root(orbit, new, arc, function)
                 curve, error = self, abs(new.parameter - orbit.parameter)
                 with suppress(StaticsError):
@@ -221,7 +222,7 @@ class ResponseCurve:
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the tangents at two motions [rad], the parameter weighted by the size of the second."""
+        """Compute the angle between the tangents at two motions [rad], in the metric at the second."""
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 

@@ -257,7 +257,7 @@ class _Follower:
             while points and (points[-1].rest.parameter - self.to) / (self.to - self.start) > 0.0:
                 points.pop()
             return "reached"
-        if not self.arc.passes(last, rests[0]):
+        if not self.arc.is_on_step(last, rests[0]):
             return ""
         start = self.arc.arc_of(last, rests[0]) - ON_CURVE * last.arc
         while new and self.arc.arc_of(last, points[-1].rest) > start:  # the start may be a branching itself

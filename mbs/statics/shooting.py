@@ -90,9 +90,9 @@ class Shooting:
     def __post_init__(self) -> None:
         self.units = self.scene.units
         self.autonomous = self._is_autonomous()
-        self.shares: Array = np.array([1.0])  # ends of the stored steps over the period
+        self.shares: Array = np.array([1.0])  # ends of the stored steps over the period, 0 to 1
         self.struck = self.grazes = False
-        self.onsets = 0  # of the last run
+        self.onsets = 0  # number of onsets in the latest run
 
     @property
     def pace(self) -> float:
@@ -174,7 +174,7 @@ class Shooting:
         return np.concatenate([to_free @ q, to_free @ (out.v[-1] - state.v) / self.pace])
 
     def monodromy(self, state: RunState, basis: Array) -> tuple[Output, Array]:
-        """Integrate a period and compute dP/dx on the free coordinates and their rates, (2 f, 2 f)."""
+        """Integrate a period and compute dP/dx for changes of free coordinates and rates, (2 f, 2 f); return run and matrix."""
         out = self.run(state)
         undisplaced, onsets, self.grazes = self.change(state, basis, out), self.onsets, False
         columns = [self._difference(state, basis, unit, undisplaced, onsets) for unit in self.width * np.eye(2 * basis.shape[1])]
@@ -260,9 +260,9 @@ class Shooting:
 
 
 def ends_of_steps(time: Array) -> Array:
-    """Return ends of steps for later runs from the times of a run that wrote every second row, without double rows of events.
+    """Return ends of steps for later runs from the times of a run that wrote every second row, and two rows at an event.
 
-    They lie at a quarter and three quarters between rows.
+    The ends lie at a quarter and three quarters between rows.
     """
     rows = time[np.append(np.diff(time) > 1e-9 * time[-1], True)]
     gaps = np.diff(rows)
