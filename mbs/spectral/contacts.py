@@ -27,7 +27,7 @@ def has_smooth_onset(tables, k):
 
 @draft
 def get_depth(tables, reports, k):
-    """Return the depth of contact k [m], negative outside."""
+    """Return the depth of contact k [m], negative outside; `side` is 1 if the measure grows into the face, else -1."""
     if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
         return reports[k, Report.LENGTH]
     side, face = tables.data[tables.forces[k, Forces.NUMBERS]], tables.data[tables.forces[k, Forces.NUMBERS] + 1]
@@ -213,7 +213,7 @@ def compute_depth_bending(tables, start, end, h):
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and landing distance.
 
-    It is 0 if it is rounding. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those without.
+    Rounding counts as 0. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those without.
     """
     start, end = state.start_reports, state.end_reports
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)

@@ -23,8 +23,8 @@ SHORTEST_REFINED = 1e-9
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
     """Return a run with `between` more states at equal distances in each step longer than `SHORTEST_REFINED`."""
     long = np.diff(out.time) > SHORTEST_REFINED * out.time[-1]
-    parts = np.arange(1, between + 1) / (between + 1)
-    inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
+    fractions = np.arange(1, between + 1) / (between + 1)
+    inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * fractions
     return at_times(scene, out, np.sort(np.concatenate([out.time, inner.ravel()])))
 
 
@@ -42,5 +42,5 @@ def at_times(scene: CompiledScene, out: Output, times: Array) -> Output:
     n, r = scene.size, len(scene.tables.rows)
     time, q, v = map(np.ascontiguousarray, (times, q, rates))
     found = Output(time, q, v, np.empty((len(times), n)), np.empty((len(times), r)), memory)
-    fill_accelerations(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)
+    fill_accelerations(dormand_prince(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory()), found)  # as work space
     return found

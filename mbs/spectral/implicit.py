@@ -57,7 +57,7 @@ def _begin(model, t, tolerance):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
         if j >= 0:
-            state.inverse_unit[i] = state.inverse_unit[j] = 0.0
+            state.inverse_unit[i] = state.inverse_unit[j] = 0.0  # pairs have units along and across their chord instead
     update_units(state, tables.elastic, tolerance)
 
 
