@@ -61,7 +61,7 @@ def rattle(dice: Dice) -> Run:
     )
 
     def play(point: str, pin: str, bush: str) -> mbs.Clearance:
-        return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
+        return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)  # pins of 5 mm radius
 
     joints = dice.one("B", "BC", "ABC", "OABC")
     linkage = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
@@ -86,8 +86,8 @@ class Parameters(StudyParameters):
 
 def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
     """Draw the k-th case: family, mechanism and accuracy."""
-    number, turn = divmod(k, len(p.families))
-    family, accuracy = SLUGS[p.families[turn]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    number, index = divmod(k, len(p.families))
+    family, accuracy = SLUGS[p.families[index]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
     return family, drawn.draw(p.seed, number, (family,), FAMILIES), accuracy
 
 

@@ -119,7 +119,7 @@ def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
         laws.NoFriction(), laws.Coulomb(sliding, 0.01), laws.AdamsFriction(*pair, 0.1, 1.0), laws.AdamsFriction(*pair),
         laws.Ambrosio(sliding, 0.01, 0.1), laws.Threlfall(sliding, 0.1), laws.Stribeck(*pair, 0.1), laws.LuGre(*pair, 0.1),
     )  # fmt: skip
-    return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
+    return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)  # pins of 5 mm radius
 
 
 def make_revolutes(*places: str) -> list[mbs.Revolute]:
@@ -209,15 +209,15 @@ def draw_rubbing(dice: Dice) -> Run:
 
 def draw_guided(dice: Dice) -> Run:
     """Draw a rigid slider-crank with a spring: driven on a level line, or falling on an inclined one."""
-    length, turn, driven = dice.uniform(0.2, 0.5), dice.uniform(0.3, 1.2), dice.chance()
-    along = (1.0, 0.0) if driven else place(ray(dice.uniform(-0.6, 0.6)))
+    length, turn, is_driven = dice.uniform(0.2, 0.5), dice.uniform(0.3, 1.2), dice.chance()
+    along = (1.0, 0.0) if is_driven else place(ray(dice.uniform(-0.6, 0.6)))
     return mbs.Mechanism(
         {"A": (0.0, 0.0), "B": place(length * ray(turn)), "C": (2 * length, 0.0)},
         [mbs.Link("crank", "A", "B", draw_bar(dice)), mbs.Link("rod", "B", "C", draw_bar(dice))],
         make_revolutes("A ground crank", "B crank rod"),
         guides=[mbs.Guide("C", "rod", along=along, mass=dice.uniform(0.1, 0.5))],
         loads=[mbs.Spring("C", "ground:A", stiffness=dice.uniform(10, 200), damping=dice.uniform(0, 1))],
-        drives=[mbs.Drive("crank", dice.uniform(2, 10))] if driven else [],
+        drives=[mbs.Drive("crank", dice.uniform(2, 10))] if is_driven else [],
         gravity=WEIGHT,
     ), dice.uniform(0.1, 0.3)
 

@@ -73,7 +73,7 @@ class Explorer:
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
         """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
         now, unit = self.family.values[path], self.family.units[path]
-        low, high = bounds or sorted(part * now for part in DEFAULT_RANGE)
+        low, high = bounds or sorted(factor * now for factor in DEFAULT_RANGE)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         shown, factor = self._unit(path, unit)
@@ -126,7 +126,7 @@ class Explorer:
         return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Write the document with these values to a new file beside the one that was opened."""
+        """Write the file's content, without `--set`, with these values to a new file beside the one that was opened."""
         self.mechanism(values)
         units = {path: self._unit(path, self.family.units[path]) for path in values}
         sizes = ((path, float(value), *units[path]) for path, value in values.items())

@@ -192,7 +192,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(members: Sequence[Variant]) -> dict[str, Array]:
-    """Compute the range of the middle two thirds of the members at `BAND` times, a row for each end, for all drawn signals."""
+    """Compute, from three members on, the range of their middle two thirds at `BAND` times, a row an end, of drawn signals."""
     if len(members) < 3 or (name := members[0].name) == "ideal":
         return {}
     arrays = [samples(v) for v in members]

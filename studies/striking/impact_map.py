@@ -55,9 +55,9 @@ END = np.radians(190.0)
 MOST_DIFFERENCE = 0.05
 """Largest difference from 1 of the median ratio of peaks, theory over simulation; above it the study is suspect."""
 LATE = 1.5
-"""Compression over the Euler load above which the regime is "late buckling"."""
+"""Compression over the Euler load above which the regime is "late buckling", by convention."""
 SAGGING = 0.95
-"""Compression over the Euler load below which the regime is "sagging"."""
+"""Compression over the Euler load below which the regime is "sagging", by convention."""
 STRAIGHT = 5.0
 """Deflection at first contact over the radius of gyration up to which the power law of late buckling is fitted."""
 REGIMES = {"late buckling": "o", "plateau": "s", "sagging": "^", "swing": "x"}

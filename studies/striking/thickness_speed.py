@@ -123,7 +123,7 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 
 
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
-    """Compute a model's metrics from columns (thicknesses, speeds), whose first speed is the slow one for ratios of forces."""
+    """Compute a model's metrics from columns (thicknesses, speeds); ratios of forces are those at the first speed, `slow`."""
     found: dict[str, Metric] = {}
     force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
     base, printed = p.thicknesses[0], CONTACT_FORCES

@@ -1,6 +1,6 @@
 """Force of the buckled strip on the stop in equilibrium: Table 2 for three thicknesses, and the force over crank angle.
 
-The strip is modelled by the published quartic, the closed form (exact), the rod with the strip's axial and shear stiffness, and
+Models of the strip: the published quartic; the closed form, `exact`; the rod with the strip's axial and shear stiffness; and
 geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
 crank angle of 120 degrees, and its Table 2 was computed with another. The second stop is found from the printed force of the
 0.3 mm strip, and predicts the other two forces.
