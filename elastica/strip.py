@@ -189,7 +189,7 @@ class Strip:
             found = self._follow(load, factor * reached, factor * min(reached + step, 1.0), unknowns)
             if found is not None:
                 reached, step, unknowns = reached + step, 1.5 * step, found
-            elif step < 1e-6:
+            elif step < 1e-6:  # of the load
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0

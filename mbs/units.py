@@ -56,7 +56,7 @@ SYMBOLS: dict[str, Unit] = {
 }
 """Units by name. t is the tonne, lb the pound of mass, lbf that of force (lb times 9.80665 m/s^2); all by definition."""
 PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
-"""Powers of ten of the decimal prefixes."""
+"""Powers of ten of the decimal prefixes, which the following units do not take."""
 NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm", "h", "t", "in", "ft", "lb", "lbf"}
 SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg", "Ω": "Ohm"})
 

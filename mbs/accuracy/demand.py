@@ -28,9 +28,7 @@ PLACE = 1e-2
 PEAK_PLACE = 1e-3
 """Error allowed of a place at any time, over the longest link or a radian: a tolerance of manufacture. A convention."""
 STRUCK_PLACE = 5e-3
-"""Root mean square of the error allowed of a place, over the longest link or a radian, where bodies strike, stick or slip.
-
-A rebound that is 5 % wrong causes such an error."""
+"""Root mean square where bodies strike, stick or slip, over the longest link or a radian: a rebound wrong by 5 % causes it."""
 LAW = COARSEST
 """Error allowed of a journal over its clearance, and of states of a force with memory: contact laws are known no better."""
 STRIKE = 0.05
@@ -43,6 +41,7 @@ ENERGIES = (
 BALANCE: Key = ("energy.balance", Norm.PEAK)
 """Error of the energy balance: a run that gains or loses energy is wrong even if its places agree with a finer run."""
 READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
+"""Norm of a signal, such as `peak(B.contact_force)`."""
 
 
 class Deflections(NamedTuple):

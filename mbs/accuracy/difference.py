@@ -51,7 +51,7 @@ class Difference:
         return {key: self._found[key] for key in asked}, {key: self._sizes[key] for key in asked}
 
     def _compare(self, keys: list[Key]) -> Iterator[tuple[Key, float]]:
-        """Yield norms in the signals' units, those of continuous signals all at once."""
+        """Yield norms in the signals' units: of all continuous signals at once, of others those asked for."""
         signals = {name: self.b.signals[name] for name, _ in keys}
         if any(signal.kind in CONTINUOUS for signal in signals.values()):
             for names, difference in self._continuous:

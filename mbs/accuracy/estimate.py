@@ -42,8 +42,8 @@ def estimate_gains(
 ) -> dict[Key, float]:  # fmt: skip
     """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
 
-    With the tolerance ratios r of this pair and s of the one before, differences fall by before/now = (s^q - 1)/(1 - r^-q), which
-    fixed-point iteration solves for q.
+    Let r be the ratio of tolerances of this pair, s of the one before. Differences fall by before/now = (s^q - 1)/(1 - r^-q).
+    Fixed-point iteration solves this for q.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Impacts:
     time: Array  # [s], (times,)
     force: Array  # [N], 0 beyond the end, (times,)
     impulse: Array  # up to each time [N s], (times,)
-    table: Array  # onset, end [s], impulse [N s], peak, what samples miss of the peak [N], (impacts, 5)
+    table: Array  # columns: onset, end [s], impulse [N s], peak, what samples miss of the peak [N]; (impacts, 5)
     end: float  # [s]
 
     @classmethod
@@ -72,8 +72,8 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     """Compute relative differences of two contact forces, of which b gives the sizes: impulse, peak, onsets.
 
     The difference of peaks is the excess of the highest force of one run over the highest of the other during that impact. So an
-    impact in two parts makes no difference. As the peaks of one impact may agree by chance, the difference is at least the
-    relative root mean square of all excesses, weighted by the fourth powers of peaks. The excess of the parabola through three
+    impact in two parts makes no difference. The peaks of one impact may agree by chance. So the difference is at least the
+    root mean square of all relative excesses, weighted by the fourth powers of peaks. The excess of the parabola through three
     samples of b over their peak is added.
     """
     least = GRAZE * max(each.table[:, 2].max(initial=0.0) for each in (a, b))

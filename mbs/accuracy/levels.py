@@ -47,7 +47,7 @@ MOST_DEGREES = 8
 SLOWER = 2.0
 """Factor of the last term, as later ones decay more slowly than the first: without it a third run is needed for one degree."""
 LEAST_DECAY = 1e-3
-"""Least ratio of successive terms that is believed: that of a sine is larger up to degree 30."""
+"""Least ratio of successive terms that is believed: the terms of a sine have a larger one up to degree 30."""
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 PREFIX = 1 / 8
@@ -86,8 +86,8 @@ class Levels:
     share: float = 1.0  # error allowed of a place, over the usual one; below 1 it scales the tolerance of the first level
 
     ratio = 8.0
-    """Tolerance of a level over that of the next: two runs then differ by more than half of the coarser one's error, at any
-    order."""
+    """Tolerance of a level over that of the next: two runs then differ by 0.4 of the coarser one's error at the order 1/4, by 0.8
+    at the order 3/4."""
     runs_at_most = 10
     """Most runs for one result: the number of levels above the finest tolerance, and three."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)

@@ -184,9 +184,8 @@ class _Refinement:
             if self.is_out_of_reach(pair) or (intermittent and not is_smaller):
                 return self.answer_until(pair, Status.CHAOTIC)
             self.before, self.ratio_before = now, pair.ratio
-            ratio = self.find_ratio(excess, start < inf)
-            finer = self.make(self.next_level(pair.fine, ratio), self.duration)
-            pair = _Pair(pair.fine, finer, self.demand)
+            level = self.next_level(pair.fine, self.find_ratio(excess, start < inf))
+            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
 
     def complete(self, pair: _Pair) -> _Pair:
         """Return the pair with both runs made to the end of the motion."""
@@ -196,8 +195,8 @@ class _Refinement:
         return _Pair(ends[0], ends[1], self.demand)
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
-        """Return the answer where no finer run can follow the motion to its end, else the first two runs that agree."""
-        last = reported = pair
+        """Return the answer of a chaotic motion, else the first pair that does not separate before the required time."""
+        last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
             required = self.required_start(last.separation.start, last.fine.level)
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
@@ -260,7 +259,7 @@ class _Refinement:
         return self.attach_errors(pair.fine, errors, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
-        """Return the coarser run with errors up to the time at which its difference from the finer one is no longer allowed."""
+        """Return the coarser run with errors up to the time at which they exceed the limits; the finer one may be shorter."""
         gain = pair.ratio**self.levels.orders.least
         error_over_difference = gain / (gain - 1)
         until = pair.separation.agree_until(1 / error_over_difference)

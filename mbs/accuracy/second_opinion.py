@@ -68,8 +68,8 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
     known = errors_a.known and errors_b.known
     ends = [errors.until for errors in (errors_a, errors_b) if errors.known]
-    chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
-    until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if chaotic else inf
+    may_be_chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
+    until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _ = Difference(first, second, until).norms()
     motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]
     sums = {

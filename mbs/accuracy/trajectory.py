@@ -1,8 +1,8 @@
 """A run as functions of time, and the sizes to which errors of its signals are relative.
 
-The size of a place is its range, of a force or a rate its root mean square and its peak, of a component the largest of its
-vector. No size is below a share of the largest of the same kind and unit, or for places below a share of the mechanism's size:
-what is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
+The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak; a component has the
+largest ones of its vector. No size is below a share of the largest of the same kind and unit; for places, of the mechanism's
+size. What is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
 """
 
 from __future__ import annotations

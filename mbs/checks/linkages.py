@@ -54,7 +54,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
-    singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())
+    singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
     for k in np.flatnonzero(singular):
         regular = np.flatnonzero(~singular[k:])
         j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample

@@ -42,7 +42,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     dissipated = {name: values for name, values in energy.items() if name.startswith("taken_")}
     decreases = {name: float((np.maximum.accumulate(values) - values).max()) / throughput for name, values in dissipated.items()}
     allowed = BALANCE + unresolved
-    if not max([balance, *decreases.values()]) <= allowed:
+    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors of energies, which are computed when read
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]
         allowed = max([BALANCE, *errors]) + unresolved
     if not balance <= allowed:

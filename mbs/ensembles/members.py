@@ -31,7 +31,7 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Members:
-    """Numbers of all members, by their paths in a file, such as `joints[0].gap`."""
+    """Numbers of all members, by their paths in a file, such as `joints[0].gap`, and seed of their initial states."""
 
     sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or their descriptions if numbers vary
     paths: tuple[str, ...]

@@ -80,7 +80,7 @@ def reduced(modal: Modal, length: float) -> ReducedModel:
 
 
 @lru_cache(maxsize=32)
-def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:
+def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:  # a new stamp of the file makes a new entry
     mesh, section = modal.mesh, modal.section
     if isinstance(mesh, MeshFile):
         grid, span = read_mesh(mesh)

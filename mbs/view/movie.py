@@ -129,7 +129,7 @@ def _elasticas() -> tuple[Array, Array]:
 
 @bent_line.register
 def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
-    # The exact elastica between the ends. The model does not know on which side the strip bends: it is drawn on the left.
+    # The elastica between the ends, interpolated in a table. The model does not know the side of the bend: drawn is the left.
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start

@@ -105,7 +105,7 @@ class ArrayStore:
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array, quantised from `low` to `high`; return its first index (-1 if constant), `low`, the size of a step."""
+        """Append an array, quantised from `low` to `high`; return its first index, -1 if it is constant, `low` and the step."""
         values = np.asarray(values, dtype=float).ravel()
         is_finite = np.isfinite(values)
         finite = values[is_finite]
