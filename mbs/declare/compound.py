@@ -163,7 +163,7 @@ class Either(Spec):
                 return spec
         others = [spec for spec in self.specs if not isinstance(spec, Nothing)]
         if len(others) == 1:
-            return others[0]  # this alternative gives the best message
+            return others[0]  # whose `read` gives the best message
         raise self.refusal(name, raw)
 
 

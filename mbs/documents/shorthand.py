@@ -92,7 +92,7 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> A
 def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     """Return the value of a text: a parameter as written, a number, or a formula with the values of parameters."""
     if text.strip() in values:
-        return values[text.strip()]
+        return values[text.strip()]  # a number, or a text with a unit as written
     if not set(WORD.findall(text)) & set(values) and not path.startswith(PARAMETERS):
         return text
     formula = QUANTITY.sub(lambda match: repr(_number(match[0], path)), text)

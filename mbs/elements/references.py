@@ -71,7 +71,7 @@ def holder(mechanism: Parts, at: str) -> str:
         carriers = [link for link in mechanism.links if point in link.points]
         body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
     pins = [{joint.first, joint.second} for joint in mechanism.joints if joint.point == point]
-    candidates = [body]  # grows within the loop: a breadth-first search through struts
+    candidates = [body]  # grows within the loop: a breadth-first search through pinned struts
     for each in candidates:
         if each == GROUND or not links[each].body.massless:
             return each

@@ -31,7 +31,7 @@ def potential(law: Law, values: Array) -> Array:
     if not high > low:
         return np.zeros_like(values)
     edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
-    both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # of each jump
+    both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # an edge is the last value before a jump
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
 
     def integrate(starts: Array, ends: Array) -> Array:

@@ -126,7 +126,7 @@ class Stop(Element):
         return mechanism.guide(self.point).along if self.along is None else self.along
 
     def side(self, mechanism: Parts) -> float:
-        """Return +1 if the normal points from the point's start to the face, -1 if it points the other way."""
+        """Return +1 if the normal leads from the point's start to the face, -1 if it leads away from the face."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Parts) -> float:

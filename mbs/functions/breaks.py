@@ -132,7 +132,7 @@ def count_others(function: Callable[..., object]) -> int:
 def _find_outstanding(values: Array) -> Array:
     """Find the samples whose second difference is much larger than at the neighbours at `REACHES`."""
     second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
-    padded = np.pad(second, pad := max(REACHES), mode="edge")
+    padded = np.pad(second, pad := max(REACHES), mode="edge")  # neighbours of the first and last samples
 
     def largest(*shifts: int) -> Array:
         """Return the largest second difference at some shifts [samples] from each sample."""
@@ -194,12 +194,12 @@ def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Arra
         return jumps
     side = JUMP_ERROR * duration / 2
     sizes = values_at(np.minimum(jumps + side, duration)) - values_at(np.maximum(jumps - side, 0.0))
-    up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]
+    up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]  # upward in the component with the largest jump
     if len(up) < RECURRING / 2:
         return jumps
     period = float(np.median(np.diff(up)))
     period = float(np.ptp(up)) / max(1, round(float(np.ptp(up)) / period))
-    phases = np.unique(np.round((jumps % period) / side) * side)
+    phases = np.unique(np.round((jumps % period) / side) * side)  # equal to `side` or less: one phase
     if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
         return jumps
     predicted = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()

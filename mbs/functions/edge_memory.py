@@ -115,10 +115,10 @@ class EdgeMemory:
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
         self._distance, self._confirmed = STOP_DISTANCE, False
-        self._known: dict[int, _Known] = {}
-        self._names: list[str] = []
-        self._located: dict[str, Array] = {}
-        self._times: dict[int, Array] = {}
+        self._known: dict[int, _Known] = {}  # by number of the function
+        self._names: list[str] = []  # of the element of each function
+        self._located: dict[str, Array] = {}  # values of the first state on which steps end, by element
+        self._times: dict[int, Array] = {}  # of the edges in the last run, by number of the function
         self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
 
     def of_time(self, function: Callable[..., object], duration: float) -> Edges:
@@ -143,7 +143,7 @@ class EdgeMemory:
             every_function.append((function, [each.curve(time, first) for each in arguments]))
         found, too_many = self._find(time, every_function)
         if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
-            self._known = {}
+            self._known = {}  # settled edges are searched anew once, as a confirmation
             found, too_many = self._find(time, every_function)
         shift, every, spacing = self._compare(time, found)
         self._located = {}
@@ -172,12 +172,12 @@ class EdgeMemory:
             probes = times[:: 1 + len(times) // MOST_EDGES]
             state = _only_state(function, time, curves, probes)
             if state is None and len(times) and _has_fixed_edges(function, time, curves, probes):
-                state = MEASURE
+                state = MEASURE  # the function has other arguments, but they do not shift its edges
             known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
             if known is not None:
                 self._known[k] = known
             elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
-                self._known[k] = _Known(TIME, times)
+                self._known[k] = _Known(TIME, times)  # the same in two runs
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
         capped = [function for function, edges in self._kept.values() if edges.capped]
         return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)

@@ -85,7 +85,7 @@ class Follower:
         assert state is not None  # the scene has checked the start
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
-        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)  # step
+        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)  # step; 100: any, as it adapts
         slow = SLOW * linkage.size / duration
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -227,7 +227,7 @@ class Follower:
 def _quintic(anchors: Course, times: Array) -> Array:
     """Interpolate coordinates between anchors by quintic Hermite polynomials."""
     k = np.clip(np.searchsorted(anchors.time, times, side="right") - 1, 0, max(0, len(anchors.time) - 2))
-    if len(anchors.time) < 2:
+    if len(anchors.time) < 2:  # the motion ended at the start
         return np.repeat(anchors.q, len(times), axis=0)
     h = (anchors.time[k + 1] - anchors.time[k])[:, None, None]
     s = (times - anchors.time[k])[:, None, None] / h

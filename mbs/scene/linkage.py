@@ -179,7 +179,7 @@ class Linkage:
         _, values, right = np.linalg.svd(self.jacobian(reference)[rows] * unit)
         free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # small motions that the rows allow
         best, largest_rank = reference, -1
-        for weights in np.random.default_rng(0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
+        for weights in np.random.default_rng(seed=0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
             direction = free @ weights
             step = DISPLACEMENT * direction / np.abs(direction).max() * unit
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)

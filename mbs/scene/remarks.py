@@ -29,7 +29,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         if drive.target not in mechanism.points and GROUND not in groups[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
     found += _free_links(linkage)
-    mentioned = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
+    mentioned = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))  # all names in them
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
@@ -49,7 +49,7 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
     groups = _groups(mechanism)
     acting = " ".join(repr(part) for part in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
     for link in mechanism.links:
-        mentioned = any(f"{mark}{name}'" in acting for name in (*link.points, link.name) for mark in "':")
+        mentioned = any(f"{mark}{name}'" in acting for name in (*link.points, link.name) for mark in "':")  # 'A' or :A'
         if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
         joints = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]
