@@ -36,7 +36,8 @@ class EngineScene:
     `constraints` maps elements to object numbers. `with_memory` are forces that depend on the last accepted step: joints with
     clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_smooth` is true if the
     friction of such a guide has no bristle: the engine's multipliers at t = 0 then lack this friction. `notes` are sentences for
-    the result. `stopped` is the failure of a user's function. `readers` are (element, channel, function).
+    the result, `start` has the velocities at t = 0, `stopped` is a user function's failure, `readers` are (element, channel,
+    function).
     """
 
     mechanism: Mechanism
@@ -71,8 +72,6 @@ class EngineScene:
             "loads": data.NumberOfLoads(),
             "sensors": data.NumberOfSensors(),
         }
-
-    # --- for connectors -------------------------------------------------------------------------------------------------
 
     def marker(self, body: str, point: str) -> int:
         """Return a position marker of a body, or of the ground, at a point."""
@@ -122,8 +121,6 @@ class EngineScene:
     def multipliers(self, name: str) -> Array:
         """Return the indices of a constraint's Lagrange multipliers in the engine's vector."""
         return np.array(self.system.systemData.GetObjectLTGAE(self.constraints[name]))
-
-    # --- record ---------------------------------------------------------------------------------------------------------
 
     def record(self, run: History) -> Record:
         """Convert the engine's history into plain arrays of links, blocks and elements."""

@@ -121,7 +121,7 @@ STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Re
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find a force, depth or sliding speed of a joint with clearance, or force or depth of a stop."""
+    """Find the column of a joint with clearance (`JOINT`) or of a stop (`STOP`)."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
         joint = isinstance(element, Clearance) and element.point == owner

@@ -15,7 +15,7 @@ from .strut import StrutBody
 from .tables import MeasureKind
 
 NOWHERE = (0.0, 0.0)
-"""Position of the origin; also stands for the direction of a measure that has none."""
+"""Position of the origin; for a measure without direction, an unused direction."""
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:

@@ -64,7 +64,8 @@ def evaluate_motion(tables, k, t):
         return start * on_ramp + 0.5 * slope * on_ramp * on_ramp + end * (t - on_ramp), factor * (start + slope * on_ramp)
     if kind == MotionKind.STEADY:
         return 0.0, 0.0
-    return call(tables.motions[k, LawColumn.CALL], (t,)), factor * call(tables.motions[k, LawColumn.CALL_TOO], (t,))
+    travel, speed = tables.motions[k, LawColumn.CALL], tables.motions[k, LawColumn.CALL_TOO]  # addresses
+    return call(travel, (t,)), factor * call(speed, (t,))
 
 
 @draft

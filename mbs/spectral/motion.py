@@ -123,7 +123,7 @@ class SpectralStrip:
         for i in range(3):
             if i == 1 and not self.shears:
                 continue
-            value, rate = (np.concatenate([piece[i] for piece in pieces], axis=1)[:, None] for pieces in (strains, rates))
+            value, rate = (np.concatenate([piece[i] for piece in parts], axis=1)[:, None] for parts in (strains, rates))
             out.append(Strain(stiffness[i], damping[i], np.concatenate(weights)[None], value, rate))
         return out
 

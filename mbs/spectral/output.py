@@ -44,7 +44,7 @@ CLOCK = _record_type(
     last_step="f8",  # length of the step of `last_error` [s]
     max_growth="f8",  # largest ratio of the next step length to this one
     skipped="i8",  # steps since the last row
-    stop="i8",  # index of the next of the times at which a step must end (`run`)
+    stop="i8",  # index of the next step end, a time at which a step must end (see `run`)
     needs_matrix="?",  # the next step needs new Newton matrices
 )
 """State of the step size control, kept from call to call."""
@@ -74,7 +74,7 @@ SMALLEST_RATIO = 0.2
 LARGEST_RATIO = 5.0
 """Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 STOP_REACH = 1.0001
-"""A step ends at a time at which one must end if that is nearer than so many lengths. A step to an onset is not lengthened."""
+"""A step ends at the next step end (see `run`) if that is nearer than so many lengths. A step to an onset is not lengthened."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:

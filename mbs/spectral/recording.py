@@ -27,7 +27,7 @@ from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
 UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals follow from their memories and states: without others no reports are computed."""
+"""Kinds of forces whose signals follow from their memories and states: if a scene has no others, no reports are computed."""
 
 
 @inline

@@ -29,7 +29,7 @@ from .tables import ForceKind, MeasureKind, State, StripKind
 
 
 def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
-    """Add the contact of the first body's pin in the second's bush, concentric at t = 0."""
+    """Add the contact of the first body's pin in the second's bush; its numbers are radius of the pin and clearance [m]."""
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
     builder.add_force(name, ForceKind.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
@@ -150,7 +150,7 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
         return
     pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
     row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))
+    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: the law does not depend on time
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:

@@ -49,7 +49,7 @@ MOST_VIOLATION = 1e-6
 DISTINCT = 1e-12
 """Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
-"""Rows of a call of the integrator, between looks at the clock and for Ctrl-C."""
+"""Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold."""
 LANDING = 1e-2
 """Distance from its face at which a contact counts as at it, over the tolerance and the longest link."""
 EXPLICIT_LANDING = 1e-3

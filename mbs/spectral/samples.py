@@ -36,7 +36,7 @@ def write(state, out, counts, t, start):
 def write_after_jump(state, clock, controls, out, counts):
     """Write a row just after an event, as accelerations and multipliers may jump there."""
     moment = JUMP * controls.shortest
-    if clock.time >= controls.end - 2.0 * moment:
+    if clock.time >= controls.end - 2.0 * moment:  # the end has a row of its own
         return
     write(state, out, counts, clock.time + moment, clock.time)
     row = counts.samples - 1

@@ -45,11 +45,11 @@ def start_rates(scene: CompiledScene) -> Array:
             v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
         if isinstance(body, StripBody) and name in found.bends:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
-    for offset, link, point, turns in scene.builder.separate_masses:
-        if turns:
-            v[offset] = found.rates[found.linkage.index[link], 2]
+    for first, link, point, is_rotor in scene.builder.separate_masses:
+        if is_rotor:
+            v[first] = found.rates[found.linkage.index[link], 2]
         else:
-            v[offset : offset + 2] = found.velocity(link, point)
+            v[first : first + 2] = found.velocity(link, point)
     for i, rate in scene.builder.state_rates.items():
         v[i] = rate
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)

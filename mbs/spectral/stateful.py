@@ -24,7 +24,7 @@ SMALL = 1e-3
 
 @draft
 def _read_counts(tables, k):
-    """Return the first column of the marker's state on which force k acts, the number of columns, the number of states."""
+    """Return the first column of the marker's state on which force k acts, the number of these columns, the number of states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 

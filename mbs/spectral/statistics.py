@@ -49,7 +49,7 @@ class Accumulator:
 
     @classmethod
     def over(cls, edges: Array, columns: int) -> Accumulator:
-        """Return an accumulator of so many columns without rows."""
+        """Return an accumulator for so many columns, before any row is added."""
         found = np.zeros((len(edges) - 1, columns, len(Statistic)))
         found[..., Statistic.LARGEST], found[..., Statistic.SMALLEST], found[..., Statistic.LAST] = -np.inf, np.inf, np.nan
         return cls(edges, found, np.zeros(StateIndex.FIRST + 3 * columns))
