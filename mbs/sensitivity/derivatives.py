@@ -28,13 +28,13 @@ from .runs import Reading, Readings, divide_tolerances, read, readings_of, requi
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
 WIDTH_OF_RUNS = 3e-4
-"""Half width w of the finer difference, over the number, for readings of runs."""
+"""Half width w of the finer difference, over the number, for readings of runs. Truncation errors are about w^2."""
 WIDTH_AT_REST = 1e-3
 """Half width w of the finer difference, over the number, for readings of equilibria and for functions."""
 WIDER = 4.0
-"""Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one."""
+"""Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one: w^2 grows by 16."""
 ROUNDING = 1e-15
-"""Relative error of a reading by rounding."""
+"""Relative error of a reading by rounding: some roundings of 1e-16."""
 COMMON = 1e-6
 """Relative error of a derivative that the two differences have in common, as both come from one solver."""
 NOISE = 3.5
@@ -214,12 +214,12 @@ class Neighbours(NamedTuple):
             value, derivatives = float(unchanged.values[i]), []
             relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
             for name, scale in self.scales.items():
-                empty = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
+                blank = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
                 rounding = ROUNDING * abs(value) / (width * scale)
                 if name not in slopes:
-                    derivatives.append(empty._replace(note=reason))
+                    derivatives.append(blank._replace(note=reason))
                     continue
-                derivatives.append(_combine(empty, scale, [float(side[i]) for side in slopes[name]], relative, rounding))
+                derivatives.append(_combine(blank, scale, [float(side[i]) for side in slopes[name]], relative, rounding))
             rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 
@@ -243,11 +243,11 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: float, rounding: float) -> Derivative:
+def _combine(blank: Derivative, scale: float, sides: Sequence[float], relative: float, rounding: float) -> Derivative:
     """Combine one-sided derivatives to a derivative with its error.
 
-    `sides` are from below and above, finer, then coarser. `relative` is the relative error of the reading. `rounding` is the
-    error of the derivative due to rounding.
+    `blank` has all but the derivative. `sides` are from below and above, finer, then coarser. `relative` is the relative error of
+    the reading, `rounding` the error of the derivative due to rounding.
     """
     below, above, coarse_below, coarse_above = sides
     if isfinite(below) != isfinite(above):
@@ -260,12 +260,12 @@ def _combine(empty: Derivative, scale: float, sides: Sequence[float], relative: 
     error = abs(value - coarse) + noise
     reason = ""
     if not isfinite(value + coarse):
-        reason = "a run beside it failed" if isfinite(empty.value) else "the reading has no value there"
+        reason = "a run beside it failed" if isfinite(blank.value) else "the reading has no value there"
     elif abs(gap) > max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value)):
         reason = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(empty.value):
+    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(blank.value):
         reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
     if reason:
-        return empty._replace(below=below, above=above, note=reason)
+        return blank._replace(below=below, above=above, note=reason)
     error += (relative + COMMON) * abs(value) + rounding
-    return empty._replace(derivative=value, error=error, below=below, above=above, note=note)
+    return blank._replace(derivative=value, error=error, below=below, above=above, note=note)

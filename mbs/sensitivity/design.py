@@ -143,7 +143,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
     _until_enough(search, lambda: search.descend_from_starts(starts))
     tried: list[tuple[Array, Array, Array]] = []
     for _ in range(1 + MOST_CORRECTIONS):
-        x = search.best()
+        x = search.find_best()
         if x is None:
             if search.stopped:
                 raise RunFailedError(f"{search.stopped}, before any run ended")
@@ -171,7 +171,7 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
 
 def _design(search: Search, x: Array, coarse: Array, fine: Array) -> Design:
     """Make the result at a point x of the cube from its readings by the search, `coarse`, and by a finer run, `fine`."""
-    violated, pairs = search.list_violated(fine), search.pairs(fine)
+    violated, pairs = search.list_violated(fine), search.pair_constraints(fine)
     # with the budget used up, only a design that meets all constraints, with nothing to minimise, is complete
     complete = not search.stopped and (search.runs < search.budget or not (search.objective or violated))
     binding = [

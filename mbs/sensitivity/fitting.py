@@ -70,7 +70,7 @@ class ProfileLikelihood(NamedTuple):
 class Fit:
     """Numbers that fit data best, SI, with 95 % `intervals` by linearisation, or by a profile likelihood if one was requested.
 
-    `unidentified` are sentences on numbers that the data do not identify, and on signals that the mechanism does not explain.
+    `unidentified` are sentences on numbers that the data do not identify, and on signals that the fit predicts badly.
     `correlation` is (numbers, numbers). `rms` is the root mean square of the residuals of each signal over all experiments, in
     the unit of the signal. `predicted` has for each experiment the signals at the times of the data, and the readings. `cost` is
     half the sum of squared residuals in standard deviations; `free` are the ranges of the numbers.
@@ -187,7 +187,7 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
 
 
 def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
-    """Minimise the sum of squares from a point, with one coordinate `fixed`, if any, by a trust-region method."""
+    """Minimise the sum of squares from a point by a trust-region method; the coordinate of index `fixed`, if any, is kept."""
     is_free = np.arange(len(x)) != fixed
     if not is_free.any():
         return x

@@ -41,8 +41,8 @@ class FitProblem:
     """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
     `errors` are standard deviations of signals; `units` are those of numbers and, after a run, of signals. `failed` is the
-    message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers without a
-    derivative, as runs on both sides fail, to the message of such a run. `cached` is the latest point with the predictions there.
+    message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers to the message
+    of a failed run if runs on both sides fail, so that there is no derivative. `cached` is the latest point and its predictions.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -104,7 +104,7 @@ class FitProblem:
         for experiment in self.experiments:
             ended = run(self.make(numbers | dict(experiment.settings)), experiment.span - time_zero, self.solver)
             self.units |= {name: ended.units[name] for name in experiment.signals if name in ended.units}
-            predicted.append(read_run(ended, experiment, time_zero))
+            predicted.append(predict_data(ended, experiment, time_zero))
         return predicted
 
     def compare(self, predicted: Sequence[Mapping[str, Any]]) -> Array:
@@ -163,7 +163,7 @@ class FitProblem:
         jacobian, r = self.jacobian(x), self.residuals(x)
         _, s, vh = np.linalg.svd(jacobian, full_matrices=False)
         variance = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
-        inverse = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)
+        inverse = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)  # 1e12: no influence
         return np.asarray(variance * (vh.T * inverse**2) @ vh)
 
 
@@ -174,7 +174,7 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
 
 
-def read_run(ended: Run, experiment: Experiment, time_zero: float) -> dict[str, Any]:
+def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[str, Any]:
     """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data."""
     time, values, units = ended.record.time, ended.values, ended.units
     predicted: dict[str, Any] = {}

@@ -46,10 +46,11 @@ CONVERGED = 0.5
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
+"""Pattern of a constraint, a reading with a bound or a value: `off` is the tolerance behind ±."""
 
 
 class EnoughError(Exception):
-    """Exception that ends a search: constraints are met, or the budget of runs is used up."""
+    """Exception that ends a search: the budget of runs is used up or, with nothing to minimise, constraints are met."""
 
 
 class Constraint(NamedTuple):
@@ -193,30 +194,32 @@ class Search:
             columns.append((after - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
-    def pairs(self, readings: Array) -> list[tuple[Constraint, float]]:
+    def pair_constraints(self, readings: Array) -> list[tuple[Constraint, float]]:
         """Pair each constraint with the value of its reading."""
         return [(constraint, float(readings[self.row[constraint.reading]])) for constraint in self.constraints]
 
     def residuals(self, x: Array) -> Array:
         """Compute the residuals of the constraints at a point."""
-        return np.array([constraint.residual(value)[0] for constraint, value in self.pairs(self.evaluate(x))])
+        return np.array([constraint.residual(value)[0] for constraint, value in self.pair_constraints(self.evaluate(x))])
 
     def jacobian(self, x: Array, width: float) -> Array:
         """Compute derivatives of the residuals over the cube, shape (constraints, numbers)."""
-        pairs, slopes = self.pairs(self.evaluate(x)), self.slopes(x, width)
+        pairs, slopes = self.pair_constraints(self.evaluate(x)), self.slopes(x, width)
         return np.array([constraint.residual(value)[1] * slopes[self.row[constraint.reading]] for constraint, value in pairs])
 
     def list_violated(self, readings: Array) -> list[Constraint]:
         """List the constraints that readings violate."""
-        return [constraint for constraint, value in self.pairs(readings) if constraint.violation(value) > MET]
+        return [constraint for constraint, value in self.pair_constraints(readings) if constraint.violation(value) > MET]
 
     def merit(self, readings: Array) -> tuple[float, float]:
         """Return the sum of violations and the reading to minimise: of two designs that with the smaller pair is better."""
-        violation = sum(each.violation(value) for each, value in self.pairs(readings)) if self.list_violated(readings) else 0.0
+        violation = (
+            sum(each.violation(value) for each, value in self.pair_constraints(readings)) if self.list_violated(readings) else 0.0
+        )
         objective = float(readings[self.row[self.objective]]) if self.objective else 0.0
         return violation, objective if isfinite(objective) else inf
 
-    def best(self) -> Array | None:
+    def find_best(self) -> Array | None:
         """Find the best point that was run; None if no run has a value."""
         has_value = np.all if self.objective else np.any  # without an objective, a missing reading is a violation
         points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
@@ -238,7 +241,7 @@ class Search:
                                   method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
         _, objective = self.merit(self.evaluate(x))
-        row, scale = self.row[self.objective], abs(objective) or 1.0  # the reading is minimised over its first size
+        row, scale = self.row[self.objective], abs(objective) or 1.0  # the minimised reading is scaled by its first value
         ends = [(self.row[constraint.reading], *end) for constraint in self.constraints for end in constraint.ends]
         margins = {
             "type": "ineq",

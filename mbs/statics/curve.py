@@ -30,8 +30,8 @@ from .varied import Paced
 
 SHORTEST = 1e-5
 """Arc length below which continuation ends."""
-SMALL = 1e-3
-"""Least size of a motion in the metric, in units of coordinates."""
+LEAST_SIZE = 1e-3
+"""Least size of a motion in the metric, in units of coordinates: at rest the metric would be singular."""
 MOST_CHANGE = 0.5
 """Largest change of a multiplier in a step, over its distance from 1; a step with a larger change may miss a narrow resonance."""
 NARROW = 1e-3
@@ -111,7 +111,7 @@ class ResponseCurve:
         self.set_parameter(parameter)
         slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
-        size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
+        size = max(LEAST_SIZE, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
         metric, last = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1]
         scaled = self._scaled_basis(basis)
         direction = solve(np.vstack([matrix, last if before is None else metric * (before @ scaled)]), last)
@@ -119,7 +119,7 @@ class ResponseCurve:
         return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, tangent, size)
 
     def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
-        """Find the motion on the plane at an arc along the tangent of another motion, by Broyden's method."""
+        """Find the motion on the plane normal to the tangent of another motion, at an arc along it, by Broyden's method."""
         self.set_parameter(orbit.parameter)
         shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._scaled_basis(orbit.basis)
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])

@@ -25,9 +25,9 @@ from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distan
 
 TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
-ENDLESS = 60.0
+LONGEST_WAY = 60.0
 """Sum of all changes of the pose, over the size of the mechanism, after which a motion counts as endless."""
-SHORTEST = 1e-4
+LEAST_INCREMENT = 1e-4
 """Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
 """Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
@@ -37,7 +37,7 @@ CONVERGED = 0.2
 """Largest change by the last Newton iteration of an implicit step, over the step, with which the step is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
-SETTLED = 1e-3
+NEWTON_MOVE = 1e-3
 """Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
 DISPLACEMENTS = 20
 """Number of displacements from unstable equilibria after which such an equilibrium is the answer."""
@@ -100,16 +100,16 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     """Find a stable equilibrium by pseudo-transient continuation from a state.
 
     From an unstable equilibrium the search goes on with a displacement along the fastest growing shape. Raise a RunsAwayError
-    for a motion beyond `ENDLESS`, a StaticsError after `STEPS` steps.
+    for a motion beyond `LONGEST_WAY`, a StaticsError after `STEPS` steps.
     """
     rest, tau = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     start, displacements, distance, watching.get().most = rest, 0, 0.0, STEPS
-    endless = ENDLESS * float((problem.extents / problem.units).max(initial=1.0))
+    endless = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         watching.get().step()
         new, tau, change = _step(problem, rest, tau)
         distance += change
-        if change < SETTLED:
+        if change < NEWTON_MOVE:
             try:
                 found = problem.newton(new, must_decrease=True)
             except StaticsError:
@@ -213,9 +213,9 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False
-        if is_near and (stays_stable or not stable or increment < SHORTEST):
+        if is_near and (stays_stable or not stable or increment < LEAST_INCREMENT):
             rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
-        elif increment < SHORTEST:
+        elif increment < LEAST_INCREMENT:
             break
         else:
             increment *= 0.5

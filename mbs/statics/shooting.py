@@ -24,19 +24,19 @@ from .algebra import null_space, solve
 from .problem import LONGEST_STEP, StaticsError
 
 TOLERANCE = 1e-7
-"""Tolerance of the run that chooses the steps."""
-COARSER = 1e4
-"""Relative tolerance of depths of contacts, over the tolerance of a run."""
-FINE = 1e-10
+"""Tolerance of the run that chooses the steps, which later runs repeat."""
+DEPTH_RATIO = 1e4
+"""Ratio of the relative tolerance of depths of contacts to the tolerance of a run."""
+EVENT_TOLERANCE = 1e-10
 """Tolerance with which runs on stored steps locate events."""
-STRUCK = 1e-3
+ONSET_FACTOR = 1e-3
 """Factor of the tolerance of runs with onsets of contacts: steps of two such runs differ, so that errors do not cancel."""
-LONGEST = 1 / 64
-"""Longest step over the period."""
+LONGEST_SHARE = 1 / 64
+"""Longest step over the period: the tenth harmonic then has six steps in each of its periods."""
 OFFSET = 2e-5
-"""Half width of the differences, in units of coordinates and rates."""
-LEAST = 1e-5
-"""Least half width of the differences, limited by the error `FINE` of events over it."""
+"""Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
+LEAST_OFFSET = 1e-5
+"""Least half width of the differences, limited by the error `EVENT_TOLERANCE` of events over it."""
 STEP_RATIO = 20
 """Most steps of a run on stored steps, over the number of stored steps."""
 CLOSED = 1e-7
@@ -45,15 +45,15 @@ CONVERGED = 1e-9
 """Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
 """Most steps of all runs of a search, at each degree and width."""
-SEARCHES = 6
+ATTEMPTS = 6
 """Most attempts with Newton's method in a search."""
 ITERATIONS = 12
 """Most iterations of Newton's method in each attempt."""
-ONWARD = 8
+PERIODS_BETWEEN = 8
 """Number of periods integrated between two attempts."""
 AT_REST = 1e-5
 """Range of all coordinates in a period, in their units, below which a motion counts as rest."""
-FREE = 1e-6
+FREE_RATIO = 1e-6
 """Singular value of Newton's matrix, over the largest, below which a direction counts as free."""
 
 
@@ -83,7 +83,7 @@ class Shooting:
     scene: CompiledScene
     period: float
     tolerance: float = TOLERANCE
-    longest: float = LONGEST
+    longest: float = LONGEST_SHARE
     width: float = OFFSET
     left: int = field(default_factory=lambda: BUDGET)
 
@@ -102,7 +102,7 @@ class Shooting:
     def finer(self, degree: int) -> Shooting:
         """Return the map with shorter steps, strips of another degree and narrower differences."""
         scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
-        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2))
+        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST_OFFSET, self.width / 2))
 
     def _is_autonomous(self) -> bool:
         """Return True if the equations are the same at three times, for an arbitrary state near the start."""
@@ -119,10 +119,10 @@ class Shooting:
         An adaptive run without onsets stores its steps.
         """
         adapts = adaptive or self.struck
-        tolerance = self.tolerance * (STRUCK if self.struck else 1.0) if adapts else FINE
+        tolerance = self.tolerance * (ONSET_FACTOR if self.struck else 1.0) if adapts else EVENT_TOLERANCE
         most = max(1, self.left if adapts else min(self.left, STEP_RATIO * len(self.shares)))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
-        solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
+        solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
         ends = None if adapts else self.shares * self.period
         every = 2 if adapts and not self.struck else 1  # stored steps, see `ends_of_steps`, are about as many
         watching.get().step()
@@ -206,13 +206,13 @@ class Shooting:
         `matrix` is the monodromy matrix of a nearby motion. Rest has any period and is no result if nothing depends on time.
         """
         least, period = np.inf, self.period
-        for _ in range(SEARCHES):
+        for _ in range(ATTEMPTS):
             self.period = period
             found = self.newton(self.project(state), matrix)
             if found.residual <= CLOSED and (not self.autonomous or self._range(found.out) > AT_REST):
                 return found
             least, self.period = min(least, found.residual), period
-            state = self.advance(state, ONWARD)
+            state = self.advance(state, PERIODS_BETWEEN)
         reason = "; only rest" if least <= CLOSED else f": a period leaves {least:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{reason}")
 
@@ -250,7 +250,7 @@ class Shooting:
         if self.autonomous:
             to_free = basis.T / self.units**2
             by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace
-            step = np.linalg.lstsq(np.column_stack([square, by_period]), -change, rcond=FREE)[0]
+            step = np.linalg.lstsq(np.column_stack([square, by_period]), -change, rcond=FREE_RATIO)[0]
             self.period *= 1.0 + float(np.clip(step[-1] / (2 * np.pi), -0.2, 0.2))  # at most a fifth
             step = step[:-1]
         else:

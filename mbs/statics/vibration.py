@@ -160,7 +160,7 @@ def _eigenvalues(found: Spectrum) -> Array:
 
 
 def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int, kinked: bool) -> Frequencies:
-    """Make the result: names, status and message of the lowest frequencies."""
+    """Make the result with names, status and message; `kinked` if a law has a kink within `AMPLITUDE`."""
     names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
