@@ -218,7 +218,7 @@ class _Poses:
         value, slopes = self.residual(z)
         for _ in range(ITERATIONS):
             square = np.einsum("sqi,sqj->sij", slopes, slopes)
-            square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])
+            square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])  # 1e-14: so that the matrix is regular
             right = np.einsum("sqi,sq->si", slopes, value)
             trial = z - np.linalg.solve(square, right[..., None])[..., 0]
             new_value, new_slopes = self.residual(trial)

@@ -28,7 +28,7 @@ WORTH = 3.0
 GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the coarser run before: tolerances differ by 8, and steps go as tol^(1/4)."""
 USUAL_RUNS = (2, 5)
-"""Usual least and largest number of runs for one result: see `mbs.accuracy.refine`."""
+"""Least and largest number of runs that most results need: see `mbs.accuracy.refine`."""
 
 
 class TimeUpError(Exception):
@@ -130,7 +130,7 @@ class Watch:
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, the first time that it is called then."""
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once; later calls return."""
         if self.pressed() and not self.ended:
             self.pressed.pressed, self.ended = False, CTRL_C
             raise KeyboardInterrupt(CTRL_C)
@@ -224,7 +224,7 @@ def forecast(progress: bool | Callable[[float], None] | None, runs: tuple[int, i
 
 
 def is_interactive() -> bool:
-    """Return True if standard error is a terminal or a notebook, in the main thread of a process without a parent of its own."""
+    """Return True if a terminal or notebook shows output, in the main thread of a process that no other Python started."""
     is_main = multiprocessing.parent_process() is None and threading.current_thread() is threading.main_thread()
     return is_main and (sys.stderr.isatty() or "ipykernel" in sys.modules)
 

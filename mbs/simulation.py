@@ -138,15 +138,15 @@ def simulate(
     try:
         with use_memory(runs.memory):
             if accuracy is None and solver is not None:
-                result = _result(single := runs(mechanism, duration, solver), None, ledger, times)
+                best = runs(mechanism, duration, solver)
+                result = _result(best, None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                strictness = demand.place / PLACE  # error allowed of places, over the usual one
-                levels = KINDS[type(solver)](mechanism, duration, solver, strictness)
+                levels = KINDS[type(solver)](mechanism, duration, solver, share=demand.place / PLACE)
                 answer = refine(levels.runs(runs), levels, demand, duration)
-                single = answer.run
-                result = _result(single, lambda result: runs.complete(result, answer, demand, why), ledger, times)
-            return verify_by_other_solver(result, single, duration, runs) if verify else result
+                best = answer.run
+                result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
+            return verify_by_other_solver(result, best, duration, runs) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interruption(runs.ended) if runs.ended else stop) from None
     finally:
@@ -223,7 +223,7 @@ class _Runs:
         if answer.run.failure:
             return result
         shortfall, last = answer.shortfall(demand), self.ended[-1].failure
-        if last and last[0] is Status.TIMED_OUT:
+        if last and last.status is Status.TIMED_OUT:
             best = f"timeout = {self.timeout:g} s is over; the best so far is a run to the end, the one before the last"
             return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:

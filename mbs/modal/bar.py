@@ -1,7 +1,8 @@
 """Free modes of a uniform bar in the plane by beam theory, for modal links with `BarModes`.
 
-The Ritz method with Legendre polynomials, which contain the rigid motions and converge exponentially. Arrays along the bar have
-rows for the Gauss points, then for start, end, centre and `STATIONS` points, with weight 0; `_Bar.x` has the places [m].
+The Ritz method (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
+exponentially. Arrays along the bar have rows for the Gauss points, then for start, end, centre and `STATIONS` points, with
+weight 0; `_Bar.x` has the places [m].
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
 
 
 class _Bar:
-    """Legendre polynomials `p`, normalised over the length, and derivatives `dp`, `ddp`, each (points, degree + 1).
+    """Legendre polynomials `p`, orthonormal over the length, and derivatives `dp`, `ddp`, each (points, degree + 1).
 
     `masses` [kg] and rotary `inertias` [kg m^2] are weights of the points.
     """

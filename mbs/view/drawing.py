@@ -129,7 +129,7 @@ class FrameSource(NamedTuple):
 
 
 class Sheet:
-    """Input of symbols, a mechanism with its motion in `record`, and the frames that the symbols need, by name.
+    """Data from which symbols are drawn: a mechanism, its motion in `record`, and the frames that symbols need, by name.
 
     `unit` is the size of a symbol [m].
     """

@@ -104,7 +104,7 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
     (x, y), (dx, dy) = sheet.local(other, centre), rack.along
-    middle = x + r * dy, y - r * dx
+    middle = x + r * dy, y - r * dx  # of the pitch line, on the right of the pinion
     yield Outline(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)), False)
 
 
