@@ -120,10 +120,10 @@ def mesh(link: Link, chord: float) -> Mesh:
     body = cast(Flexible, link.body)
     step = body.step  # nodes of an element less 1
     inner = sorted((fraction, point) for point, fraction in cast(Mapping[str, float], link.carries).items())
-    cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]
+    cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]  # fractions of the length at points; `edges`: at ends of elements
     counts = _distribute(np.diff(cuts), body.count)
     edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
-    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
+    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])  # at nodes
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])

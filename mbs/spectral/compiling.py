@@ -41,7 +41,7 @@ TEXT = (
 )
 """Announcement of a compilation."""
 FUNCTIONS = 215
-"""Number of functions that Numba compiles for a run of the implicit integrator, drafts included: scale of the progress line."""
+"""Number of functions that Numba compiles for an implicit run, drafts included, as counted: scale of the progress line."""
 WORD = ir.IntType(64)
 """Integer of the size of an address, in which references are stored."""
 SUMS = {"reassoc", "contract", "arcp", "nsz"}

@@ -22,7 +22,7 @@ from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Mod
 
 @inline
 def _find_indices(tables, row):
-    """Return indices of a modal link: first coordinate, first amplitude; number of modes; radial, gram, gyration, stiffness."""
+    """Return first coordinate, first amplitude and number of modes of a modal link; where radial, gram, ... begin in the data."""
     o, m, d = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
     return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
 
@@ -225,7 +225,7 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
             at = markers.write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
         residual[r], speed[r] = total - tables.values[r] - travel, rate
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
-            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))
+            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # whole turns do not matter
 
 
 @inline

@@ -129,8 +129,8 @@ def integrate(
 ) -> tuple[Output, Failure | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
-    Step lengths follow from the local error. With `ends` there is no error control: steps end at these times [s] and at onsets
-    of contacts only. One step in `every` is written as a row; rows within steps are written only if that is 1. A function
+    Step lengths follow from the local error. With `ends` there is no error control: steps end only at these times [s], at kinks
+    and at onsets of contacts. One step in `every` is written as a row; within steps only if that is 1. A function
     `take` gets all rows, part by part; then only the last one is returned, and explicit steps do not end at onsets of contacts
     whose force begins smoothly.
     """
@@ -145,7 +145,7 @@ def integrate(
     controls.shortest, controls.every = shortest * end, every
     if ends is not None:
         step_ends = np.unique(np.concatenate([step_ends, ends]))
-        controls.first_step, controls.longest, controls.fixed = end, end, True
+        controls.first_step, controls.longest, controls.fixed = end, end, True  # only step ends and onsets limit steps
         controls.newton_share = NEWTON_EQUAL / solver.tolerance
     controls.within = every == 1 and not controls.fixed
     clock.time, clock.next_step = state.time, controls.first_step
@@ -154,8 +154,8 @@ def integrate(
     RAISED.clear()
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
-            columns = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]
-            out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in columns))
+            shapes = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]  # of a row of each field
+            out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in shapes))
             run(model, clock, controls, step_ends, out, counts)
             failure = _translate_failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))

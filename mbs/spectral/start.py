@@ -103,7 +103,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
     """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4); sizes as in `output`."""
     tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
-    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)
+    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)  # z(shape): zeros
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
