@@ -130,7 +130,7 @@ def integrate(
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
     Step lengths follow from the local error. With `ends` there is no error control: steps end only at these times [s], at kinks
-    and at onsets of contacts. One step in `every` is written as a row; within steps only if that is 1. A function
+    and at onsets of contacts. One step in `every` is written as a row, and rows within steps only if that is 1. A function
     `take` gets all rows, part by part; then only the last one is returned, and explicit steps do not end at onsets of contacts
     whose force begins smoothly.
     """
