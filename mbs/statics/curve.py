@@ -37,7 +37,7 @@ MOST_CHANGE = 0.5
 NARROW = 1e-3
 """Arc length, or change of the parameter over its range, below which a multiplier may change more than `MOST_CHANGE`."""
 CURVE_BUDGET = 20 * BUDGET
-"""Most integration steps of all runs of a curve."""
+"""Most integration steps of all runs of a curve, as `BUDGET` for one motion."""
 
 
 class Orbit(NamedTuple):
@@ -155,7 +155,7 @@ class ResponseCurve:
         self.set_parameter(orbit.parameter)
         curve, scene = self.finer, self.shooting.scene
         curve.set_parameter(orbit.parameter)
-        curve.shooting.left = BUDGET
+        curve.shooting.steps_left = BUDGET
         state = orbit.found.state
         parts = (state.q, state.v, *np.split(orbit.tangent[:-1], 2))
         q, v, *tangent = (prolong(scene, curve.shooting.scene, part) for part in parts)
@@ -236,7 +236,7 @@ class ResponseCurve:
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
         """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
         orbits, criticals, ended, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
-        self.shooting.left = CURVE_BUDGET
+        self.shooting.steps_left = CURVE_BUDGET
         while len(orbits) <= steps and not ended:
             last = orbits[-1]
             try:
@@ -250,7 +250,7 @@ class ResponseCurve:
             except (SpentError, *USER_STOPS) as error:
                 ended = "spent" if isinstance(error, SpentError) else "stopped"
                 break
-            except StaticsError:
+            except StaticsError:  # repeat the step, which failed or must be shorter
                 arc, ended = 0.4 * arc, "" if arc > SHORTEST else "singular"
                 continue
             done = self._fraction(new.parameter)

@@ -21,17 +21,17 @@ from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from .rest import find, settle
+from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
 """Link, point and direction (x, y): the branch along which the point moves in the direction is followed."""
 DEGREE = 12
-"""Degree of strips of the first path."""
+"""Degree of the strips of the first path; refined paths have a higher one."""
 STEPS = 250
 """Default of the largest number of steps."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
-"""Message of a path whose refinement was stopped."""
+"""Message of a path whose refinement Ctrl-C or the time limit ended."""
 OFFSET = 1e-8
 """Offset of the parameter from a branching at which paths leave it, over the range: there the tangent is not singular."""
 BRANCH_STEP = 1e-2
@@ -39,7 +39,7 @@ BRANCH_STEP = 1e-2
 MOVES = 1e-4
 """Least displacement of a point, over the longest link, in a critical shape of unit size that moves it: above rounding."""
 ALIKE = 0.999
-"""Cosine of two critical shapes above which they count as one."""
+"""Cosine of the angle between two critical shapes above which they count as one."""
 
 
 @watch("steps")
@@ -179,7 +179,7 @@ class _Follower:
         problem = self.problem
         problem.set_parameter(self.start)
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
-        rest = find(others, 1.0)[0]._replace(parameter=self.start)
+        rest = find_equilibrium(others, 1.0)[0]._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
             return settle(problem, rest._replace(parameter=self.step * self.to))
         return rest

@@ -200,11 +200,11 @@ class Problem:
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
-        gravity = scene.tables.factors[-1]
+        gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
-        of_g = (s.row >= scene.size) & (s.col < scene.size)
+        in_g = (s.row >= scene.size) & (s.col < scene.size)  # entries of the Jacobian G
         *_, jacobian = a.entries
-        reactions = np.abs(jacobian[:-1][of_g] * units[s.col[of_g]] * rest.multipliers[s.row[of_g] - scene.size])
+        reactions = np.abs(jacobian[:-1][in_g] * units[s.col[in_g]] * rest.multipliers[s.row[in_g] - scene.size])
         rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
         closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)

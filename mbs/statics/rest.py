@@ -86,7 +86,7 @@ def equilibrium(
     scene = CompiledScene.of(mechanism, degree)
     problem, watching.get().best = Problem(scene, loads_of(scene)), None
     try:
-        rest, message = find(problem, load)
+        rest, message = find_equilibrium(problem, load)
         return _answer(*_refine(problem, rest, degree is not None), message)
     except SEARCH_STOPS as error:  # a failure, the time limit or Ctrl-C
         if isinstance(error, StaticsError) or watching.get().best is None:
@@ -104,7 +104,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     """
     rest, tau = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     start, displacements, distance, watching.get().most = rest, 0, 0.0, STEPS
-    endless = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
+    longest = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         watching.get().step()
         new, tau, change = _step(problem, rest, tau)
@@ -123,7 +123,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                 displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
                 new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
         rest = new
-        if distance > endless:
+        if distance > longest:
             name = find_moving_link(problem.scene, rest.q, rest.q - start.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
     raise StaticsError(f"'{find_moving_link(problem.scene, rest.q, rest.q - start.q)}' still moves after {STEPS} damped steps")
@@ -163,8 +163,8 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
-def find(problem: Problem, load: float) -> tuple[Rest, str]:
-    """Find the equilibrium under a factor of the loads; return it with a note on the method, '' for load steps."""
+def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
+    """Find the equilibrium under loads times `load`; return it with a note on the method, '' if by load steps."""
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""

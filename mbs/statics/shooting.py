@@ -73,10 +73,10 @@ class Found(NamedTuple):
 
 @dataclass
 class Shooting:
-    """Map of a state to the state a period [s] later, by runs that may take `left` more steps together.
+    """Map of a state to the state a period [s] later, by runs that may take `steps_left` steps together.
 
     `tolerance` and `longest`, a step over the period, belong to the run that chooses the steps. Differences have the half width
-    `width`. `autonomous` is True if nothing depends on time, `struck` if the motion has onsets of contacts. `grazes` is True if
+    `width`. `autonomous` is True if nothing depends on time, `has_onsets` if contacts begin in the motion. `grazes` is True if
     their number differs on both sides of the motion.
     """
 
@@ -85,13 +85,13 @@ class Shooting:
     tolerance: float = TOLERANCE
     longest: float = LONGEST_SHARE
     width: float = OFFSET
-    left: int = field(default_factory=lambda: BUDGET)
+    steps_left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
         self.autonomous = self._is_autonomous()
-        self.shares: Array = np.array([1.0])  # ends of the stored steps over the period, 0 to 1
-        self.struck = self.grazes = False
+        self.step_ends: Array = np.array([1.0])  # of the stored steps, over the period
+        self.has_onsets = self.grazes = False
         self.onsets = 0  # number of onsets in the latest run
 
     @property
@@ -118,18 +118,18 @@ class Shooting:
 
         An adaptive run without onsets stores its steps.
         """
-        adapts = adaptive or self.struck
-        tolerance = self.tolerance * (ONSET_FACTOR if self.struck else 1.0) if adapts else EVENT_TOLERANCE
-        most = max(1, self.left if adapts else min(self.left, STEP_RATIO * len(self.shares)))
+        adapts = adaptive or self.has_onsets
+        tolerance = self.tolerance * (ONSET_FACTOR if self.has_onsets else 1.0) if adapts else EVENT_TOLERANCE
+        most = max(1, self.steps_left if adapts else min(self.steps_left, STEP_RATIO * len(self.step_ends)))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
-        ends = None if adapts else self.shares * self.period
-        every = 2 if adapts and not self.struck else 1  # stored steps, see `ends_of_steps`, are about as many
+        ends = None if adapts else self.step_ends * self.period
+        every = 2 if adapts and not self.has_onsets else 1  # stored steps, see `ends_of_steps`, are about as many
         watching.get().step()
-        left = watching.get().time_left
-        out, failure, counts = integrate(self.scene, self.period, solver, left, state=state, ends=ends, every=every)
-        self.left -= int(counts.steps)
-        if self.left <= 0:
+        time_left = watching.get().time_left
+        out, failure, counts = integrate(self.scene, self.period, solver, time_left, state=state, ends=ends, every=every)
+        self.steps_left -= int(counts.steps)
+        if self.steps_left <= 0:
             where = f"a motion of period {self.period:.6g} s"
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         watching.get().end_run(failure)
@@ -137,7 +137,7 @@ class Shooting:
             raise StaticsError(f"{failure.status}: {failure.message}")
         self.onsets = int(counts.onsets)
         if adaptive:
-            self.shares, self.struck = ends_of_steps(out.time) / self.period, bool(counts.onsets)
+            self.step_ends, self.has_onsets = ends_of_steps(out.time) / self.period, bool(counts.onsets)
         return out
 
     def advance(self, state: RunState, periods: int) -> RunState:
