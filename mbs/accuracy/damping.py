@@ -35,7 +35,7 @@ SAMPLES_BEFORE = 3
 
 
 def radau(angle: Array) -> Array:
-    """Magnitude of the stability function of Radau IIA with three stages on the imaginary axis."""
+    """Compute the magnitude of the stability function of Radau IIA with three stages on the imaginary axis."""
     z = 1j * angle
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
 
@@ -73,7 +73,7 @@ def damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[
             for norm in (Norm.RMS, Norm.PEAK):
                 common = COMMON * differences.get((name, norm), 0.0) if links & run.strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], common)
-        if len(signal.depth) and len(signal.onsets):
+        if len(signal.depth) and len(signal.onsets):  # a contact that closes
             first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
             approach = np.abs(np.gradient(signal.depth, run.time))[first]
             worst = float(speed[first[approach.argmax()]] / max(approach.max(), TINY))

@@ -131,7 +131,7 @@ class Difference:
         return {(name, norm): difference * sizes[norm] for norm, difference in compare_impacts(a, b).items()}
 
     def _set_impulse(self, name: str, impulse: float) -> None:
-        """Set the size of the impulse of a force [N s]: a share of the largest force over the run at least."""
+        """Set the size of the impulse of a force [N s], at least a share of the force's size times the duration."""
         self._sizes[name, Norm.IMPULSE] = max(impulse, SMALL * self.sizes[name, Norm.RMS] * self.end)
 
     @cached_property
@@ -159,7 +159,7 @@ class Difference:
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Return the force [N] at the larger depth of both runs plus their largest difference, 0 while a run touches."""
+        """Return the force [N] at the larger depth plus the largest difference of depths, 0 in intervals where a run touches."""
         if not len(b.depth):
             return np.empty(0)
         depths = [between(run.time, each.depth, None, self.grid.a, smooth=True) for run, each in ((self.a, a), (self.b, b))]

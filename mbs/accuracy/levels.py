@@ -100,11 +100,11 @@ class Levels:
         return None
 
     def first(self) -> Level:
-        """The coarsest level."""
+        """Return the coarsest level."""
         raise NotImplementedError
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Mechanism and solver of a level."""
+        """Return mechanism and solver of a level."""
         raise NotImplementedError
 
     degrees = 1
@@ -169,7 +169,7 @@ class SpectralLevels(Levels):
         return FINEST / self.clearance
 
     def first(self) -> Level:
-        """The coarsest level."""
+        """Return the coarsest level."""
         bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
         return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
@@ -225,7 +225,7 @@ class ClosureLevels(Levels):
     ratio, orders = 2.0, Orders(1.0, 1.0, 1.0)
 
     def first(self) -> Level:
-        """Half as many samples as usual."""
+        """Return the coarsest level: half as many samples as usual."""
         return Level(2.0, 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:

@@ -211,7 +211,7 @@ class _Refinement:
         return start + (self.duration - start) / max(1.0, self.levels.refinements_to_go(level))
 
     def is_out_of_reach(self, pair: _Pair) -> bool:
-        """True if the refinements left delay the separation by too little, at the rate of those since the first separation."""
+        """Return True if the refinements left delay the separation by too little, at the mean delay of those made so far."""
         if pair.separation.start == inf or self.first_separation is None:
             return False
         start, tolerance = self.first_separation
