@@ -12,11 +12,11 @@ from numpy.polynomial import Polynomial
 from ..geometry import Array
 
 SETTLED = 0.1
-"""Part of the run, at its end, over which `settled` takes the mean."""
+"""Fraction of the run, at its end, over which `settled` takes the mean: a convention."""
 SLOPE_SAMPLES = 5
 """Number of samples from which a slope is computed: the error of the slope is of the fourth order."""
 JUMP_TIME = 1e-11
-"""Largest time between the two samples at a jump, over the duration of the run."""
+"""Largest time between the two samples at a jump, over the duration of the run: an event has two rows of almost one time."""
 JUMP_INTERVAL = 1e-3
 """Largest time between the two samples at a jump, over the shorter of the neighbouring intervals."""
 

@@ -144,6 +144,7 @@ def _value(cell: str) -> float | None:
 
 
 def _is_unit(text: str) -> bool:
+    """Return True if a text is a unit."""
     with suppress(ValueError):
         parse_unit(text)
         return True
@@ -181,10 +182,10 @@ def _experiments(
     columns: list[Column], rows: Rows, signals: Sequence[str], settings: Sequence[str], start: float | None
 ) -> list[Experiment]:
     """Convert the columns of signals and settings to SI, and split their rows into experiments where a setting changes."""
-    pairs = [text.partition("=") for text in signals]
+    pairs = [text.partition("=") for text in signals]  # COLUMN=NAME
     fitted = {name if equals else column: _find(columns, column) for column, equals, name in pairs}
-    setting = {name: _find(columns, name) for name in settings}
-    used = (columns[0], *fitted.values(), *setting.values())
+    set_columns = {name: _find(columns, name) for name in settings}
+    used = (columns[0], *fitted.values(), *set_columns.values())
     factors = {column: _factor(column, "s" if column is columns[0] else "") for column in used}
     values: dict[Column, list[float]] = {column: [] for column in factors}
     for line, row in rows:
@@ -202,10 +203,10 @@ def _experiments(
         raise ValueError(f"{late}: give start={time[0]:g} if the run begins there, start=0 if it begins at 0 s")
     time = time - (start or 0.0)
     is_continuous = bool(settings) and bool((np.diff(time) > 0).all())
-    keys = np.column_stack([arrays[column] for column in setting.values()]) if settings else np.zeros((len(time), 1))
+    keys = np.column_stack([arrays[column] for column in set_columns.values()]) if settings else np.zeros((len(time), 1))
     experiments = []
     for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
-        t, constants = time[part], {name: float(arrays[column][part[0]]) for name, column in setting.items()}
+        t, constants = time[part], {name: float(arrays[column][part[0]]) for name, column in set_columns.items()}
         experiments.append(Experiment(
             t - t[0] if is_continuous else t, {name: arrays[column][part] for name, column in fitted.items()},
             units={name: column.unit for name, column in fitted.items() if column.unit},

@@ -32,7 +32,7 @@ SPARE = 8
 CONVERGED = 1e-8
 """Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
 CUT = 1e-9
-"""Damping of sparse least squares, over the largest entry: singular values far below it count as zero."""
+"""Damping of sparse least squares, over the largest entry: smaller singular values count as zero in effect."""
 Matrix: TypeAlias = Array | csr_array
 """Matrix, dense for few unknowns, sparse for many."""
 
@@ -51,7 +51,7 @@ def solve(matrix: Matrix, right: Array) -> Array:
         pass
     if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
-    return least_squares(matrix, right, 1e-12)  # singular values below are rounding
+    return least_squares(matrix, right, 1e-12)  # smaller singular values, over the largest, are rounding
 
 
 def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:

@@ -186,7 +186,7 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
     arcs = [arc.arc_of(step, rest) for rest in rests]
     for limit in limits:
         distances = np.abs(np.array(arcs) - arc.arc_of(step, limit.rest))
-        if arcs and distances.min() < 1e-2 * step.arc:  # this eigenvalue is zero at the limit point
+        if arcs and distances.min() < 1e-2 * step.arc:  # the nearest root is that of the limit point itself
             k = int(np.argmin(distances))
             arcs.pop(k)
             rests.pop(k)

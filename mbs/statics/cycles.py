@@ -31,10 +31,10 @@ class Periodic(Answer):
     """Periodic motion with the `period` [s], which is unknown beforehand if nothing depends on time.
 
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
-    first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `stable` is
-    True if no multiplier but the trivial one exceeds 1 by more than its error. `trivial` is the index of the multiplier that
-    belongs to a shift in time, None if something depends on time. `error` is the change of the state at the
-    start, in positions over the longest link and angles [rad], by the refinement or over a period, whichever is larger.
+    first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `trivial` is
+    the index of the multiplier that belongs to a shift in time, None if something depends on time. `stable` is True if no other
+    exceeds 1 by more than its error. `error` is the change of the state at the start, in positions over the longest link and
+    angles [rad], by the refinement or over a period, whichever is larger.
     """
 
     scene: CompiledScene

@@ -147,12 +147,12 @@ class Problem:
         they start from the stresses at an equilibrium, the `origin`, as a guess stretches strips too much.
         """
         previous, found = np.inf, None
-        with self._stresses(origin or rest, rest.q):
+        with self._free_stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, plane)
                 expected = largest * (largest / previous) ** 2  # next step, by quadratic convergence
                 converged = largest < CLOSE and (expected < 10 * EPS or largest > 0.1 * previous)
-                if converged or previous < largest < NOISE:
+                if converged or previous < largest < NOISE:  # a step below `NOISE` that grows is rounding
                     found = rest if self.is_balanced(rest) else None
                     break
                 if not np.isfinite(largest) or (must_decrease and largest > previous):
@@ -163,7 +163,7 @@ class Problem:
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager
-    def _stresses(self, origin: Rest, q: Array) -> Iterator[None]:
+    def _free_stresses(self, origin: Rest, q: Array) -> Iterator[None]:
         """Make the stresses of strips unknowns within the context, extrapolated from an equilibrium to coordinates q."""
         scene, work = self.scene, self.scene.work
         work.stress[:], work.strip_form[0] = 0.0, RENEWED
@@ -207,15 +207,15 @@ class Problem:
         reactions = np.abs(jacobian[:-1][in_g] * units[s.col[in_g]] * rest.multipliers[s.row[in_g] - scene.size])
         rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
-        closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
-        return bool(closed and np.abs(force * units).max(initial=0.0) <= limit)
+        is_closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
+        return bool(is_closed and np.abs(force * units).max(initial=0.0) <= limit)
 
     def balancing(self, rest: Rest) -> Array:
         """Compute the multipliers that balance the forces best, by least squares; the least ones if rows are redundant, (r,)."""
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
-        return least_squares((a.jacobian * self.units).T, a.force * self.units, 1e-10)
+        return least_squares((a.jacobian * self.units).T, a.force * self.units, 1e-10)  # as in `null_space`
 
     def vector(self, rest: Rest) -> Array:
         """Return coordinates, multipliers and parameter, (n + r + 1,)."""

@@ -154,7 +154,7 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> 
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """Estimate the rounding error of eigenvalues by their condition numbers; for a double eigenvalue by a square root."""
+    """Estimate rounding errors of eigenvalues by their condition numbers; for double ones by the square root of the rounding."""
     size = np.abs(values)
     total, slope = np.zeros(len(values)), np.zeros(len(values), complex)
     second = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
