@@ -216,10 +216,8 @@ class Neighbours(NamedTuple):
             for name, scale in self.scales.items():
                 blank = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
                 rounding = ROUNDING * abs(value) / (width * scale)
-                if name not in slopes:
-                    derivatives.append(blank._replace(note=reason))
-                    continue
-                derivatives.append(_combine(blank, scale, [float(side[i]) for side in slopes[name]], relative, rounding))
+                sides = [float(side[i]) for side in slopes.get(name, [])]  # none if a limit or Ctrl-C came before
+                derivatives.append(_combine(blank, scale, sides, relative, rounding) if sides else blank._replace(note=reason))
             rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 

@@ -124,8 +124,8 @@ class Search:
     """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
 
     `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, is a finer run less a run of
-    the search at the best point so far. `failed` is the message of the first run if it failed, `stopped` the reason of an early
-    end. `cache` maps rounded points to readings.
+    the search at the best point so far. `failed` is the message of the first run if it failed, `stopped` why the search
+    ended early. `cache` maps rounded points to readings.
     """
 
     family: Family
@@ -213,9 +213,8 @@ class Search:
 
     def merit(self, readings: Array) -> tuple[float, float]:
         """Return the sum of violations and the reading to minimise: of two designs that with the smaller pair is better."""
-        violation = (
-            sum(each.violation(value) for each, value in self.pair_constraints(readings)) if self.list_violated(readings) else 0.0
-        )
+        violations = [each.violation(value) for each, value in self.pair_constraints(readings)]
+        violation = sum(violations) if max(violations, default=0.0) > MET else 0.0
         objective = float(readings[self.row[self.objective]]) if self.objective else 0.0
         return violation, objective if isfinite(objective) else inf
 

@@ -128,9 +128,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         answer = found if fixed else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if (
-            fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10
-        ):  # lower than for one state, as a path has many
+        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10:  # lower, as a path is long
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
