@@ -25,7 +25,7 @@ from .answer import DEGREE_STEP
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
 from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, has_strips, prolong
-from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, values_of
+from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, find_multipliers
 from .varied import Paced
 
 SHORTEST = 1e-5
@@ -55,9 +55,9 @@ class Orbit(NamedTuple):
     size: float
 
     @property
-    def values(self) -> Array:
+    def multipliers(self) -> Array:
         """Floquet multipliers."""
-        return values_of(self.found.matrix)
+        return find_multipliers(self.found.matrix)
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class ResponseCurve:
 
     def make_motion(self, orbit: Orbit) -> Periodic:
         """Return the result of a motion, with errors from the finer curve; infinite ones if no motion is found there."""
-        values, shooting, found, error = orbit.values, self.shooting, orbit.found, np.inf
+        values, shooting, found, error = orbit.multipliers, self.shooting, orbit.found, np.inf
         errors = np.full(len(values), np.inf)
         with suppress(*SEARCH_STOPS):
             curve, start, _ = self.refine(orbit)
@@ -229,7 +229,8 @@ class ResponseCurve:
     def may_miss_resonance(self, orbit: Orbit, new: Orbit) -> bool:
         """Return True if a multiplier changed so much in a step that a resonance may lie within it."""
         is_wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
-        return is_wide and bool((distances_to(new.values, orbit.values) > MOST_CHANGE * np.abs(new.values - 1.0)).any())
+        changes = distances_to(new.multipliers, orbit.multipliers)
+        return is_wide and bool((changes > MOST_CHANGE * np.abs(new.multipliers - 1.0)).any())
 
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
@@ -271,7 +272,7 @@ class ResponseCurve:
 
 KINDS: dict[str, Callable[[Orbit], float]] = {
     "fold": lambda orbit: float(orbit.tangent[-1]),
-    "doubling": lambda orbit: float(np.prod(orbit.values + 1.0).real),
-    "branching": lambda orbit: float(np.prod(orbit.values - 1.0).real),
+    "doubling": lambda orbit: float(np.prod(orbit.multipliers + 1.0).real),
+    "branching": lambda orbit: float(np.prod(orbit.multipliers - 1.0).real),
 }
 """Functions of a motion that are zero at critical points."""

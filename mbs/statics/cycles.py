@@ -16,7 +16,7 @@ from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, MAX_DEGREE, Answer, Ending, check
 from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
-from .shooting import Found, Shooting, SpentError, distances_to, values_of
+from .shooting import Found, Shooting, SpentError, distances_to, find_multipliers
 
 PARTS = 4
 """Number of output intervals in a step, enough to draw its polynomial."""
@@ -131,7 +131,7 @@ def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
 
     The motion before a refinement is kept if the refinement fails, or if changes grow by rounding.
     """
-    values, error, previous = values_of(found.matrix), np.inf, np.inf
+    values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(ROUNDS):
         degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not fixed else 0)
@@ -158,7 +158,7 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
 
     If nothing depends on time, one multiplier is exactly 1: the error of those near 1 is at least their distance from 1.
     """
-    new_values = values_of(new.matrix)
+    new_values = find_multipliers(new.matrix)
     errors = distances_to(new_values, values)
     if finer.autonomous:
         distance = np.abs(new_values - 1.0)

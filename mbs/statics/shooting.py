@@ -269,7 +269,7 @@ def ends_of_steps(time: Array) -> Array:
     return np.append(np.sort(np.concatenate([rows[:-1] + 0.25 * gaps, rows[:-1] + 0.75 * gaps])), time[-1])
 
 
-def values_of(matrix: Array) -> Array:
+def find_multipliers(matrix: Array) -> Array:
     """Return the Floquet multipliers, eigenvalues of a monodromy matrix, the largest first."""
     values = np.linalg.eigvals(matrix)
     return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
