@@ -2,7 +2,7 @@
 
 The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run. In this pose each
 strip has its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid links and follower
-loads are taken into account, and no table of end conditions is needed. Inertial forces are left out.
+loads are taken into account, and no table of end conditions is needed. Normal forces include inertia, loads do not.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ AXIAL = 0.5
 POSES = 25
 """Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Compression at a sample, over the smaller one at the two neighbouring poses, below which its growth rate counts as zero."""
+"""Share of the smaller compression of the neighbouring poses, below which a rate counts as zero lest it warn wrongly; chosen."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked."""
 

@@ -39,7 +39,7 @@ class Motor(Load):
 
     link: str = names(doc="any but a Strut; on a flexible link the motor acts at the start; 'beam:B' names another point")
     voltage: float | Callable[[float], float] = field(
-        Either((Quantity("V"), Function("t", "V"))), "at its terminals, or a function of t, s, that returns it"
+        Either((Quantity("V"), Function("t", "V"))), "at its terminals, or a function of the time t [s] that returns it"
     )
     resistance: float = quantity("Ohm", above=0, doc="of the winding")
     constant: float = quantity("N m/A", above=0, doc="torque constant, which is the voltage constant in V s/rad")
@@ -71,7 +71,7 @@ class Motor(Load):
 
     @property
     def rubs(self) -> str:
-        """Name of the driven link; '' without friction of the rotor."""
+        """Name of the driven link if the rotor has friction, else ''; the statics report that they omit dry friction there."""
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:

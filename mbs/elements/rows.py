@@ -1,6 +1,6 @@
 """Constraints as rows: scalar equations, from which the solvers Exudyn and Spectral build their constraints.
 
-A measure compares points of a first and a second body: relative place along a direction, relative angle, or distance.
+A measure compares points of a first and a second body: relative position along a direction, relative angle, or distance.
 In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
 """
 
@@ -20,7 +20,7 @@ AXES = ((1.0, 0.0), (0.0, 1.0))
 
 @dataclass(frozen=True)
 class Along:
-    """Relative place along a direction: direction . (place of first - place of second) [m].
+    """Relative position along a direction: direction . (r1 - r2) [m], r1 and r2 the positions of the points `first` and `second`.
 
     `direction` is given in the pose at t = 0; if `turns` is true, it turns with the second body.
     """

@@ -67,13 +67,13 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
             ended = ended or run(mechanism, duration, solver, texts)
-            found.append((*measure(reading, ended.record.time, ended.values, ended.units, Smooth), 0.0))
+            found.append((*measure(reading, ended.record.time, ended.values, ended.units, Smooth), 0.0))  # so it has derivatives
     values, units, errors = zip(*found, strict=True)
     return Readings(np.array(values), list(units), np.array(errors))
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
-    """Return readings by name, a text by itself; a ValueError says what is wrong with the text of a reading."""
+    """Return readings by name, a text as its own name; `moving` if there is a duration; a ValueError names a wrong one."""
     texts = of if isinstance(of, Mapping) else [of] if isinstance(of, str) else as_tuple("of", of)
     readings: dict[str, Reading] = dict(texts) if isinstance(texts, Mapping) else {text: text for text in texts}
     if not readings:

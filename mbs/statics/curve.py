@@ -1,7 +1,7 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
-The unknowns are a state x and the parameter p, with P(x, p) = x for the map P over a period T of `shooting`. A tangent is scaled,
-(2 n + 1,): coordinates over their units, rates over these units times 2 pi/T, p over its range. In the metric coordinates and
+The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T. A tangent
+(2 n + 1,) is scaled: coordinates over units, rates over (units 2 pi/T), p over its range. In the metric coordinates and
 rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
 """
 
@@ -64,7 +64,7 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
 
-    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1, as the points are found one by one.
+    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1: a point counts once.
     """
 
     kind: str
@@ -75,7 +75,7 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, up to `to`. If the degree of strips is `fixed`, errors leave it out."""
+    """Periodic motions over the parameter of a problem, up to `to`. If `fixed`, errors omit that of the strips' degree."""
 
     shooting: Shooting
     problem: Problem
@@ -94,7 +94,7 @@ class ResponseCurve:
             self.shooting.period = 1.0 / parameter
 
     def _scaled_basis(self, basis: Array) -> Array:
-        """Return the matrix (2 n + 1, 2 f + 1) from changes of free coordinates, rates and parameter to the scaled unknowns."""
+        """Return the orthonormal columns (2 n + 1, 2 f + 1) of free coordinates, rates over 2 pi/T and p, in scaled unknowns."""
         to_scaled = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 

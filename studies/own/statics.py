@@ -109,7 +109,7 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
 
 
 def _csv(found: Any, options: argparse.Namespace) -> list[str]:
-    """Write an answer as lines of CSV; a path of equilibria or periodic motions (`--to`, `--period`) has a line a point."""
+    """Write an answer as lines of CSV: for `--to` one for each equilibrium or, with `--period`, each periodic motion."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
     if "period" in options:
@@ -118,9 +118,9 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     else:
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
         stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
-    places, _, _ = found.heights(*_point(options, found.scene.mechanism))
-    rows = zip(found.parameter.tolist(), places.tolist(), stability, strict=True)
-    return [head, *(",".join(map(repr, [parameter, *place, *numbers])) for parameter, place, numbers in rows)]
+    positions_or_amplitudes, _, _ = found.heights(*_point(options, found.scene.mechanism))
+    rows = zip(found.parameter.tolist(), positions_or_amplitudes.tolist(), stability, strict=True)
+    return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
 
 def describe(mechanism: Mechanism) -> str:
@@ -165,14 +165,14 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
 
 
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
-    """Count coordinates, constraints and independent constraints; None where the linkage cannot be assembled.
+    """Count coordinates, constraints and independent constraints; None where the equations raise an error.
 
     All links count as rigid and joints with clearance as ideal joints; drives do not count.
     """
     try:
         rows, _ = jacobian(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
         return rows.shape[1], rows.shape[0], rank(rows)
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError):  # of any element: the description goes on without the mobility
         return None
 
 

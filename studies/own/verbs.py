@@ -38,7 +38,7 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys of a document whose numbers change only if a user names them: whole numbers, places, velocities, gravity."""
+"""Keys whose numbers change only if a user names them: counts of elements, points, velocities at the start, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
@@ -113,7 +113,7 @@ def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     doc = about.doc if about else path
     if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
         return Declaration(about.spec, doc, bounds={}, required=True, default=None)
-    is_number = Quantity(unit).fits(now) or (about and unit and now is None)
+    is_number = Quantity(unit).fits(now) or (about and unit and now is None)  # None: an optional number that the file omits
     return Declaration(Quantity(unit) if is_number else Typed(), doc, bounds={}, required=True, default=None)
 
 
@@ -142,7 +142,7 @@ class File(Study):
         return parameters
 
     def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Make the cases of a sweep, which differ in changes of the paths that `--vary` names."""
+        """Make the cases of a sweep over the paths of `--vary`; the second item, shared values, is empty as `Cases` has them."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, places = change(json.loads(base["document"]), changes), {}
@@ -154,7 +154,7 @@ class File(Study):
         return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
 
     def probe(self, parameters: Any) -> str:
-        """Run the first microsecond, in which wrong starts and names of signals raise; return name and hash of the document."""
+        """Run a microsecond: a wrong start or unknown signal raises an error; return name and hash of the document."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
             for name in target_signals(parameters) if result.signals else ():
@@ -166,7 +166,7 @@ class File(Study):
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
 
-        An accuracy on the command line replaces the file's solver; settings of the solver replace the file's accuracy.
+        An accuracy on the command line replaces the file's solver; settings of the solver the file's accuracy and target `of`.
         """
         document, run = read_file(self.path)
         Mechanism.from_dict(document)
@@ -217,7 +217,7 @@ def file_command(
     answer: Callable[[argparse.Namespace, FileContent], int],
     runs: bool = True,
 ) -> Command:
-    """Make a command on a file with the options --set, --timeout, with `runs` --duration, and its own; a failed run is exit 1."""
+    """Make a command on a file: options --set, --timeout, --duration if it `runs`, and its own; exit status 1 if a run fails."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
@@ -233,7 +233,7 @@ def file_command(
         try:
             return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
         except TimeUpError as error:
-            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)
+            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)  # error: timeout = ...
             return 1
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
@@ -266,7 +266,7 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
     """Read values of the number at a path of a document, in SI; errors begin with `place`."""
     from buckler.mbs.sensitivity.residuals import TIME_ZERO  # loads the compiler, which not all commands need
 
-    unit = "s" if path == TIME_ZERO else find_entry(document, path).unit
+    unit = "s" if path == TIME_ZERO else find_entry(document, path).unit  # TIME_ZERO: start of a fit's data, not in the file
     try:
         return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:
@@ -276,7 +276,7 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
     """Return the document and the paths of the numbers that change where none are named.
 
-    These are the parameters of the file, or else all its numbers that are not zero and under no key of `FIXED_KEYS` or `omitted`.
+    These are the parameters of the file, or else those of `find_numbers` whose last key is not in `omitted`.
     """
     if named := free_parameters(file.document):
         return file.document, named
@@ -286,7 +286,7 @@ def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[di
 
 
 def find_numbers(content: object, path: str = "") -> Iterator[str]:
-    """Find the paths of all numbers of a document that are not zero and have none of the `FIXED_KEYS` above them."""
+    """Find the paths of nonzero numbers, except under `FIXED_KEYS` and a guide's direction, whose length is arbitrary."""
     if isinstance(content, Mapping):
         for key, each in content.items():
             if key not in FIXED_KEYS and not (path.startswith("guides") and key == "along"):
