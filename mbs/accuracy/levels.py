@@ -1,14 +1,14 @@
 """Levels of refinement of each solver: one level sets tolerance, longest step, contact tolerance and degree together.
 
-Two runs whose levels differ share none of these, so that no error hides in what they have in common. A compiled run at the
-tolerance tol takes steps ~ tol^(1/4): its errors go by tol^q, q from 1/4 where anything strikes to 3/4 in smooth motions (order
-of the local error of the forces of Radau IIA, three stages: E. Hairer, C. Lubich, M. Roche, Lect. Notes Math. 1409 (1989), doi
-10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, steps ~ tol^(1/3). Loop closure integrates nothing: only
-its samples can be too few.
+Two runs whose levels differ share none of these, so that no error hides in what they have in common. The compiled solver,
+`Spectral`, takes steps h ~ tol^(1/4) at the tolerance tol. Its errors go as h or tol^(1/4) where bodies strike, and as h^3 or
+tol^(3/4) at best: h^3 is the local error of the forces of Radau IIA with 3 stages (E. Hairer, C. Lubich, M. Roche, Lect. Notes
+Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps ~ tol^(1/3). Loop closure
+integrates nothing: only its samples can be too few.
 
 The degree of a strip follows from the last two terms of its deflection: two runs of neighbouring degrees may agree by chance.
-Where forces or rates have limits, the terms at any time are compared with the largest deflection of their strip. Where places
-have limits, the root mean square of the terms is compared with the allowed error in metres, however little the strip bends.
+Where errors of forces or rates are limited, the terms at any time are compared with the largest deflection of their strip. Where
+errors of places are limited, the root mean square of the terms is compared with the allowed error [m].
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ from .demand import Deflections
 from .trajectory import TINY
 
 FIRST = 1e-3
-"""Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most drawn
-mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+"""Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most
+random mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
-"""Degree of a strip's first polynomials: bending and four degrees more. Degree 8 costs 1.5 times as much where 6 is enough."""
+"""Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link. A double pendulum of 10 s still gains at 1e-10 (4e-6), but pins that rattle on a modal
-rocker are then followed over times for which the peaks of their forces are not known."""
+"""Least tolerance over the longest link. At 1e-10 the error of a double pendulum of 10 s is 4e-6, not 6e-5. A modal rocker with
+rattling pins then takes eight runs, to a peak known to 15 % only; at 5e-10 the answer is one trajectory up to 0.016 s."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
 """Most degrees added at once: the decay of two terms cannot be extrapolated farther."""
 SLOWER = 2.0
-"""Factor of the last term, as later ones decay more slowly than the first: without it a third run is needed for one degree."""
+"""Factor of the last term, as terms decay more slowly at higher degrees: without it a third run is needed to add two degrees."""
 LEAST_DECAY = 1e-3
 """Least ratio of successive terms that is believed: the terms of a sine have a larger one up to degree 30."""
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 PREFIX = 1 / 8
-"""Share of the duration of a run in which pins rattle that is compared first: most chaotic ones separate within. A sixteenth
+"""Share of the duration that is compared first if pins rattle: most chaotic runs separate during this share. A sixteenth
 is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
 SHORT_RUN = 5000
 """Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
@@ -72,7 +72,7 @@ class Orders(NamedTuple):
 class Level(NamedTuple):
     """Fineness of a run."""
 
-    tolerance: float  # over the clearance or the longest link (compiled), over the usual one (Exudyn), usual steps (loop closure)
+    tolerance: float  # relative: to clearance or longest link (`Spectral`), usual tolerance (`Exudyn`), usual step (`Closure`)
     degree: int  # of strips; of Exudyn, how often their elements are doubled
 
 
@@ -89,7 +89,7 @@ class Levels:
     """Tolerance of a level over that of the next: two runs then differ by 0.4 of the coarser one's error at the order 1/4, by 0.8
     at the order 3/4."""
     runs_at_most = 10
-    """Most runs for one result: the number of levels above the finest tolerance, and three."""
+    """Most runs for one result: the seven levels coarser than `FINEST`, and three to spare, as for shares of the duration."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
@@ -126,7 +126,7 @@ class Levels:
         return Level(max(self.finest, level.tolerance / ratio), level.degree + more)
 
     def refinements_to_go(self, level: Level) -> float:
-        """Return the number of refinements left above the finest tolerance."""
+        """Return the number of refinements from a level to the finest tolerance, or the most runs without one."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
     def raise_degree(self, level: Level, _run: Run, _allowed: Deflections) -> Level:
@@ -174,11 +174,11 @@ class SpectralLevels(Levels):
         return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Return mechanism and solver; longest step and contact tolerance are the defaults one level above the first."""
+        """Return mechanism and solver; longest step and contact tolerance are the usual ones at `FIRST` over `ratio`."""
         share = level.tolerance / FIRST * self.ratio
         longest = self.duration / COARSEST * share ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
-        contact = min(0.5, self.solver.contact_tolerance * share ** (2 / 3))
+        contact = min(0.5, self.solver.contact_tolerance * share ** (2 / 3))  # convention: a quarter per level, at most 0.5
         meshed = any(link.body.meshed for link in self.mechanism.links)
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
@@ -198,7 +198,7 @@ class SpectralLevels(Levels):
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn; the second has the defaults, except that a strip of one element keeps it."""
+    """Levels of Exudyn; at `share` 1 the second has the defaults, but twice the elements if a strip has one by default."""
 
     orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
@@ -211,11 +211,11 @@ class ExudynLevels(Levels):
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; the tolerance is relative to the usual one, and each level doubles the elements."""
-        finer, number = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))
+        finer, count = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))  # levels from the defaults
         steps = _shorten_steps(Controlled().longest(self.duration), finer)
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
-        damped = Scene.of(self.mechanism).is_loose or number % 2 == 0
-        radius = self.solver.spectral_radius if damped else UNDAMPED
+        keeps = Scene.of(self.mechanism).is_loose or count % 2 == 0  # loose: explicit steps, which have no spectral radius
+        radius = self.solver.spectral_radius if keeps else UNDAMPED
         return _refine_mesh(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 
 
@@ -258,9 +258,9 @@ def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
     """Compute the larger of the last two terms of a deflection over the allowed error, and the mean ratio of successive terms.
 
     Terms are coefficients normal to the chord times the largest value of their polynomial [m], of the strip with the largest
-    excess; (0, 0.5) without a strip. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
+    excess; the largest counts as the first. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
     """
-    found, time = (0.0, 0.5), run.record.time
+    found, time = (0.0, 0.5), run.record.time  # the ratio without a strip, 0.5, has no effect
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
@@ -272,5 +272,5 @@ def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
             deflection = max(float(largest.max()), RESTING * link.body.section.thickness)
             excess = max(mean[-2:].max() / allowed.mean, largest[-2:].max() / (allowed.share * deflection))
             decay = (max(mean[-2:].max(), TINY) / max(mean.max(), TINY)) ** (1 / max(1, len(mean) - 1))
-            found = max(found, (float(excess), float(np.clip(decay, LEAST_DECAY, 0.9))))
+            found = max(found, (float(excess), float(np.clip(decay, LEAST_DECAY, 0.9))))  # at 1 no degree would be enough
     return found

@@ -19,22 +19,22 @@ from .scene import EngineScene
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     """Make the contact of a stop: of a guide's block with a fixed face, or of a point of a body with a face of another."""
     mechanism = scene.mechanism
-    face, side = stop.face(mechanism), stop.side(mechanism)
+    distance, side = stop.face(mechanism), stop.side(mechanism)  # from the point's start along the normal [m], and its sign
     if stop.is_in_guide:
-        return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
-    link, along = stop.body(mechanism), stop.face_normal(mechanism)
-    node, size, position = scene.placed[link].place_node(stop.point)
+        return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
+    link, normal = stop.body(mechanism), stop.face_normal(mechanism)
+    node, size, position = scene.placed[link].place_node(stop.point)  # size: number of the node's coordinates
     first, second = StopEnd(node, size, position, np.subtract(mechanism.points[stop.point], position)), StopEnd()
-    inverse_mass = scene.placed[link].mobility(stop.point, along)
-    if stop.carrier != GROUND:
+    inverse_mass = scene.placed[link].mobility(stop.point, normal)  # inverse of the effective mass [1/kg]
+    if stop.carrier != GROUND:  # the empty StopEnd is the ground
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].contact_node(origin)
-        second = StopEnd(node, 3, np.array(position))
-        contact_point = stop.point if stop.carrier == stop.on else origin
-        inverse_mass += scene.placed[stop.carrier].mobility(contact_point, along)
-    reach = stop.at - float(np.dot(along, second.place))
+        second = StopEnd(node, 3, np.array(position))  # coordinates x, y, theta
+        contact_point = stop.point if stop.carrier == stop.on else origin  # a rigid link, or the section `on` = 'link:point'
+        inverse_mass += scene.placed[stop.carrier].mobility(contact_point, normal)
+    reach = stop.at - float(np.dot(normal, second.place))  # along the normal, from the node of `second` to the face
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
-    return FreeContact(stop, face=face, side=side, mass=mass, first=first, second=second, along=along, reach=reach)
+    return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, along=normal, reach=reach)
 
 
 def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
@@ -55,8 +55,8 @@ def _add_guided(scene: EngineScene, contact: StopContact) -> None:
         """Return the force along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
-    watched = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
-    add_torque(scene, scene.coordinate(contact.stop.point, 0), watched)
+    force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
+    add_torque(scene, scene.coordinate(contact.stop.point, 0), force)  # on a travel a force [N]
 
 
 def _add_free(scene: EngineScene, contact: FreeContact) -> None:

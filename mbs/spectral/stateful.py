@@ -1,10 +1,10 @@
 """Forces whose law has states, compiled, with their derivatives.
 
-A state is the velocity of an extra coordinate of unit mass, and its rate the force on that coordinate, which is the angle of an
-extra marker. Let p be the coordinates on which the force acts (one angle, or x and y of its marker) and the extra ones. F_r(t,
-p, p') is component r of the force or the rate of a state. Then
+A state is the velocity of an extra coordinate of unit mass; the force on it is the rate of the state. An extra marker has the
+coordinate as its angle. Let q be all coordinates and v their rates. Let p be those on which the force acts (one angle, or
+x and y of its marker) and the extra ones, J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
 
-    dF_r = dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
+    dF_r = sum over c of dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SMALL = 1e-3
 
 @draft
 def _read_counts(tables, k):
-    """Return the first column of the marker's state on which force k acts, the number of these columns, the number of states."""
+    """Return the first coordinate, x or angle, of its marker on which force k acts, how many there are, and how many states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 
@@ -32,7 +32,7 @@ def _read_counts(tables, k):
 @draft
 def _evaluate(tables, work, k, r, count):
     """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch."""
-    factor = tables.factors[k] if r < count else 1.0
+    factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.scratch)
 
 
@@ -48,13 +48,13 @@ def _find_coordinate(tables, k, first, count, component):
 
 @draft
 def _fill_arguments(tables, work, k, t):
-    """Fill work.scratch with the arguments of the law of force k: time, coordinates, their rates, states."""
+    """Fill work.scratch with the arguments of force k: time, x and y or the angle since t = 0, their rates, states."""
     first, count, states = _read_counts(tables, k)
     a, b, arguments = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.scratch
     arguments[0] = t
     for i in range(count):
         arguments[1 + i], arguments[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
-    arguments[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]
+    arguments[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]  # angle at t = 0; 0 for x
     for i in range(states):
         arguments[1 + 2 * count + i] = work.state[b + i, State.SPIN]
 

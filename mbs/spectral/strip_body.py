@@ -1,7 +1,7 @@
-"""A strip for the compiled solver: polynomial pieces between the points on it, in the basis of `basis`.
+"""A strip for the compiled solver: pieces between the points on it, sums of integrated Legendre polynomials (`basis`).
 
-The fields x, y and, for Reissner's strip, the angle have coefficients as coordinates; neighbouring pieces share those of their
-common end.
+The coefficients of x, y and, for Reissner's strip, the angle are coordinates. The first two are the values at the ends of the
+piece; neighbouring pieces share those of their common end.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ class StripBody:
         x = np.clip((arc - element.start) / element.jacobian - 1.0, -1.0, 1.0)
         degree = element.degree
         value = basis(degree, x)[0]
-        if self.kind == StripKind.KIRCHHOFF:
+        if self.kind == StripKind.KIRCHHOFF:  # below, 0 is the offset, which markers of strips do not use
             slope = basis(degree, x, 1)[0] / element.jacobian
             return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
-        used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all but one member are zero
+        used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all polynomials but one are zero
         places = element.places[:, used].ravel().tolist()
         return builder.add_marker(MarkerKind.LINEAR, 0, len(used), places, np.tile(value[used], 3))
 
@@ -66,7 +66,7 @@ class StripBody:
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
-        """Return the rates of all coordinates (n,) by bending, where the mechanism's start bends the strip."""
+        """Return the rates of all coordinates (n,) by which the initial velocities of the mechanism bend the strip."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
@@ -110,7 +110,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                     builder.mark_angles(int(places[i, j]))
                 rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
-        builder.mark_deformations(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
+        builder.mark_deformations(*places[:2, 2:].tolist(), chord=places[:2, :2].T.ravel().tolist())  # x and y; ends of the chord
         elements.append(Piece(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
@@ -157,10 +157,10 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     """Add the mass matrix of a piece, and its row in the table of strips."""
     section, jacobian, degree = body.section, element.jacobian, element.degree
     x, w = gauss(degree + 2)
-    members = basis(degree, x)
-    gram = (members * (w * jacobian)[:, None]).T @ members
-    gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # members that are orthogonal but for rounding
-    total = (members * (w * jacobian)[:, None]).sum(axis=0)
+    polynomials = basis(degree, x)
+    gram = (polynomials * (w * jacobian)[:, None]).T @ polynomials
+    gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # polynomials that are orthogonal but for rounding
+    total = (polynomials * (w * jacobian)[:, None]).sum(axis=0)
     for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
         builder.add_mass(element.places[i], per_length * gram)
         if i < 2:
@@ -181,7 +181,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
-    """Add a mass at a point: to the mass matrix if the marker is linear in the coordinates, else as a body of its own."""
+    """Add a mass at a point: as a body of its own if it has inertia and the marker is not linear, else to the mass matrix."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data, _ = builder.markers[marker]
     if kind != MarkerKind.LINEAR and each.inertia:
