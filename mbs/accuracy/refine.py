@@ -287,21 +287,22 @@ class _Refinement:
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
 
-        def errors(keys: Iterable[Key] | None = None) -> dict[Key, float]:
-            """Return errors, all by default."""
-            return {key: unresolved.get(key, error) for key, error in estimate(keys)[0].items()}
+        def errors(keys: Iterable[Key] | None = None) -> Norms:
+            """Return errors, all by default, and their sizes."""
+            found, sizes = estimate(keys)
+            return {key: unresolved.get(key, error) for key, error in found.items()}, sizes
 
         places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
         averaged = [(signal.source, Norm.RMS) for signal in run.signals.values() if signal.period]
         watched = [*allowed, *places, *averaged]
-        known, sizes = errors(watched), estimate(watched)[1]
+        known, sizes = errors(watched)
         vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > STRIKE)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""
             notes += (f"{vibrating[0]}{others}: vibrates faster than the steps resolve; read {vibrating[0]}.mean",)
         largest = max((known[key] for key in places if key in known), default=0.0)
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
-        every, every_size = Deferred(known, errors), Deferred(sizes, lambda: estimate()[1])
+        every, every_size = Deferred(known, lambda: errors()[0]), Deferred(sizes, lambda: errors()[1])
         found = Errors(largest, every, every_size, kind, until, turn_of(trial.run.record.mechanism), vibrating, notes)
         return CheckedRun(trial.run, found, find_worst(allowed, known), chaos, count=self.count)
 
