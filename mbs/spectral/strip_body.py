@@ -110,7 +110,8 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                     builder.mark_angles(int(places[i, j]))
                 rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
-        builder.mark_deformations(*places[:2, 2:].tolist(), chord=places[:2, :2].T.ravel().tolist())  # x and y; ends of the chord
+        x_inner, y_inner = places[:2, 2:].tolist()
+        builder.mark_deformations(x_inner, y_inner, chord=places[:2, :2].T.ravel().tolist())
         elements.append(Piece(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
