@@ -11,7 +11,7 @@ import json
 import secrets
 import sys
 import webbrowser
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -20,6 +20,7 @@ from math import isfinite
 from pathlib import Path
 from threading import Event, Lock
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any
 
 from buckler.mbs.documents import document as documents
@@ -35,7 +36,7 @@ from buckler.mbs.validate import number
 from buckler.mbs.view.report import blank, content, fill_page, with_ledger
 
 from ..kit.cli import add_repeated
-from .verbs import VARIED_HELP, FileContent, file_command, read_range, varied_numbers
+from .verbs import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
 
 HOST = "127.0.0.1"
 DEFAULT_RANGE = (0.5, 2.0)
@@ -54,15 +55,19 @@ class LateError(Exception):
 class Explorer:
     """Mechanism with sliders: `free` maps paths of numbers in the document to ranges (low, high), or None for the default.
 
+    `changes` are the entries that `--set` has changed; `timeout` [s] limits a run of `judge`.
+
     Requests are answered one at a time. A change of a number ends a run of `judge` that is in progress.
     """
 
     def __init__(
-        self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any], measures: Sequence[str] = ()
-    ) -> None:
-        self.path, self.duration, self.lock, self.changed = path, duration, Lock(), Event()
-        self.measures, self.written = tuple(measures), expand(documents.read(path))  # with units and [run], for `save`
-        self.family = Family.of(document, free, {})
+        self, path: Path, file: FileContent, free: Mapping[str, Any], changes: Mapping[str, Any] = MappingProxyType({}),
+        timeout: float | None = None,
+    ) -> None:  # fmt: skip
+        self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
+        self.lock, self.changed = Lock(), Event()
+        self.written = change(expand(documents.read(path)), changes)  # with units and [run], for `save`
+        self.family = Family.of(file.document, free, {})
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
 
@@ -118,7 +123,7 @@ class Explorer:
                 raise LateError
 
         try:
-            result = simulate(self.mechanism(values), self.duration, progress=stop_late)
+            result = simulate(self.mechanism(values), self.duration, timeout=self.timeout, progress=stop_late)
         except LateError:
             return {"late": True}
         error = float(result.error.motion)
@@ -126,7 +131,7 @@ class Explorer:
         return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Write the file's content, without `--set`, with these values to a new file beside the one that was opened."""
+        """Write the file's content, with the changes of `--set` and these values, to a new file beside the opened one."""
         self.mechanism(values)
         units = {path: self._unit(path, self.family.units[path]) for path in values}
         sizes = ((path, float(value), *units[path]) for path, value in values.items())
@@ -209,7 +214,8 @@ def _serve(options: argparse.Namespace, file: FileContent) -> int:
     """Serve the page of a file until Ctrl-C."""
     free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
     document, usual = (file.document, ()) if free else varied_numbers(file, OMITTED)
-    explorer = Explorer(options.file, document, file.duration, free or dict.fromkeys(usual), file.measures)
+    changes = read_changes(file.document, options.changes)
+    explorer = Explorer(options.file, file._replace(document=document), free or dict.fromkeys(usual), changes, options.timeout)
     try:
         made, address = server(explorer, options.port)
     except (OSError, OverflowError) as error:

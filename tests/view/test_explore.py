@@ -25,8 +25,8 @@ MASS = "links.lower.body.mass"
 @pytest.fixture
 def served(tmp_path):
     path = Mechanism.load(EXAMPLES / "pendulum.toml").save(tmp_path / "pendulum.toml")
-    document = Mechanism.load(path).to_dict()
-    made, address = server(Explorer(path, document, 0.5, {MASS: (0.1, 1.0), "links.upper.body.mass": None}))
+    file, changes = open_file(path, ["gravity[1]=-5"], "0.5"), {"gravity[1]": -5}
+    made, address = server(Explorer(path, file, {MASS: (0.1, 1.0), "links.upper.body.mass": None}, changes))
     thread = threading.Thread(target=made.serve_forever, kwargs={"poll_interval": 0.05})
     thread.start()
     yield address, tmp_path
@@ -64,20 +64,21 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     judged = post(address, "judge", {MASS: 0.9})
     assert judged["error"] < 1e-2 and judged["checks"] and all(row["error"] >= 0 for row in judged["measures"])
     assert post(address, "save", {MASS: 0.9}) == {"saved": str(folder / "pendulum-1.toml")}
-    assert Mechanism.load(folder / "pendulum-1.toml").link("lower").body.mass == 0.9
+    saved = Mechanism.load(folder / "pendulum-1.toml")
+    assert saved.link("lower").body.mass == 0.9 and saved.gravity == (0.0, -5.0)  # the mechanism that the page shows
     assert Mechanism.load(folder / "pendulum.toml").link("lower").body.mass == 0.5
     assert "mass" in post(address, "move", {MASS: -1})["wrong"]
     assert post(address, "move", {"gravity[1]": 1.0}) == {"wrong": "gravity[1]: has no slider"}
 
 
 def explorer(free):
-    return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml").document, 0.5, free)
+    return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml", duration="0.5"), free)
 
 
 def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch):
     made, begun, looks = explorer({MASS: None}), threading.Event(), []
 
-    def slow(*_, progress):  # a run of a minute that tells where it is
+    def slow(*_, progress, **__):  # a run of a minute that tells where it is
         begun.set()
         for k in range(6000):
             looks.append(k)
