@@ -73,7 +73,8 @@ class Fit:
     `unidentified` are sentences on numbers that the data do not identify, and on signals that the fit predicts badly.
     `correlation` is (numbers, numbers). `rms` is the root mean square of the residuals of each signal over all experiments, in
     the unit of the signal. `predicted` has for each experiment the signals at the times of the data, and the readings. `cost` is
-    half the sum of squared residuals in standard deviations; `free` are the ranges of the numbers.
+    half the sum of squared residuals in standard deviations; `free` are the ranges of the numbers. The fit is not `complete`
+    if a timeout or Ctrl-C ended it early: its numbers are then the best so far.
     """
 
     values: dict[str, float]
@@ -87,6 +88,7 @@ class Fit:
     free: dict[str, Bounds]
     units: dict[str, str]
     profiles: dict[str, ProfileLikelihood] = field(default_factory=dict)
+    complete: bool = True
 
     def __str__(self) -> str:
         width = max(map(len, self.values))
@@ -243,7 +245,7 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
         notes, correlation, problem.residual_sizes(best),
         problem.predict(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
         {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
-        problem.units, profiles,
+        problem.units, profiles, not problem.stopped,
     )  # fmt: skip
 
 

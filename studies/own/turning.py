@@ -90,7 +90,7 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
 
 
 def _fit(options: argparse.Namespace, file: FileContent) -> int:
-    """Fit numbers to data; write a figure, and the mechanism with the fitted numbers."""
+    """Fit numbers to data; write a figure, and the mechanism with the fitted numbers. A fit that ends at a timeout is exit 1."""
     if not options.signal:
         raise ValueError("--signal: none; write for instance --signal B.contact_force")
     if not options.free:
@@ -106,7 +106,7 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
         print(to_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}), end="")
     else:
         print(f"{found}\ndata beside the fit: {figure}\nmechanism with these numbers: {mechanism}")
-    return stopped
+    return stopped or int(not found.complete)
 
 
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
