@@ -44,6 +44,8 @@ MOST_COMPRESSION = 0.8
 """Largest compression before the impact over the Euler load: below 1, as a load applied suddenly at the start overshoots."""
 MOST_PUSH = 0.4
 """Largest Q over S - D: up to it equation (3) holds within 1 %, and the slider rebounds before the coupler presses it."""
+MOST_RISE = 2.0
+"""Largest Q' over P_cr, at which the iteration for D keeps it: beyond it, the slider pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
 """Least S - D over F_i: it keeps the speed positive where Q alone exceeds F_i, a design that the limit `push` excludes."""
 ANGLES = 33
@@ -141,8 +143,8 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
     axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
     for _ in range(PASSES):
-        # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above 2 P_cr inertia pulls the strip
-        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)
+        # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
+        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)
         lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D over (K/m)^(1/6)
         elastic = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
         speed = elastic / (rate * np.sqrt(stiffness * mass))
@@ -176,11 +178,18 @@ def limits(chosen: StrikeDesign) -> list[Limit]:
     """
     u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load
+    pull = chosen.given.mass * chosen.given.lengths.slider_second_rate(chosen.angle) * np.square(chosen.speed)
     stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
         Limit("shortening", "end shortening over length", chosen.shortening, 1.0),
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
         Limit("buckling", "compression on the way over the Euler load", compression, MOST_COMPRESSION),
+        Limit(
+            "pull",
+            "rise of the strip's push in the impact over the Euler load",
+            (chosen.push + pull) / chosen.euler_load,
+            MOST_RISE,
+        ),
         Limit("push", "push of the strip over the impact's strength", chosen.push / strength, MOST_PUSH),
         Limit("speed", "crank speed in rad/s", chosen.speed, chosen.given.fastest),
     ]

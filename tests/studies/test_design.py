@@ -144,6 +144,7 @@ BROKEN = {
     "shortening": (replace(WISH, contact_angle=np.radians(280)), Given(crank=0.2, coupler=0.25)),
     "yield": (WISH, Given(yield_strength=3e8)),
     "buckling": (replace(WISH, contact_force=0.3), Given()),
+    "pull": (Wish(2.0, 30.0, np.radians(20)), Given(friction=0.01, fastest=30.0)),
     "push": (replace(WISH, contact_force=15.0), Given()),
     "speed": (WISH, Given(fastest=1.2)),
 }
