@@ -86,7 +86,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
     wrong = [f"CUBE: {model}, {line}" for model, each in metrics.items() for line in _check_cube(p, each)]
     assumptions = f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
-    notes = [f"cube: force over that of the thinnest strip, at {p.slow:g} rad/s.", assumptions, *messages]
+    notes = [
+        f"cube: force over that of the first strip, {1e3 * p.thicknesses[0]:g} mm, at {p.slow:g} rad/s.",
+        assumptions,
+        *messages,
+    ]
     return StudyResult(
         parameters=p,
         **status_of(wrong),

@@ -38,7 +38,8 @@ class Answer(NamedTuple):
     def ratio(self) -> float:
         """True error over the smaller of the allowed and the reported one; infinite if there is no number."""
         covered = self.reported + ROUNDING * abs(self.right)
-        return float(np.nan_to_num(self.error / np.fmin(self.allowed, covered), nan=np.inf))
+        limit = np.fmin(self.allowed, covered)
+        return float(np.nan_to_num(self.error / limit, nan=np.inf)) if limit != 0 else (np.inf if self.error else 0.0)
 
     @property
     def verdict(self) -> Verdict:
