@@ -1,8 +1,8 @@
 """Compilation of the kernel by Numba: once for all mechanisms, cached on disk, run without the interpreter's lock.
 
-`jit` compiles the few functions that Python calls, to machine code on disk. The functions that these call are drafts: Numba
-translates them to LLVM's intermediate code only, which is optimised as a part of its callers. Named tuples of arrays, a hundred
-arrays in all, are passed to drafts by reference, as one pointer to the addresses and shapes of the arrays.
+`jit` compiles the few functions that Python calls to machine code, kept on disk. Functions that only these call are `compiled`:
+Numba stops at the intermediate code of LLVM, which is optimised as a part of the callers. Named tuples of arrays, with a hundred
+arrays in all, are passed to them by reference, as one pointer to the addresses and shapes of the arrays.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ TEXT = (
 )
 """Announcement of a compilation."""
 FUNCTIONS = 215
-"""Number of functions that Numba compiles for an implicit run, drafts included, as counted: scale of the progress line."""
+"""Number of functions that Numba compiles for an implicit run, as counted: scale of the progress line."""
 WORD = ir.IntType(64)
 """Integer of the size of an address, in which references are stored."""
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
@@ -96,20 +96,20 @@ def _stamp() -> str:
 
 
 def jit(function: F) -> F:
-    """Compile a function that Python calls, for the types of its first call; arguments go on to a draft by reference.
+    """Compile a function that Python calls, for the types of its first call; it passes its arguments on by reference.
 
     The machine code stays on disk as long as no file with compiled functions changes.
     """
     names = list(signature(function).parameters)
     text = f"lambda {', '.join(names)}: inner({', '.join(f'by_reference({name})' for name in names)})"
-    namespace = {"inner": draft(function), "by_reference": by_reference, "__name__": function.__module__}
+    namespace = {"inner": compiled(function), "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
     entry.__name__ = entry.__qualname__ = function.__name__
     return compile_cached(entry, _stamp(), nogil=True, fastmath=SUMS)
 
 
-class _Draft(JITCodeLibrary):
-    """Code of a draft, which Numba would else optimise and translate again at each level of calls."""
+class _IntermediateCode(JITCodeLibrary):
+    """Intermediate code of a function, which Numba would else optimise and translate again at each level of calls."""
 
     @property
     def codegen(self) -> SimpleNamespace:
@@ -128,18 +128,18 @@ class _Draft(JITCodeLibrary):
         return 0
 
 
-class _Drafting(Compiler):
-    """Compiler that makes drafts."""
+class _IntermediateCompiler(Compiler):
+    """Compiler of functions to intermediate code."""
 
     def compile_extra(self, func: FunctionType) -> object:
         """Compile a function, into a library of its own."""
-        self.state.library = _Draft(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library = _IntermediateCode(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
 
-def draft(function: F, **options: object) -> F:
+def compiled(function: F, **options: object) -> F:
     """Compile a function that only compiled functions call: Python cannot call it, and nothing is kept on disk."""
-    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _Drafting}
+    options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _IntermediateCompiler}
     dispatcher = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
     dispatcher._compiler.fold_argument_types = partial(_generalise, dispatcher._compiler.fold_argument_types)
     return dispatcher
@@ -152,8 +152,8 @@ def _generalise(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mappi
 
 
 def inline(function: F) -> F:
-    """Compile a draft that LLVM inlines into its callers: a call takes a tenth of a microsecond."""
-    return draft(function, forceinline=True)
+    """Compile a function that LLVM inlines into its callers: a call takes a tenth of a microsecond."""
+    return compiled(function, forceinline=True)
 
 
 class Reference(types.Type):
@@ -268,12 +268,12 @@ def view(array, first, count):
     return carray(_pointer_to(array, first), (count,))
 
 
-def compile_below(function: F) -> F:
-    """Compile a plain function of `laws`, and those that it calls, as drafts; `laws` does not depend on this package."""
-    return compile_plain(function, draft)
+def compile_law(function: F) -> F:
+    """Compile a plain function of `laws`, and those that it calls; `laws` does not depend on this package."""
+    return compile_plain(function, compiled)
 
 
-@draft
+@compiled
 def copy(source, target):
     """Copy a contiguous array into another of its shape; Numba takes longer to compile an assignment, for its checks."""
     for i in range(target.size):

@@ -7,17 +7,17 @@ positive inside a face. Onsets and edges are zeros of the cubic through both val
 from __future__ import annotations
 
 from ..laws.table import LawColumn, NormalKind
-from .compiling import draft
+from .compiling import compiled
 from .tables import ForceKind, Forces, Memory, Report
 
 
-@draft
+@compiled
 def is_contact(tables, k):
     """Return True if force k is a contact."""
     return tables.forces[k, Forces.KIND] == ForceKind.CONTACT or tables.forces[k, Forces.KIND] == ForceKind.JOURNAL
 
 
-@draft
+@compiled
 def has_smooth_onset(tables, k):
     """Return True if no step need end at the onset of contact k: its force has no kink there and no onset speed in its law."""
     law = tables.forces[k, Forces.LAW]
@@ -25,7 +25,7 @@ def has_smooth_onset(tables, k):
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
-@draft
+@compiled
 def get_depth(tables, reports, k):
     """Return the depth of contact k [m], negative outside; `side` is 1 if the measure grows into the face, else -1."""
     if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
@@ -34,21 +34,21 @@ def get_depth(tables, reports, k):
     return side * (reports[k, Report.LENGTH] - face)
 
 
-@draft
+@compiled
 def get_depth_rate(tables, reports, k):
     """Return the rate of contact k's depth [m/s]."""
     side = 1.0 if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL else tables.data[tables.forces[k, Forces.NUMBERS]]
     return side * reports[k, Report.RATE]
 
 
-@draft
+@compiled
 def evaluate_cubic(x, h, start, start_rate, end, end_rate):
     """Evaluate, at fraction x of a step of length h, the Hermite cubic with these values and rates at its ends."""
     first, last = (1.0 + 2.0 * x) * start + x * h * start_rate, (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
     return (1.0 - x) ** 2 * first + x * x * last
 
 
-@draft
+@compiled
 def find_zero(h, start, start_rate, end, end_rate):
     """Find the first fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0
@@ -77,7 +77,7 @@ def find_zero(h, start, start_rate, end, end_rate):
     return high
 
 
-@draft
+@compiled
 def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
@@ -96,7 +96,7 @@ def find_first_onset(tables, start, end, h, controls):
     return first
 
 
-@draft
+@compiled
 def find_first_edge(tables, start, end, h, controls):
     """Find the fraction of the step at which a measure is first `outside` before an edge of its law; 2 if none comes there."""
     first, outside = 2.0, controls.outside
@@ -110,7 +110,7 @@ def find_first_edge(tables, start, end, h, controls):
     return first
 
 
-@draft
+@compiled
 def _measure_past_edge(tables, reports, i):
     """Return the distance of a measure beyond edge i in its direction of motion, negative before it, and its speed."""
     k = int(tables.edges[i, 0])
@@ -118,7 +118,7 @@ def _measure_past_edge(tables, reports, i):
     return (reports[k, Report.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
 
 
-@draft
+@compiled
 def is_at_edge(tables, start, end, controls):
     """Return True if a measure has come near an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
@@ -129,7 +129,7 @@ def is_at_edge(tables, start, end, controls):
     return False
 
 
-@draft
+@compiled
 def compute_time_past_events(tables, reports, near):
     """Return the time [s] until contacts, and measures, that are `near` before their face or edge are 0.1 `near` beyond it."""
     time = 0.0
@@ -145,7 +145,7 @@ def compute_time_past_events(tables, reports, near):
     return time
 
 
-@draft
+@compiled
 def has_released(tables, state, end, controls):
     """Return True if the step must be shortened to a kink: a contact opens from a large enough force, or closes and opens."""
     start, landing = state.start_reports, controls.landing
@@ -159,7 +159,7 @@ def has_released(tables, state, end, controls):
     return False
 
 
-@draft
+@compiled
 def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step: return 1 if it closed, -1 if it opened, else 0.
 
@@ -179,7 +179,7 @@ def update_onset(tables, start, end, k, m, controls):
     return -1 if end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0 else 0
 
 
-@draft
+@compiled
 def find_face_row(tables, start, end, least):
     """Return the time of a row just past the face of a closing contact, from the step's start, or, negative, its end; else 0.
 
@@ -196,7 +196,7 @@ def find_face_row(tables, start, end, least):
     return 0.0
 
 
-@draft
+@compiled
 def compute_depth_bending(tables, start, end, h):
     """Return the largest deviation of closed contacts' depths from a line over a step, h/8 |change of rate|, over the depth."""
     largest = 0.0
@@ -209,7 +209,7 @@ def compute_depth_bending(tables, start, end, h):
     return largest
 
 
-@draft
+@compiled
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and landing distance.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .compiling import copy, draft
+from .compiling import compiled, copy
 from .contacts import compute_time_past_events, is_at_edge, is_contact, update_onset
 from .fronts import solve
 from .kernel import compute_changes, compute_forces, compute_rows
@@ -17,7 +17,7 @@ MOST_JUMP = 0.1
 """Longest Euler step past a face, as a share of the last step and as a share of the time left."""
 
 
-@draft
+@compiled
 def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -34,7 +34,7 @@ def _compute_accelerations(model, t):
     copy(work.reports, state.start_reports)
 
 
-@draft
+@compiled
 def update_memories(tables, work, state, controls, counts):
     """Update the forces' memories after an accepted step; return True if a contact closed or opened, or an edge is reached."""
     is_event = is_at_edge(tables, state.start_reports, work.reports, controls)
@@ -52,7 +52,7 @@ def update_memories(tables, work, state, controls, counts):
     return is_event
 
 
-@draft
+@compiled
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from .compiling import copy, draft, inline, jit  # draft: compiled, for compiled callers only
+from .compiling import compiled, copy, inline, jit
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
@@ -61,7 +61,7 @@ def _has_changed(tables, state):
     return changed
 
 
-@draft
+@compiled
 def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
@@ -173,7 +173,7 @@ def _estimate_error(state, h, tolerance):
     return worst / tolerance
 
 
-@draft
+@compiled
 def _try_step(model, clock, h, last, controls, counts):
     """Try a step of length h; return True if accepted, else shorten the next. If `last`, h ends at a kink or at the run's end."""
     state = model.state
@@ -195,7 +195,7 @@ def _try_step(model, clock, h, last, controls, counts):
     return True
 
 
-@draft
+@compiled
 def _accept(model, clock, end, stop, controls, out, counts):
     """Accept a step to the time `end`: project it onto the constraints if needed, and write its row."""
     tables, order, work, state = model.tables, model.order, model.work, model.state

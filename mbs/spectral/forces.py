@@ -10,12 +10,12 @@ import numpy as np
 
 from ..laws.table import LawColumn, call
 from . import lawtable, markers
-from .compiling import draft, inline
+from .compiling import compiled, inline
 from .stateful import add_stateful, add_stateful_tangents
 from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 
-@draft
+@compiled
 def _get_normal_force(tables, work, k, now):
     """Return the normal force if force k is friction: a constraint's multiplier or the force of a contact; else 0."""
     row = tables.forces[k, Forces.ROW]
@@ -40,7 +40,7 @@ def _add_along(tables, work, k, now, f):
     markers.add_force(tables, work, b, force * grad[3], force * grad[4], force * grad[5], f)
 
 
-@draft
+@compiled
 def _multiply_hessian(work, a, b):
     """Fill work.hess_rate with the Hessian of a measure times the rates of its markers a and b."""
     for i in range(6):
@@ -50,7 +50,7 @@ def _multiply_hessian(work, a, b):
         work.hess_rate[i] = total
 
 
-@draft
+@compiled
 def _add_tangents_along(tables, work, k, now, mass):
     """Add derivatives of a force along a measure; of friction also those by its normal force."""
     number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
@@ -83,7 +83,7 @@ def _add_tangents_along(tables, work, k, now, mass):
             _add_contact_friction(tables, work, k, now, force / normal_force)
 
 
-@draft
+@compiled
 def _add_derivatives(tables, work, a, b):
     """Add -work.by_place and -work.by_rate, by the coordinates of markers a and b, to their block's stiffness and damping."""
     markers.add_pair(tables, work, (a, b, 0), work.by_place, -1.0, work.jacobian, work.block_stiffness)
@@ -91,7 +91,7 @@ def _add_derivatives(tables, work, a, b):
     markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
 
 
-@draft
+@compiled
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add derivatives of friction along a face, `ratio` times its contact's force."""
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
@@ -159,7 +159,7 @@ def _add_journal(tables, work, k, mem, since, f):
     markers.add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
-@draft
+@compiled
 def _add_journal_tangents(tables, work, k, q, mem, since):
     """Add derivatives of the force of a pin in a bush.
 
@@ -204,7 +204,7 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
     markers.add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), stiffness, size)
 
 
-@draft
+@compiled
 def _compute_moment(tables, work, k, push_x, push_y):
     """Return the moment of a force about its marker, if its line of action goes through a fixed point; else 0."""
     a, number = tables.forces[k, Forces.A], tables.forces[k, Forces.NUMBERS]
@@ -230,7 +230,7 @@ def _add_push(tables, work, k, t, f):
     markers.add_force(tables, work, a, fx, fy, _compute_moment(tables, work, k, fx, fy), f)
 
 
-@draft
+@compiled
 def _add_push_tangents(tables, work, k, q):
     """Add derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
@@ -257,14 +257,14 @@ def add_one(tables, work, k, now, f):
         _add_along(tables, work, k, now, f)
 
 
-@draft
+@compiled
 def add_forces(tables, work, now, f):
     """Add all forces between markers at an instant to f. Markers are placed."""
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, f)
 
 
-@draft
+@compiled
 def add_forces_tangents(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from .compiling import draft, inline, view
+from .compiling import compiled, inline, view
 from .elimination import FrontColumn, Fronts
 
 ROUNDING = 1e-13
@@ -33,7 +33,7 @@ class Orders(NamedTuple):
     mass: Fronts
 
 
-@draft
+@compiled
 def factor(order, a, factors, swaps, magnitude):
     """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts).
 
@@ -55,7 +55,7 @@ def _get_front(order, f):
     return table[f, FrontColumn.PIVOTS], table[f, FrontColumn.SIZE], table[f, FrontColumn.UNKNOWNS], table[f, FrontColumn.ENTRIES]
 
 
-@draft
+@compiled
 def _add_to_parent(order, factors, magnitude, f):
     """Add the Schur complement of front f to its parent front, of `large` unknowns and with entries from `start` on."""
     pivots, size, first, at, parent, places, is_constraint = order.fronts[f]
@@ -69,7 +69,7 @@ def _add_to_parent(order, factors, magnitude, f):
             magnitude[unknowns[i]] += abs(row[i])
 
 
-@draft
+@compiled
 def _eliminate_pivots(order, factors, swaps, magnitude, f):
     """Eliminate the pivots of front f; each is replaced by its reciprocal."""
     pivots, size, first, at = _get_front(order, f)
@@ -103,7 +103,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
                 below[j] -= factor * right[j]
 
 
-@draft
+@compiled
 def _exchange_small(order, factors, magnitude, f, c):
     """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index."""
     pivots, size, first, at = _get_front(order, f)
@@ -124,7 +124,7 @@ def _exchange_small(order, factors, magnitude, f, c):
     return r
 
 
-@draft
+@compiled
 def _swap_rows(factors, at, size, c, p):
     """Exchange rows c and p of the front whose entries begin at `at`."""
     upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
@@ -132,7 +132,7 @@ def _swap_rows(factors, at, size, c, p):
         upper[j], other[j] = other[j], upper[j]
 
 
-@draft
+@compiled
 def solve(order, factors, swaps, x, front):
     """Solve for x (unknowns,) in place, forward then backward; `front` is a work array of the size of the largest front."""
     single = 0  # fronts of one unknown that meets no other come first

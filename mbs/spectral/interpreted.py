@@ -14,7 +14,7 @@ def plain(function: T) -> T:
     return function
 
 
-jit = draft = inline = compile_below = plain
+jit = compiled = inline = compile_law = plain
 
 
 def copy(source: Array, target: Array) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import markers
-from .compiling import copy, draft, inline
+from .compiling import compiled, copy, inline
 from .forces import add_forces, add_forces_tangents
 from .lawtable import evaluate_acceleration, evaluate_motion
 from .strips import add_strips, add_strips_tangents
@@ -33,7 +33,7 @@ def _find_block(tables, row):
     return tables.rows.shape[0] + tables.forces.shape[0] + tables.strips.shape[0] + row
 
 
-@draft
+@compiled
 def _multiply_matrix_row(tables, at, i, m, x, first):
     """Multiply row i of the (m, m) matrix that begins at `at` by the m values of x from `first`."""
     total = 0.0
@@ -42,7 +42,7 @@ def _multiply_matrix_row(tables, at, i, m, x, first):
     return total
 
 
-@draft
+@compiled
 def add_modal(tables, q, v, f):
     """Add elastic, damping and gyroscopic forces of modal links to f."""
     for row in range(tables.modal.shape[0]):
@@ -59,7 +59,7 @@ def add_modal(tables, q, v, f):
         f[o + 2] -= 2.0 * spin * half_inertia_rate
 
 
-@draft
+@compiled
 def add_modal_tangents(tables, work, q, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
@@ -82,14 +82,14 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
         markers.add_entries(tables, _find_block(tables, row), work.block_damping, damp)
 
 
-@draft
+@compiled
 def fill_mass(tables, work, q, mass):
     """Fill mass with the entries of M(q)."""
     copy(tables.mass, mass)
     add_modal_mass(tables, work, q, mass)
 
 
-@draft
+@compiled
 def renew_mass(tables, work, q, jacobian, mass):
     """Overwrite the entries of M(q) that vary, G and G^T in the saddle-point matrix [M G^T; G 0]."""
     for row in range(tables.modal.shape[0]):
@@ -100,7 +100,7 @@ def renew_mass(tables, work, q, jacobian, mass):
     renew_rows(tables, jacobian, mass)
 
 
-@draft
+@compiled
 def renew_rows(tables, jacobian, mass):
     """Overwrite G and G^T in the saddle-point matrix."""
     for r in range(tables.rows.shape[0]):
@@ -111,7 +111,7 @@ def renew_rows(tables, jacobian, mass):
     add_rows(tables, jacobian, mass)
 
 
-@draft
+@compiled
 def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q, of modal links."""
     for row in range(tables.modal.shape[0]):
@@ -125,7 +125,7 @@ def add_modal_mass(tables, work, q, mass):
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, mass)
 
 
-@draft
+@compiled
 def _compute_modal_mass(tables, row, q, i):
     """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (Q eta)_i, and its coupling -(C eta)_i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
@@ -136,7 +136,7 @@ def _compute_modal_mass(tables, row, q, i):
     return inertia, coupling
 
 
-@draft
+@compiled
 def couple_modes(tables, work, q, a):
     """Change M_0^-1 f to M(q)^-1 f in the accelerations a of modal links that no constraint acts on.
 
@@ -158,7 +158,7 @@ def couple_modes(tables, work, q, a):
             a[e + i] -= work.scratch[i] * a[o + 2]
 
 
-@draft
+@compiled
 def multiply_mass(tables, q, a, out):
     """Fill out with M(q) a."""
     for i in range(a.size):
@@ -174,7 +174,7 @@ def multiply_mass(tables, q, a, out):
             out[e + i] += coupling * a[o + 2]
 
 
-@draft
+@compiled
 def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
@@ -189,7 +189,7 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
-@draft
+@compiled
 def compute_forces(tables, work, now, f):
     """Place the markers, and fill f with all forces but those of constraints."""
     markers.place_markers(tables, work, now.q, now.v)
@@ -202,7 +202,7 @@ def compute_forces(tables, work, now, f):
     add_forces(tables, work, now, f)
 
 
-@draft
+@compiled
 def compute_tangents(tables, work, now, mass, damp, stiff):
     """Compute stiff = -df/dq, damp = -df/dv of the last `compute_forces`; add -df/dlambda to mass."""
     stiff[:], damp[:] = 0.0, 0.0
@@ -239,7 +239,7 @@ def compute_changes(tables, work, t, side, change):
             change[r] -= tables.directions[k, Directions.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
-@draft
+@compiled
 def multiply_row(tables, r, jacobian, v):
     """Multiply row r of G by v."""
     first, total = tables.blocks[r, BlockColumn.MEMBERS], 0.0
@@ -248,7 +248,7 @@ def multiply_row(tables, r, jacobian, v):
     return total
 
 
-@draft
+@compiled
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
@@ -257,7 +257,7 @@ def add_reactions(tables, jacobian, lam, out):
             out[tables.members[i]] += jacobian[i] * lam[r]
 
 
-@draft
+@compiled
 def add_rows(tables, jacobian, values):
     """Add G and G^T to the entries of a matrix of all unknowns."""
     for r in range(tables.rows.shape[0]):
@@ -267,7 +267,7 @@ def add_rows(tables, jacobian, values):
             values[tables.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
 
 
-@draft
+@compiled
 def add_multiplier_stiffness(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers must be placed."""
     grad, hess = work.grad, work.hess

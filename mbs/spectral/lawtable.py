@@ -10,18 +10,18 @@ import numpy as np
 
 from ..laws import table
 from ..laws.table import FrictionKind, LawColumn, call
-from .compiling import compile_below, draft
+from .compiling import compile_law, compiled
 from .tables import ForceKind, Forces, Memory, MotionKind
 
-normal_force, friction = compile_below(table.normal_force), compile_below(table.friction)
-bristle_rate, bristle_after = compile_below(table.bristle_rate), compile_below(table.bristle_after)
+normal_force, friction = compile_law(table.normal_force), compile_law(table.friction)
+bristle_rate, bristle_after = compile_law(table.bristle_rate), compile_law(table.bristle_after)
 JUST_AFTER = 1e-6
 """Step [s] of the difference for a drive's acceleration just after a time, short compared with any motion."""
 JUST_BEFORE = -JUST_AFTER
 """Step [s] of the difference just before a time, which is another one at a kink of the speed."""
 
 
-@draft
+@compiled
 def differentiate_normal(tables, law, depth, rate, onset):
     """Return the derivatives of the normal force by depth and rate, by central differences; steps: cube root of rounding."""
     h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
@@ -30,7 +30,7 @@ def differentiate_normal(tables, law, depth, rate, onset):
     return by_depth / (2.0 * h), by_rate / (2.0 * h_rate)
 
 
-@draft
+@compiled
 def evaluate_friction(tables, law, speed, mem, since):
     """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0.
 
@@ -45,7 +45,7 @@ def evaluate_friction(tables, law, speed, mem, since):
     return friction(tables, law, speed, bristle), bristle
 
 
-@draft
+@compiled
 def differentiate_friction(tables, law, speed, mem, since):
     """Return the derivative of the friction coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)  # m/s: far below the speeds over which friction laws change
@@ -53,7 +53,7 @@ def differentiate_friction(tables, law, speed, mem, since):
     return (upper[0] - lower[0]) / (2.0 * h)
 
 
-@draft
+@compiled
 def evaluate_motion(tables, k, t):
     """Return travel and speed of drive k at time t."""
     kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
@@ -68,7 +68,7 @@ def evaluate_motion(tables, k, t):
     return call(travel, (t,)), factor * call(speed, (t,))
 
 
-@draft
+@compiled
 def evaluate_acceleration(tables, k, t, side):
     """Return the acceleration of drive k JUST_AFTER or JUST_BEFORE time t: the difference of second order of the speed there."""
     kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
@@ -82,7 +82,7 @@ def evaluate_acceleration(tables, k, t, side):
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
-@draft
+@compiled
 def friction_force(speed, p):
     """Return a friction force by the speed, linear up to the regularisation speed.
 
@@ -95,7 +95,7 @@ def friction_force(speed, p):
     return np.sign(speed) * (dynamic + static_offset * np.exp(-excess / stribeck) + viscous * excess)
 
 
-@draft
+@compiled
 def strut(value, rate, p, address):
     """Return the tension of a post-buckled strut of length `value`.
 
@@ -114,7 +114,7 @@ def strut(value, rate, p, address):
     return -unit * call(address, (u,))
 
 
-@draft
+@compiled
 def motor(t, speed, p, address):
     """Return the torque of a DC motor on its link; `address` is its voltage as a function of time, 0 if that is constant.
 
@@ -128,7 +128,7 @@ def motor(t, speed, p, address):
     return gear * (constant * current - friction_torque * min(max(motor_speed / regularisation, -1.0), 1.0))
 
 
-@draft
+@compiled
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction."""
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
@@ -159,7 +159,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
     return call(address, (t, value - p[2], rate))
 
 
-@draft
+@compiled
 def differentiate_along(tables, k, now, value, rate, reaction):
     """Return the derivatives of force k by its measure and rate: exact if linear or given in time, else by differences."""
     mem = now.memory[k]

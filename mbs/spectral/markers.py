@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import draft, inline
+from .compiling import compiled, inline
 from .tables import BlockColumn, Directions, MarkerKind, Markers, MeasureKind, Measures, State
 
 
@@ -99,7 +99,7 @@ def place_marker(tables, work, m, q, v, with_rates):
         _place_curve(tables, work, m, q, v)
 
 
-@draft
+@compiled
 def place_markers(tables, work, q, v):
     """Compute the states of all markers and their derivatives."""
     for m in range(tables.markers.shape[0]):
@@ -114,7 +114,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
         out[tables.places[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
 
 
-@draft
+@compiled
 def add_geometric(tables, work, m, q, push, out, start):
     """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on."""
     fx, fy, turning = push
@@ -144,7 +144,7 @@ def add_geometric(tables, work, m, q, push, out, start):
                 out[start + size + i, start + size + k] -= hxx * dd
 
 
-@draft
+@compiled
 def _multiply_jacobian(work, i, h, row, column, factor):
     """Return factor times row i of J^T times the (3, 3) block of h, a matrix (6, 6), that begins at row and column."""
     jx, jy, ja = factor * work.jacobian[0, i], factor * work.jacobian[1, i], factor * work.jacobian[2, i]
@@ -178,7 +178,7 @@ def compute_measure(tables, work, k, grad):
     return dx * ex + dy * ey, dx * (pa[State.VX] - pb[State.VX]) + dy * (pa[State.VY] - pb[State.VY]) + grad[5] * pb[State.SPIN]
 
 
-@draft
+@compiled
 def compute_hessian(tables, work, k, grad, hess):
     """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient; return False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
@@ -213,7 +213,7 @@ def write_gradient(tables, work, k, grad, factor, out, index):
     return index
 
 
-@draft
+@compiled
 def add_pair(tables, work, pair, matrix, factor, right, out):
     """Add factor J^T H R of two markers to `out`, H the `matrix` (6, 6) by their (x, y, angle), `right` R being J or J'.
 
@@ -232,7 +232,7 @@ def add_pair(tables, work, pair, matrix, factor, right, out):
                         out[row + m, column + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
-@draft
+@compiled
 def clear_block(tables, work, block):
     """Set the entries of a block to zero."""
     width = tables.blocks[block, BlockColumn.WIDTH]
@@ -242,7 +242,7 @@ def clear_block(tables, work, block):
             work.block_damping[i, j] = 0.0
 
 
-@draft
+@compiled
 def add_entries(tables, block, entries, values):
     """Add the entries of a block to the nonzeros of the whole matrix."""
     _, width, slot = tables.blocks[block]

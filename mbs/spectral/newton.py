@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import kernel
-from .compiling import copy, draft
+from .compiling import compiled, copy
 from .fronts import factor, solve
 from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVERSE, A, T, integrate, measure_change
 from .strips import MIXED, RENEWED, advance_stresses
@@ -23,7 +23,7 @@ SLOW = 0.3
 """Ratio of successive increments above which the next step computes new matrices."""
 
 
-@draft
+@compiled
 def renew_matrices(tables, orders, work, state, t, h, counts):
     """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite."""
     q, lam = state.node_q[1], state.node_lam[1]
@@ -53,7 +53,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     return True
 
 
-@draft
+@compiled
 def _compute_residuals(tables, work, state, t, h):
     """Compute the residuals M a - f + G^T lambda and G v - speed at the nodes, and those of the strips' stresses."""
     n, r = state.q.size, state.lam.size
@@ -72,7 +72,7 @@ def _compute_residuals(tables, work, state, t, h):
             residual[n + k] = kernel.multiply_row(tables, k, state.jacobian, v) - state.speed[k]
 
 
-@draft
+@compiled
 def _apply_increment(tables, orders, work, state, h):
     """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate in two kinds of units.
 
@@ -110,7 +110,7 @@ def _apply_increment(tables, orders, work, state, h):
     return size, full_size
 
 
-@draft
+@compiled
 def solve_nodes(model, t, h, allowed, renew, counts):
     """Solve the equations at the nodes to an `allowed` error; return the ratio of the last two increments, or 2 if this fails.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import draft
+from .compiling import compiled
 from .fronts import factor, solve
 from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
 from .lawtable import JUST_BEFORE
@@ -54,7 +54,7 @@ MOST_EXTRAPOLATION = 100.0
 """Longest step that starts from the last one's polynomial, over that step: rounding grows with the cube of the ratio."""
 
 
-@draft
+@compiled
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control; of pairs along and across chords."""
     worst = 0.0
@@ -68,7 +68,7 @@ def measure_change(state, elastic, u):
     return worst
 
 
-@draft
+@compiled
 def evaluate_lagrange(fraction, j):
     """Evaluate Lagrange polynomial j of `START_AND_NODES` at a fraction of the step."""
     value = 1.0
@@ -78,7 +78,7 @@ def evaluate_lagrange(fraction, j):
     return value
 
 
-@draft
+@compiled
 def predict(state, h, last_h):
     """Fill in the first guess at the nodes; `last_h` is the length of the last step, 0 after a jump.
 
@@ -107,7 +107,7 @@ def predict(state, h, last_h):
                 rates[k] += weight * past[k]
 
 
-@draft
+@compiled
 def integrate(state, h):
     """Compute coordinates and accelerations at the nodes from the rates there."""
     for i in range(3):
@@ -117,21 +117,21 @@ def integrate(state, h):
             state.node_a[i, k] = (A_INVERSE[i, 0] * (r0 - v) + A_INVERSE[i, 1] * (r1 - v) + A_INVERSE[i, 2] * (r2 - v)) / h
 
 
-@draft
+@compiled
 def factor_saddle(tables, orders, work, state, q, jacobian):
     """Factor the saddle-point matrix [M G^T; G 0] with the given Jacobian."""
     renew_mass(tables, work, q, jacobian, state.saddle)
     factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.row_magnitude)
 
 
-@draft
+@compiled
 def _combine_nodes(nodes, start, k):
     """Compute component k of the embedded formula: the weighted sum of the changes from the start to the nodes."""
     w = ERROR_WEIGHTS
     return w[0] * (nodes[0, k] - start[k]) + w[1] * (nodes[1, k] - start[k]) + w[2] * (nodes[2, k] - start[k])
 
 
-@draft
+@compiled
 def estimate_error(tables, orders, state, h):
     """Compute the local error of the coordinates, in state.real_solution; return its largest component in their units.
 
@@ -154,7 +154,7 @@ def estimate_error(tables, orders, state, h):
     return measure_change(state, tables.elastic, error[:n])
 
 
-@draft
+@compiled
 def project(tables, orders, work, state, t, h):
     """Project the end of a step onto the constraints: coordinates by the Newton matrix, their rates in the mass metric.
 
@@ -201,7 +201,7 @@ def project(tables, orders, work, state, t, h):
                 state.node_lam[i, k] -= NODES[i] * residual[n + k]
 
 
-@draft
+@compiled
 def _subtract_correction(orders, state, defect, y):
     """Subtract from y (n,) the vector x of least kinetic energy with G x = defect."""
     _fill_right_side(state.right_side, y.size, defect)
@@ -210,7 +210,7 @@ def _subtract_correction(orders, state, defect, y):
         y[i] -= state.right_side[i]
 
 
-@draft
+@compiled
 def _fill_right_side(right_side, n, defect):
     """Fill the right side of a saddle-point system with zeros (n,) and the defects of the constraints (r,)."""
     right_side[:] = 0.0
@@ -218,7 +218,7 @@ def _fill_right_side(right_side, n, defect):
         right_side[n + k] = defect[k]
 
 
-@draft
+@compiled
 def measure_deformation(state, elastic, k):
     """Return an inner coordinate or, of a pair, the component across its chord; store the chord's direction.
 
@@ -234,7 +234,7 @@ def measure_deformation(state, elastic, k):
     return state.chord[k, 0] * state.q[j] - state.chord[k, 1] * state.q[i]
 
 
-@draft
+@compiled
 def update_units(state, elastic, tolerance):
     """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, up to the full unit.
 

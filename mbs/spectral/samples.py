@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, draft
+from .compiling import compiled, copy
 from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
@@ -20,7 +20,7 @@ JUMP = 0.1
 """Time between a jump and the row beside it, over the shortest step."""
 
 
-@draft
+@compiled
 def write(state, out, counts, t, start):
     """Write the present state as a row; bristles and sliding speeds are those at the `start` of the step [s]."""
     row = counts.samples
@@ -32,7 +32,7 @@ def write(state, out, counts, t, start):
     counts.samples += 1
 
 
-@draft
+@compiled
 def write_after_jump(state, clock, controls, out, counts):
     """Write a row just after an event, as accelerations and multipliers may jump there."""
     moment = JUMP * controls.shortest
@@ -44,7 +44,7 @@ def write_after_jump(state, clock, controls, out, counts):
         out.q[row, i], out.v[row, i] = state.q[i] + moment * state.v[i], state.v[i] + moment * state.a[i]
 
 
-@draft
+@compiled
 def write_at_face(state, out, counts, t, h, moment):
     """Write a row beside a face: `moment` [s] after the start of a step or, if negative, before its end."""
     row, is_end = counts.samples, moment < 0.0
@@ -59,7 +59,7 @@ def write_at_face(state, out, counts, t, h, moment):
     counts.samples += 1
 
 
-@draft
+@compiled
 def _write_memory(state, out, row, start):
     """Write to this row the memories that forces had in the step; `write` overwrites onset speeds by those after it."""
     for k in range(state.start_memory.shape[0]):
@@ -68,7 +68,7 @@ def _write_memory(state, out, row, start):
         m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
 
 
-@draft
+@compiled
 def count_parts(state, elastic, h, controls, depth_bending):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
@@ -81,7 +81,7 @@ def count_parts(state, elastic, h, controls, depth_bending):
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 
-@draft
+@compiled
 def write_between(state, out, counts, t, h, parts):
     """Write rows within a step from time t, at the ends of all parts but the last."""
     for part in range(1, parts):

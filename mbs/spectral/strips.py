@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import copy, draft, inline
+from .compiling import compiled, copy, inline
 from .markers import add_entries, clear_block
 from .tables import StripColumn, StripData, StripKind
 
@@ -26,7 +26,7 @@ RENEWED = 2.0
 """Form with stresses as unknowns, in which B0 is set to the gradients at this state: for new Newton matrices."""
 
 
-@draft
+@compiled
 def _compute_strains(kind, z0, z1, z2, z3, gradients):
     """Return the strains at arguments z and write B to `gradients`, whose other entries are zero."""
     if kind == StripKind.REISSNER:
@@ -43,7 +43,7 @@ def _compute_strains(kind, z0, z1, z2, z3, gradients):
     return 1.0 / r - 1.0, 0.0, k
 
 
-@draft
+@compiled
 def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
     """Fill `second` (3, 4, 4) with the second derivatives of the strains at z = (x, y, bend_x, bend_y), B being `gradients`."""
     second[:] = 0.0
@@ -68,7 +68,7 @@ def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
     second[2, 1, 3] = second[2, 3, 1] = -2.0 * q * x * y
 
 
-@draft
+@compiled
 def _index_fields(kind, count):
     """Return the number of a strip's coordinates; for each argument its first coordinate and its derivative of the basis."""
     if kind == StripKind.REISSNER:
@@ -76,7 +76,7 @@ def _index_fields(kind, count):
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
 
 
-@draft
+@compiled
 def _sum(data, m, x, first, count):
     """Sum `count` members of the basis, from index m, times their coordinates."""
     total = 0.0
@@ -136,7 +136,7 @@ def _replace_stresses(work, p, gradients, n):
     )
 
 
-@draft
+@compiled
 def _add_strip(tables, work, place, q, v, gradients, f):
     """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point.
 
@@ -177,7 +177,7 @@ def _add_strip(tables, work, place, q, v, gradients, f):
         f[at[a]] += local[a]
 
 
-@draft
+@compiled
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, in the form work.strip_form; the mixed one fills work.slack."""
     gradients, point = np.zeros((3, 4)), 0
@@ -186,7 +186,7 @@ def add_strips(tables, work, q, v, f):
         point += tables.strips[strip, StripColumn.POINTS]
 
 
-@draft
+@compiled
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
     point = 0
@@ -195,7 +195,7 @@ def add_strips_tangents(tables, work, v, damp, stiff):
         point += tables.strips[strip, StripColumn.POINTS]
 
 
-@draft
+@compiled
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on."""
     kind, nb, ng, first, d = tables.strips[strip]
@@ -238,7 +238,7 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
         add_entries(tables, number, work.block_damping, damp)
 
 
-@draft
+@compiled
 def _add_products(data, members, block, count, h, out):
     """Add sum_ik A_i^T h_ik A_k to `out`, A_i the members of argument i at a Gauss point."""
     for i in range(4):
@@ -254,7 +254,7 @@ def _add_products(data, members, block, count, h, out):
                     row[c] += factor * right[c]
 
 
-@draft
+@compiled
 def advance_stresses(tables, work, shift, rate_shift, stress, slack):
     """Add slack + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
     point = 0
@@ -283,7 +283,7 @@ def advance_stresses(tables, work, shift, rate_shift, stress, slack):
         point += ng
 
 
-@draft
+@compiled
 def compute_stresses(tables, work, q, v, stress):
     """Fill `stress` (points, 3) with the stresses of this state's strains."""
     unused_force, kept_form = np.zeros(q.size), work.strip_form[0]
