@@ -54,7 +54,8 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
 
 def _one_sided(run: Run) -> list[tuple[str, str]]:
     """Return the signals of forces that must not be negative, each with the signal of its depth; '' for ropes."""
-    return [signals for name, element in Scene.of(run.record.mechanism).elements.items() for signals in element.one_sided(name)]
+    elements = Scene.of(run.record.mechanism).elements.items()
+    return [signals for name, element in elements for signals in element.unilateral_forces(name)]
 
 
 @check("CONTACT", without(_one_sided, "no stop, no joint with clearance and no rope"))

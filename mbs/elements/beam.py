@@ -44,8 +44,8 @@ class Flexible(Body):
 
     section: Section | Profile
     meshed: ClassVar[bool] = True
-    carrying: ClassVar[tuple[str, ...]] = ("fraction",)
-    round_off: ClassVar[float] = 5e-12
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("fraction",)
+    force_rounding: ClassVar[float] = 5e-12
     elements: int | None
     imperfection: float
     shape: Shape | None
@@ -71,7 +71,7 @@ class Flexible(Body):
             return _bow(chord, self.imperfection)
         return _spline(chord, self.shape)
 
-    def along(self, chord: float, fraction: float) -> tuple[float, float]:
+    def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the place at a fraction of the stress-free arc length in the link's frame [m], for a length of the chord [m]."""
         if not self.imperfection and self.shape is None:
             return chord * fraction, 0.0
@@ -126,7 +126,7 @@ class Cable(Flexible):
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
-    turns: ClassVar[bool] = False
+    has_angles: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)

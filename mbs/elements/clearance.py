@@ -54,7 +54,7 @@ class Clearance(Joint):
     ideal: ClassVar[bool] = False
 
     @property
-    def rubs(self) -> str:
+    def friction_at(self) -> str:
         """Name of the joint's point, by which messages say where friction acts; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
@@ -75,7 +75,7 @@ class Clearance(Joint):
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
-    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+    def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the names of normal force and depth."""
         yield f"{self.point}.normal_force", f"{self.point}.penetration"
 
@@ -138,13 +138,13 @@ class Clearance(Joint):
             return np.concatenate([[0.0], np.cumsum(steps * (power[:-1] + 4 * half + power[1:]) / 6)])
 
         elastic, bristle = self.law.potential(ends.depth), ends.normal * as_bristle_law(self.friction).stored(ends.bristle)
-        yield Energy("held", "contact", elastic + bristle)
+        yield Energy("stored", "contact", elastic + bristle)
         by_damping = work("normal", "rate") - (elastic - elastic[0])
         by_friction = work("tangential", "sliding") - (bristle - bristle[0])
-        yield Energy("taken", "contact", by_damping)
-        yield Energy("taken", "friction", by_friction)
-        yield Energy("single", f"{self.point}.taken_contact", by_damping)
-        yield Energy("single", f"{self.point}.taken_friction", by_friction)
+        yield Energy("dissipated", "contact", by_damping)
+        yield Energy("dissipated", "friction", by_friction)
+        yield Energy("part", f"{self.point}.taken_contact", by_damping)
+        yield Energy("part", f"{self.point}.taken_friction", by_friction)
 
 
 def clearances(mechanism: Parts) -> list[Clearance]:

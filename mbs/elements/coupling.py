@@ -211,7 +211,7 @@ class Rope(Coupling):
         parts = pairwise(self.path(mechanism))
         yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 
-    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+    def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the name of the tension."""
         yield f"{name}.tension", ""
 

@@ -215,7 +215,7 @@ class Drive(Element):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the drive."""
         power = record.channel(name, "effort")[:, 0] * self._coordinate(record)[1]
-        yield Energy("given", "drive", record.work(power))
+        yield Energy("supplied", "drive", record.work(power))
 
     def _coordinate(self, record: Recorded) -> tuple[Array, Array]:
         """Return the driven coordinate [rad or m] since t = 0 and its rate, each (times,)."""

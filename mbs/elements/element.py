@@ -107,8 +107,8 @@ class Element(Declared):
         return None
 
     @property
-    def rubs(self) -> str:
-        """Name of the point or link on which dry friction acts; '' without friction."""
+    def friction_at(self) -> str:
+        """Point or link at which dry friction acts, for messages; '' without friction."""
         return ""
 
     @property
@@ -132,8 +132,8 @@ class Element(Declared):
         """Yield the largest allowed depth of each contact; none by default."""
         yield from ()
 
-    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the signals of forces that must not be negative, each with the signal of its depth or ''; none by default."""
+    def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield, for the check of a run, names of forces that must not be negative, each with the name of its depth or ''."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
@@ -163,20 +163,20 @@ class Body(Declared):
     """True for a strip of finite elements, a `Beam` or `Cable`."""
     massless: ClassVar[bool] = False
     """True for a `Strut`, a mere force between the bodies at its ends; the force has kinks."""
-    turns: ClassVar[bool] = True
-    """True if its points have an angle, so that a torque can act there."""
+    has_angles: ClassVar[bool] = True
+    """True if the body has an angle at each of its points, so that a torque can act there."""
     linear: ClassVar[bool] = False
     """True if deformations must be small, as a check of each run tests: modes of a solid are linear."""
-    carrying: ClassVar[tuple[str, ...]] = ()
-    """Ways to define carried points: "fraction" of the length, "place" in the plane."""
-    round_off: ClassVar[float] = 0.0
-    """Rounding error of the internal force, over the axial stiffness."""
+    carried_point_forms: ClassVar[tuple[str, ...]] = ()
+    """Forms in which a link may give its carried points: a "fraction" of the length, a "place" (x, y) in the link's frame."""
+    force_rounding: ClassVar[float] = 0.0
+    """Least residual that Newton's method can reach, over the axial stiffness, as the internal force is rounded."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m]."""
         return self.section.bar(length)
 
-    def along(self, chord: float, fraction: float) -> tuple[float, float]:
+    def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the place [m] in the link's frame at a fraction of the stress-free length; `chord` is the ends' distance [m]."""
         return chord * fraction, 0.0
 
@@ -187,8 +187,8 @@ class Body(Declared):
     def energies(self, link: LinkBase, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and dissipated energy of each strain of a flexible link: bending, axial, shear."""
         for strain in record.links[link.name].strains() if self.flexible else ():
-            yield Energy("held", "strain", strain.energy)
-            yield Energy("taken", "damping", record.work(strain.power))
+            yield Energy("stored", "strain", strain.energy)
+            yield Energy("dissipated", "damping", record.work(strain.power))
 
 
 class JointBase(Element):

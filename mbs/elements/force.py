@@ -1,6 +1,6 @@
 """Forces on points, torques on links, and loads along a strip.
 
-Signals of loads are of the kind `INTERNAL`, and their work is energy supplied ('given'), as `signal` defines them.
+Signals of loads are of the kind `INTERNAL`, and their work is energy 'supplied', as `signal` defines them.
 """
 
 from __future__ import annotations
@@ -112,10 +112,10 @@ class Force(Stateful):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the force."""
         if callable(self.value) or self.follows is not None or self.through is not None:
-            yield Energy("given", "load", self.work_of(name, record))
+            yield Energy("supplied", "load", self.work_of(name, record))
             return
         position = record.point(holder_reference(record.mechanism, self.point))[0]
-        yield Energy("given", "load", (position - position[0]) @ np.array(self.value))
+        yield Energy("supplied", "load", (position - position[0]) @ np.array(self.value))
 
 
 @declared
@@ -173,9 +173,9 @@ class Torque(Stateful):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the torque."""
         if callable(self.value):
-            yield Energy("given", "load", self.work_of(name, record))
+            yield Energy("supplied", "load", self.work_of(name, record))
         else:
-            yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])
+            yield Energy("supplied", "load", self.value * record.turn(self.at(record.mechanism))[0])
 
 
 @declared
@@ -202,7 +202,7 @@ class LineLoad(Load):
         """Raise a ValueError unless the link is a Beam, the only strip of finite elements whose nodes have angles."""
         check_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
-        if not (body.meshed and body.turns):
+        if not (body.meshed and body.has_angles):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
@@ -231,7 +231,7 @@ class LineLoad(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the load."""
         if self.turns:
-            yield Energy("given", "load", record.work(self.power(record)))
+            yield Energy("supplied", "load", record.work(self.power(record)))
             return
         weights, poses, _ = record.links[self.link].quadrature()
-        yield Energy("given", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))
+        yield Energy("supplied", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))

@@ -109,12 +109,12 @@ class Guide(GuideBase):
         return {"reaction": multipliers}
 
     @property
-    def rubs(self) -> str:
+    def friction_at(self) -> str:
         """Name of the guided point, by which messages say where friction acts; '' without friction."""
         return self.point if self.friction is not None else ""
 
     @property
-    def rubs_on_reaction(self) -> bool:
+    def friction_needs_reaction(self) -> bool:
         """True if the friction depends on the lateral reaction, so that the motion alone does not give it."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
@@ -130,16 +130,16 @@ class Guide(GuideBase):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy and potential energy of gravity of the block, stored and dissipated energy of friction."""
         block = record.blocks[self.point]
-        yield Energy("held", "kinetic", block.kinetic())
+        yield Energy("stored", "kinetic", block.kinetic())
         yield from weight(block, record)
         if self.friction is not None:
             stored = self._bristle_energy(name, record)
-            yield Energy("held", "contact", stored)
+            yield Energy("stored", "contact", stored)
             if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
-                yield Energy("taken", "friction", np.zeros_like(stored))
+                yield Energy("dissipated", "friction", np.zeros_like(stored))
             else:
                 work = record.work(self._drag(name, record) * block.speed)
-                yield Energy("taken", "friction", work - (stored - stored[0]))
+                yield Energy("dissipated", "friction", work - (stored - stored[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""

@@ -109,9 +109,9 @@ class Link(LinkBase):
         """Raise a ValueError for carried points that the body cannot have."""
         carried: Any = self.carries
         kind = type(self.body).__name__
-        if carried and not self.body.carrying:
+        if carried and not self.body.carried_point_forms:
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
-        if "place" not in self.body.carrying and not all(isinstance(at, float) for at in carried.values()):
+        if "place" not in self.body.carried_point_forms and not all(isinstance(at, float) for at in carried.values()):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
@@ -142,7 +142,7 @@ class Link(LinkBase):
         """Return the places [m] of carried points in the link's frame; none for points given by name alone."""
         carried: Any = self.carries
         known = {point: at for point, at in carried.items() if at is not None}
-        return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}
+        return {point: at if isinstance(at, tuple) else self.body.place_at(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
         """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves the mass out."""
@@ -158,7 +158,7 @@ class Link(LinkBase):
         """Yield kinetic energy, potential energy of gravity, and the energies of the body."""
         if name in record.links:
             motion = record.links[name]
-            yield Energy("held", "kinetic", motion.kinetic())
+            yield Energy("stored", "kinetic", motion.kinetic())
             yield from weight(motion, record)
         yield from self.body.energies(self, record)
 
@@ -175,4 +175,4 @@ def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:
     """Yield the potential energy of a body in gravity; nothing without gravity in the plane of motion."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:
-        yield Energy("held", "weight", -motion.mass * (motion.centre()[0] @ gravity))
+        yield Energy("stored", "weight", -motion.mass * (motion.centre()[0] @ gravity))

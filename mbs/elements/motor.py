@@ -70,7 +70,7 @@ class Motor(Load):
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
     @property
-    def rubs(self) -> str:
+    def friction_at(self) -> str:
         """Name of the driven link if the rotor has friction, else ''; the statics report that they omit dry friction there."""
         return self.link if self.friction else ""
 
@@ -110,8 +110,8 @@ class Motor(Load):
         """Yield kinetic energy of the rotor, electric work of the effective voltage, losses by resistance and friction."""
         voltage, speed = self._voltage_and_speed(record)
         current = self.current(voltage, speed)
-        yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)
-        yield Energy("given", "motor", record.work(self.effective(voltage) * current))
-        yield Energy("taken", "resistance", record.work(self.resistance * current**2))
+        yield Energy("stored", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)
+        yield Energy("supplied", "motor", record.work(self.effective(voltage) * current))
+        yield Energy("dissipated", "resistance", record.work(self.resistance * current**2))
         if self.friction:
-            yield Energy("taken", "friction", record.work(self.rubbing(speed) * self.gear * speed))
+            yield Energy("dissipated", "friction", record.work(self.rubbing(speed) * self.gear * speed))

@@ -35,7 +35,7 @@ class Rigid(Body):
     )
 
     flexible: ClassVar[bool] = False
-    carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def agree(self) -> None:
         """Raise a ValueError unless either a section alone, or mass and inertia and possibly a centre are given."""
@@ -110,6 +110,6 @@ class Mass(Element):
         """Yield kinetic energy, and potential energy of gravity."""
         at, gravity = self.at(record.mechanism), record.mechanism.gravity
         (places, velocity), (_, spin) = record.point(at), record.turn(at)
-        yield Energy("held", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)
+        yield Energy("stored", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)
         if hypot(*gravity) > 0:
-            yield Energy("held", "weight", -self.mass * (places @ np.array(gravity)))
+            yield Energy("stored", "weight", -self.mass * (places @ np.array(gravity)))

@@ -91,11 +91,11 @@ def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rat
 
 
 class Energy(NamedTuple):
-    """Energy (times,) [J]: stored ('held'), dissipated since t = 0 ('taken'), or supplied since t = 0 ('given').
+    """Energy (times,) [J] of the kind 'stored', or 'dissipated' or 'supplied' since t = 0.
 
     The energy balance adds it to the entry `name`: stored `kinetic`, `strain`, `contact`, `weight`, `spring`; dissipated
-    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`. The kind 'single' is a mere signal of one
-    element: another entry contains the energy already.
+    `damping`, `friction`, `contact`, `resistance`; supplied `drive`, `load`, `motor`. The kind 'part' is the share of one element
+    in such an entry: it gives a signal of its own and is not added once more.
     """
 
     kind: str

@@ -88,8 +88,8 @@ class Elastic(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the stored energy, and the energy dissipated by damping."""
         value, rate = self.state(record)
-        yield Energy("held", "spring", self.stored_energy(value))
-        yield Energy("taken", "damping", record.work(self.dissipated_power(value, rate)))
+        yield Energy("stored", "spring", self.stored_energy(value))
+        yield Energy("dissipated", "damping", record.work(self.dissipated_power(value, rate)))
 
 
 @declared

@@ -56,7 +56,7 @@ class Stop(Element):
     )  # fmt: skip
 
     @property
-    def rubs(self) -> str:
+    def friction_at(self) -> str:
         """Name of the point, by which messages say where friction acts; '' without friction."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
@@ -80,7 +80,7 @@ class Stop(Element):
             kind = type(self.friction).__name__
             raise ValueError(f"{where}: friction = {kind}: a face keeps no bristle; give a law without memory, as Coulomb")
         if self.is_in_guide:
-            if self.rubs:
+            if self.friction_at:
                 raise ValueError(
                     f"{where}: friction: the point cannot slide along the face; give it to the guide, or give `along`"
                 )
@@ -174,7 +174,7 @@ class Stop(Element):
         angle, _ = record.turn(self.origin(mechanism))
         normal = rotate(angle, self.face_normal(mechanism))
         force = normal * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
-        if self.rubs:
+        if self.friction_at:
             force = force - rotate_left(normal) * self._drag(name, record)[0][:, None]
         yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
@@ -192,7 +192,7 @@ class Stop(Element):
         size = max(abs(self.face(mechanism)), *lengths, *np.ptp(list(mechanism.points.values()), axis=0))
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
-    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+    def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the names of force and depth."""
         yield f"{name}.contact_force", f"{name}.penetration"
 
@@ -202,7 +202,7 @@ class Stop(Element):
         changes, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
         yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=changes, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
-        if self.rubs:
+        if self.friction_at:
             drag, sliding = self._drag(name, record)
             yield Signal(f"{name}.friction_force", drag, "N", Kind.FRICTION)
             yield Signal(f"{name}.sliding_speed", sliding, "m/s", Kind.RATE)
@@ -212,11 +212,11 @@ class Stop(Element):
         depth, rate = self.approach(record)
         potential = self.law.potential(depth)
         work = record.work(record.channel(name, "force")[:, 0] * rate)
-        yield Energy("held", "contact", potential)
-        yield Energy("taken", "contact", work - (potential - potential[0]))
-        if self.rubs:
+        yield Energy("stored", "contact", potential)
+        yield Energy("dissipated", "contact", work - (potential - potential[0]))
+        if self.friction_at:
             drag, sliding = self._drag(name, record)
-            yield Energy("taken", "friction", record.work(drag * sliding))
+            yield Energy("dissipated", "friction", record.work(drag * sliding))
 
 
 SLOWEST_ONSET = 1e-4

@@ -40,8 +40,8 @@ class Strut(Body):
     )
 
     massless: ClassVar[bool] = True
-    turns: ClassVar[bool] = False
-    round_off: ClassVar[float] = 5e-15
+    has_angles: ClassVar[bool] = False
+    force_rounding: ClassVar[float] = 5e-15
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening [m], and the compressive force without damping [N]."""
@@ -54,8 +54,8 @@ class Strut(Body):
         """Yield strain energy and the energy dissipated by damping."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
-        yield Energy("held", "strain", spring.stored_energy(elongation))
-        yield Energy("taken", "damping", record.work(spring.damping_power(elongation, rate)))
+        yield Energy("stored", "strain", spring.stored_energy(elongation))
+        yield Energy("dissipated", "damping", record.work(spring.damping_power(elongation, rate)))
 
 
 def state(link: LinkBase, record: Recorded) -> tuple[Array, Array]:

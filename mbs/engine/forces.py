@@ -124,7 +124,7 @@ class FreeContact(StopContact):
         """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
         depth, rate, normal = self.depth(q, q_t)
         force = self.force(depth, rate)
-        if not (force and self.stop.rubs):
+        if not (force and self.stop.friction_at):
             return [-force * n for n in normal]
         _, speed, tangential = self.travel(q, q_t, (-self.along[1], self.along[0]))
         friction = float(self.stop.friction.coefficient(speed)) * force

@@ -89,7 +89,7 @@ def _compute_exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array)
     columns, length = strip.columns(), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))
     x, y, theta = pinned.shape(u[:, None], s)
-    rotation = [theta] if body.turns else [np.cos(theta), np.sin(theta)]  # beams have angles at nodes, cables slopes
+    rotation = [theta] if body.has_angles else [np.cos(theta), np.sin(theta)]  # beams have angles at nodes, cables slopes
     total = np.stack([x * length, y * length, *rotation], axis=-1)
     guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
     guesses[:, columns] = total - strip.reference

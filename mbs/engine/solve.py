@@ -106,8 +106,8 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 def _find_reachable_residual(scene: EngineScene) -> float:
     """Return the least residual [N] that Newton's method can reach, by rounding of the largest axial stiffness; 1e-8 if rigid."""
-    bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
-    return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
+    bodies = [link.body for link in scene.mechanism.links if link.body.force_rounding]
+    return max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in bodies)])
 
 
 NEWTON = 1e-10

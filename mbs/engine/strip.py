@@ -37,7 +37,7 @@ class PlacedStrip(EngineBody):
 
     def motion(self, states: EngineStates) -> BeamMotion | CableMotion:
         """Return the motion of the strip from the engine's coordinates."""
-        motion = BeamMotion if self.body.turns else CableMotion
+        motion = BeamMotion if self.body.has_angles else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
     def weights(self) -> Array:
@@ -50,7 +50,7 @@ class PlacedStrip(EngineBody):
         """Return the node of a beam; for a cable, whose nodes have slopes, a node without mass that turns with the cable."""
         node = self.at[point]
         place = self.reference[node, :2]
-        if self.body.turns:
+        if self.body.has_angles:
             return self.nodes[node], place
         if point not in self.anchors:
             self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.ends[point], self.reference[node])
@@ -64,7 +64,7 @@ class PlacedStrip(EngineBody):
     def mobility(self, point: str, _along: Pair) -> float:
         """Compute the inverse of the effective mass [1/kg] of a point: half the mass of the elements next to its node."""
         arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))
-        step = self.body.nodes - 1 if self.body.turns else 1  # from a node to the same node of the next element
+        step = self.body.nodes - 1 if self.body.has_angles else 1  # from a node to the same node of the next element
         k = self.at[point] // step
         length = arcs[min(k + 1, len(self.pieces))] - arcs[max(k - 1, 0)]
         return float(2 / (self.body.section.mass_per_length * length))
@@ -127,8 +127,8 @@ def mesh(link: Link, chord: float) -> Mesh:
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
-    if body.turns:
-        fixed = np.array([(0.0, 0.0), *(body.along(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
+    if body.has_angles:
+        fixed = np.array([(0.0, 0.0), *(body.place_at(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
         places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
@@ -192,7 +192,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     if scene.start:
         chordwise = np.maximum.accumulate(x)  # a part that turns back counts as at the farthest place before it
         speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
-    add_elements = _add_beam if body.turns else _add_cable
+    add_elements = _add_beam if body.has_angles else _add_cable
     nodes, objects, reference = add_elements(system, body, places, directions, speeds, grid.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
     return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, grid.pieces, grid.at)

@@ -59,7 +59,7 @@ FrictionKind = IntEnum(
     "FrictionKind", "SMOOTH COULOMB ADAMS AMBROSIO THRELFALL STRIBECK LUGRE COEFFICIENT_CALLED BRISTLE_CALLED", start=0
 )
 """Kinds of friction laws: laws of this package, and functions given by their address, without or with a bristle."""
-LawColumn = IntEnum("LawColumn", "KIND CALL CALL_TOO", start=0)
+LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
 """Columns of integers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
 CODES = 4
 """Number of columns of integers of a law; the last one is spare."""
@@ -98,7 +98,7 @@ def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float
         return max(0.0, p[0] * depth + p[1] * rate)
     if kind == NormalKind.IMPACT:  # p: stiffness, exponent, damping, damping depth
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call(tables.laws[law, LawColumn.CALL], (depth, rate, onset))
+    return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (depth, rate, onset))
 
 
 def stribeck(speed: float, p: Array) -> float:
@@ -113,7 +113,7 @@ def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
         step = 1e-9  # of a forward difference of the time [s], short compared with any motion
-        return (call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, step)) - bristle) / step
+        return (call(tables.laws[law, LawColumn.SECOND_ADDRESS], (bristle, speed, step)) - bristle) / step
     return 0.0
 
 
@@ -124,7 +124,7 @@ def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: fl
         steady = stribeck(speed, p) / p[4]
         return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
     if kind == FrictionKind.BRISTLE_CALLED:
-        return call(tables.laws[law, LawColumn.CALL_TOO], (bristle, speed, time))
+        return call(tables.laws[law, LawColumn.SECOND_ADDRESS], (bristle, speed, time))
     return 0.0
 
 
@@ -147,5 +147,5 @@ def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
     if kind == FrictionKind.LUGRE:
         return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed  # p[4:]: s0, s1, beta
     if kind == FrictionKind.COEFFICIENT_CALLED:
-        return call(tables.laws[law, LawColumn.CALL], (speed,))
-    return call(tables.laws[law, LawColumn.CALL], (speed, bristle))
+        return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (speed,))
+    return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (speed, bristle))

@@ -141,12 +141,13 @@ def ledger(record: Record) -> dict[str, Array]:
     of_joints: dict[str, Array] = {}
     for name, element in Scene.of(record.mechanism).elements.items():
         for kind, what, values in element.energies(name, record):
-            if kind == "single":  # of one joint with clearance, already in a sum
+            if kind == "part":  # of one joint with clearance, already in a sum
                 of_joints[what] = values
                 continue
-            key = what if kind == "held" else f"{kind}_{what}"
-            energies = {"held": stored, "taken": dissipated, "given": supplied}[kind]
-            energies[key] = energies.get(key, zero) + values
+            prefix, energies = {"stored": ("", stored), "dissipated": ("taken_", dissipated), "supplied": ("given_", supplied)}[
+                kind
+            ]
+            energies[prefix + what] = energies.get(prefix + what, zero) + values
     total, lost = sum(stored.values(), zero), sum(dissipated.values(), zero)
     error = total - total[0] + lost - sum(supplied.values(), zero)
     active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in stored.items())
@@ -181,7 +182,7 @@ def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
-            stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("held", "contact"))
+            stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("stored", "contact"))
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)
             if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:

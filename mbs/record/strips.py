@@ -266,7 +266,7 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
     weights = np.zeros((len(pieces) * step + 1, 2))
     for e, piece in enumerate(pieces):
         weights[e * step : e * step + step + 1] += np.array(local) * (1.0, piece) * piece / pieces.sum()
-    return weights[:, :1] if body.turns else weights
+    return weights[:, :1] if body.has_angles else weights
 
 
 def nodal_lengths(body: Flexible, pieces: Array) -> Array:

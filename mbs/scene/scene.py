@@ -115,7 +115,7 @@ class Scene:
             return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
         if mechanism.stops:
             return f"a contact at '{mechanism.stops[0].point}' begins and ends between steps"
-        rubbing = [guide.key for guide in mechanism.guides if guide.rubs_on_reaction]
+        rubbing = [guide.key for guide in mechanism.guides if guide.friction_needs_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
         constrained, no_multipliers = set(self.linkage.names), np.empty((0, 3))  # 3: most rows of an element

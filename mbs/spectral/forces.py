@@ -222,7 +222,7 @@ def _add_push(tables, work, k, t, f):
     law = tables.forces[k, Forces.LAW]
     px, py = tables.data[number], tables.data[number + 1]
     if law >= 0:
-        px, py = call(tables.laws[law, LawColumn.CALL], (t,)), call(tables.laws[law, LawColumn.CALL_TOO], (t,))
+        px, py = call(tables.laws[law, LawColumn.FIRST_ADDRESS], (t,)), call(tables.laws[law, LawColumn.SECOND_ADDRESS], (t,))
     angle = work.state[b, State.ANGLE] - tables.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)

@@ -64,7 +64,7 @@ def evaluate_motion(tables, k, t):
         return start * on_ramp + 0.5 * slope * on_ramp * on_ramp + end * (t - on_ramp), factor * (start + slope * on_ramp)
     if kind == MotionKind.STEADY:
         return 0.0, 0.0
-    travel, speed = tables.motions[k, LawColumn.CALL], tables.motions[k, LawColumn.CALL_TOO]  # addresses
+    travel, speed = tables.motions[k, LawColumn.FIRST_ADDRESS], tables.motions[k, LawColumn.SECOND_ADDRESS]  # addresses
     return call(travel, (t,)), factor * call(speed, (t,))
 
 
@@ -78,7 +78,7 @@ def evaluate_acceleration(tables, k, t, side):
         return factor * factor * (end - start) / duration if t < duration else 0.0
     if kind == MotionKind.STEADY:
         return 0.0
-    speed, h = tables.motions[k, LawColumn.CALL_TOO], side if t + 2.0 * side >= 0.0 else JUST_AFTER
+    speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
@@ -147,7 +147,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
         return -friction_force(rate, p)
     if kind == ForceKind.FRICTION:
         return -evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
-    address = tables.laws[law, LawColumn.CALL] if law >= 0 else 0
+    address = tables.laws[law, LawColumn.FIRST_ADDRESS] if law >= 0 else 0
     if kind == ForceKind.STRUT:
         return -strut(value, rate, p, address)
     if kind == ForceKind.PRESCRIBED:

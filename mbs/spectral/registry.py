@@ -68,7 +68,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
 
     law = add_normal(builder, stop.law)
     contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=(side, start + face))
-    if stop.rubs:
+    if stop.friction_at:
         friction = add_friction(builder, stop.friction)
         builder.add_force(name, ForceKind.FRICTION, add_distance((-across[1], across[0])), contact, friction=friction)
 

@@ -33,7 +33,7 @@ def _read_counts(tables, k):
 def _evaluate(tables, work, k, r, count):
     """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch."""
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
-    return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.CALL], work.scratch)
+    return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
 
 
 @compiled

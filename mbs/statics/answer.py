@@ -119,7 +119,7 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
 
 def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
     """List effects that the statics leave out: dry friction, and the error of truncated modes."""
-    rubbing = [element.rubs for element in Scene.of(mechanism).elements.values() if element.rubs]
+    rubbing = [element.friction_at for element in Scene.of(mechanism).elements.values() if element.friction_at]
     modal = [link.name for link in mechanism.links if link.body.linear]
     omissions = [f"{friction}: {', '.join(map(repr, rubbing))}"] if rubbing else []
     return omissions + ([f"errors leave out the choice of modes of {', '.join(map(repr, modal))}"] if modal else [])

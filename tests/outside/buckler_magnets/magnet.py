@@ -37,4 +37,4 @@ class Magnet(Load):
         yield Signal(f"{name}.force", self.strength / self.apart(record)[0] ** 2, "N", Kind.INTERNAL)
 
     def energies(self, name, record):
-        yield Energy("held", "spring", -self.strength / self.apart(record)[0])
+        yield Energy("stored", "spring", -self.strength / self.apart(record)[0])
