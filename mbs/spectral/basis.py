@@ -22,13 +22,13 @@ from ..geometry import Array
 
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:
-    """Return the values of the degree + 1 members at x, or of their `derivative` of an order, read-only, (points, degree + 1)."""
+    """Return N_0 ... N_degree at x, or their derivatives of order `derivative`; read-only, (points, degree + 1)."""
     return _members(degree, np.asarray(x, dtype=float).tobytes(), derivative)
 
 
 @lru_cache(maxsize=4096)
 def _members(degree: int, x: bytes, derivative: int) -> Array:
-    """Evaluate the members at points given as bytes, for the cache: all mechanisms use the same points."""
+    """Evaluate the members; x is given as bytes, which the cache can compare: all mechanisms use the same points."""
     values: Array = legendre.legval(np.frombuffer(x), _series(degree, derivative)).T
     values.flags.writeable = False
     return values
@@ -36,8 +36,8 @@ def _members(degree: int, x: bytes, derivative: int) -> Array:
 
 @cache
 def _series(degree: int, derivative: int) -> Array:
-    """Return the Legendre coefficients of the members' derivatives of an order; shape (terms, degree + 1)."""
-    series = np.zeros((max(degree, 1) + 1, degree + 1))
+    """Return the Legendre coefficients of the members or of their derivatives, (terms, degree + 1); the degree is at least 1."""
+    series = np.zeros((degree + 1, degree + 1))
     series[:2, :2] = [[0.5, 0.5], [-0.5, 0.5]]
     for k in range(2, degree + 1):
         series[[k, k - 2], k] = np.array([1.0, -1.0]) / np.sqrt(2 * (2 * k - 1))
@@ -53,10 +53,11 @@ def gauss(count: int) -> tuple[Array, Array]:
 
 
 def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, float]) -> Array:
-    """Fit a function of x: exact at the `ends`, its slope by least squares; coefficients (degree + 1,).
+    """Fit a function of x on [-1, 1] with the values `ends` at -1 and 1, its slope by least squares; coefficients (degree + 1,).
 
-    The slopes of the higher members are orthonormal, so each coefficient is the integral of rest' N_k', rest the function less
-    its linear part. By parts that is -integral of rest N_k''.
+    The slopes of the members from k = 2 on are orthonormal. So their coefficients are the integrals of rest' N_k', where rest is
+    the function less its linear part. By parts these are the integrals of -rest N_k''. At degree 8, 24 more Gauss points
+    integrate a sine of 16 half waves to rounding; 12 more leave an error of 5e-3.
     """
     x, w = gauss(degree + 24)
     rest = function(x) - basis(1, x) @ np.array(ends)

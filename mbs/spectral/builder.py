@@ -1,7 +1,7 @@
 """Lists of a mechanism's coordinates, markers, measures, constraints and forces, to which each element adds its own.
 
 A marker is a point of a body with an angle; a measure is a length or an angle between two markers; a row is a constraint on
-measures. `packing` turns the lists into arrays.
+a sum of measures. The place of a coordinate is its index in `q`. `packing` turns the lists into the arrays `Tables`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from ..functions import numbers_of
 from ..functions.values import has_user_code
 from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
+from ..laws.table import CODES, NUMBERS
 from ..mechanism import Mechanism
-from .tables import STATE, ForceKind, MarkerKind, MeasureKind, MotionKind
+from .tables import STATE, Elastic, ForceKind, MarkerKind, MeasureKind, MotionKind
 
 Pair = tuple[float, float]
 """Coordinates (x, y) [m], or components of a direction."""
@@ -76,9 +77,9 @@ class ForceRow:
 
 @dataclass
 class Builder:
-    """Lists from which a mechanism's arrays are made; those without a comment have the columns that `Tables` describes.
+    """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`.
 
-    Indices of coordinates are called places. Where an index is absent it is -1.
+    Where an index is absent it is -1.
     """
 
     mechanism: Mechanism
@@ -89,24 +90,24 @@ class Builder:
     q: list[float] = field(default_factory=list)  # coordinates at t = 0
     masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: places, entries
     weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: places, amounts
-    modal: list[tuple[int, int, int]] = field(default_factory=list)
-    strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)
-    markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
-    measures: list[tuple[int, int, int]] = field(default_factory=list)
-    directions: list[tuple[float, float, float]] = field(default_factory=list)
+    modal: list[tuple[int, int, int]] = field(default_factory=list)  # `Modal`
+    strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)  # `StripColumn`
+    markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)  # `Markers`
+    places: list[int] = field(default_factory=list)  # on which markers and strips depend
+    measures: list[tuple[int, int, int]] = field(default_factory=list)  # `Measures`
+    directions: list[tuple[float, float, float]] = field(default_factory=list)  # `Directions`, of each measure
     rows: list[ConstraintRow] = field(default_factory=list)
-    motions: list[tuple[int, int, int]] = field(default_factory=list)
-    ramps: list[tuple[float, float, float]] = field(default_factory=list)
+    motions: list[tuple[int, int, int]] = field(default_factory=list)  # kind, addresses of position and speed
+    ramps: list[tuple[float, float, float]] = field(default_factory=list)  # speeds at start and end, duration; of each motion
     forces: list[ForceRow] = field(default_factory=list)
-    laws: list[tuple[int, int, int, int]] = field(default_factory=list)
-    law_numbers: list[list[float]] = field(default_factory=list)
-    data: list[float] = field(default_factory=list)
+    laws: list[list[int]] = field(default_factory=list)  # kind, addresses of functions; `CODES` integers
+    law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
+    data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
     separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first place, link, point, is a rotor
     state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, by place: rates of coordinates
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     units: dict[int, float] = field(default_factory=dict)  # by place, where it is not the mechanism's length
-    elastic: list[tuple[int, ...]] = field(default_factory=list)
+    elastic: list[tuple[int, ...]] = field(default_factory=list)  # `Elastic`
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
     _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first place
@@ -137,24 +138,36 @@ class Builder:
         return first
 
     def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
-        """Mark coordinates as deformations of one body, which share a unit: single ones, or x and y of vectors.
+        """Mark coordinates as deformations of one body: single ones at the places x, or vectors at the places (x, y).
 
-        Vectors have this unit only across the chord, whose ends have their x and y at the places `chord`.
+        The integrator compares errors of deformations with the largest one of the body so far, which is their common unit. Of a
+        vector only the component across the chord is a deformation; that along the chord keeps the mechanism's length as its
+        unit. `chord` are the places of x and y of the chord's start, and of its end.
         """
-        group = 1 + max((row[2] for row in self.elastic), default=-1)
+        group = self._number_group()
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
 
+    def _number_group(self) -> int:
+        """Return the number of a new group of coordinates that share a unit."""
+        return 1 + max((row[Elastic.GROUP] for row in self.elastic), default=-1)
+
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: ArrayLike) -> int:
-        """Add a marker, or find an equal one; return its index. Arguments are columns of `Markers`."""
+        """Add a marker, or find an equal one; return its index. `offset` and `size` are columns of `Markers`.
+
+        Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates in x, y and
+        angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle.
+        """
         key = (kind, offset, size, tuple(places), tuple(np.ravel(numbers).tolist()))
-        if key not in self._marker_rows:
-            first, data = len(self.places), self.add_numbers(numbers)
-            self.places += [int(p) for p in places]
-            index = len(self.markers)
-            twin = self._frames.setdefault(offset, index) if kind == MarkerKind.FRAME else index
-            self.markers.append((kind, offset, size, first, len(places), data, twin if twin < index else -1))
-            self._marker_rows[key] = index
-        return self._marker_rows[key]
+        if key in self._marker_rows:
+            return self._marker_rows[key]
+        index, first, data = len(self.markers), len(self.places), self.add_numbers(numbers)
+        twin = -1  # first marker of the same frame, whose sine and cosine this one copies
+        if kind == MarkerKind.FRAME and self._frames.setdefault(offset, index) < index:
+            twin = self._frames[offset]
+        self.places += [int(p) for p in places]
+        self.markers.append((kind, offset, size, first, len(places), data, twin))
+        self._marker_rows[key] = index
+        return index
 
     def add_ground(self, place: Pair) -> int:
         """Add a marker fixed at a position [m]; return its index."""
@@ -178,12 +191,15 @@ class Builder:
             return self.data[data + 2]
         if kind == MarkerKind.FRAME:
             return self.q[offset + 2] + self.data[data + 2]
-        count = 3 if kind == MarkerKind.LINEAR else 2  # x, y and, if linear, the angle
-        components = [self.places[first + i * size : first + (i + 1) * size] for i in range(count)]
+
+        def combine(component: int, at: int) -> float:
+            """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the factors that begin at index `at`."""
+            return sum(self.data[at + i] * self.q[self.places[first + component * size + i]] for i in range(size))
+
         if kind == MarkerKind.LINEAR:
-            return sum(self.data[data + 2 * size + i] * self.q[p] for i, p in enumerate(components[2]))
-        x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(each)) for each in components)
-        return atan2(y, x)
+            return combine(2, data + 2 * size)
+        slopes = data + size  # derivatives of the basis
+        return atan2(combine(1, slopes), combine(0, slopes))
 
     def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b; return its index."""
@@ -198,7 +214,9 @@ class Builder:
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
-        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # not zero but for rounding
+        used = [
+            i for i in range(size) if abs(self.data[data + i]) > 1e-15
+        ]  # members of the basis that are not zero, up to rounding
         x, y = ([self.places[first + component * size + i] for i in used] for component in (0, 1))
         value = [self.data[data + i] for i in used]
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
@@ -222,12 +240,15 @@ class Builder:
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
-        """Add a law, or find the one with this key; return its index. `about` names its functions in notes."""
+        """Add a law, or find the one with this key; return its index. `about` names its functions in notes.
+
+        A law without a key, None, is always a new one.
+        """
         if key is not None and key in self._law_rows:
             return self._law_rows[key]
-        addresses = [p.address for p in pointers]
-        self.laws.append((kind, *addresses, *[0] * (3 - len(addresses))))  # type: ignore[arg-type]
-        self.law_numbers.append([*map(float, numbers), *[0.0] * (8 - len(numbers))])
+        codes, parameters = [kind, *(p.address for p in pointers)], [float(x) for x in numbers]
+        self.laws.append(codes + [0] * (CODES - len(codes)))
+        self.law_numbers.append(parameters + [0.0] * (NUMBERS - len(parameters)))
         self.pointers += list(pointers)
         if not all(p.compiled for p in pointers):
             self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
@@ -250,20 +271,20 @@ class Builder:
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
-        """Add a force or torque whose law has states, which become rates of new coordinates of unit mass.
+        """Add a force or torque whose law has states. A state is the rate of a new coordinate of unit mass.
 
-        It acts on x and y of the marker if `column` is State.X, on its angle less `offset` if State.ANGLE.
+        The load acts on x and y of the marker if `column` is State.X, on its angle less `offset` if State.ANGLE. The laws of its
+        components, then of its states' rates, have consecutive indices; so have the markers of its states.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.add_coordinates([0.0] * len(initial))
-        places = range(first, first + len(initial))
+        places, group = range(first, first + len(initial)), self._number_group()
         self.add_mass(places, np.eye(len(initial)))
-        self.state_rates |= dict(zip(places, initial, strict=True))
-        self.units |= {i: max(1.0, abs(x)) for i, x in self.state_rates.items()}
-        group = 1 + max((row[2] for row in self.elastic), default=-1)
-        self.elastic += [(i, STATE, group, -1, -1, -1, -1) for i in places]
+        for i, state in zip(places, initial, strict=True):
+            self.state_rates[i], self.units[i] = state, max(1.0, abs(state))
+            self.elastic.append((i, STATE, group, -1, -1, -1, -1))
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in places]  # angle: the coordinate
         numbers = (column, load.law.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
@@ -273,7 +294,8 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # without a line of action there is no moment, hence no angle
+        has_line_of_action = len(numbers) > 3  # see `forces._add_push`
+        if kind == ForceKind.POINT_FORCE and not has_line_of_action:  # it has no moment, so the angle of its marker is not needed
             a = self._without_angle(a)
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

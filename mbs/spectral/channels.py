@@ -1,7 +1,7 @@
-"""Signals of ensembles, read from the compiled solver's states where possible: statistics then need no record of a run.
+"""Signals of ensembles, computed from the rows of a run without a record of it where possible.
 
-Such a signal is a column: a component of a force's report, of a marker's state or acceleration, or a multiplier, times a factor.
-Other signals are made from a record of each part of the run.
+Such a signal has a `Column`: a component of a force's report, of a marker's state or acceleration, or a multiplier, times a
+factor. All others are read from a record of the rows.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,21 +36,24 @@ Transform = IntEnum("Transform", "PLAIN MAGNITUDE POSITIVE", start=0)
 
 
 @jit
-def evaluate(tables, work, out, columns, scales, values):
-    """Fill values (times, columns) from the rows of a run; `columns` and `scales` are those of `Channels`."""
-    unused_forces, needed = np.zeros(out.q.shape[1]), np.zeros(tables.forces.shape[0], dtype=np.bool_)
-    for c in range(columns.shape[0]):
-        if columns[c, 0] == Source.REPORT:
-            needed[columns[c, 1]] = True
+def evaluate(tables, work, out, columns, factors, values):
+    """Fill values (times, columns) from the rows of a run; `columns` and `factors` are those of `Channels`."""
+    forces, unused_sum = tables.forces.shape[0], np.zeros(out.q.shape[1])
+    is_needed = np.zeros(forces, dtype=np.bool_)  # forces whose report is a signal
+    for source, index, _, _ in columns:
+        if source == Source.REPORT:
+            is_needed[index] = True
     for i in range(out.time.size):
-        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if needed.size > 0 else 0.0
+        since = 0.0  # time since the step's start, which is the same for all forces
+        if forces > 0:
+            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
-        for k in range(needed.size):
-            if needed[k]:
-                add_one(tables, work, k, now, unused_forces)
+        for k in range(forces):
+            if is_needed[k]:
+                add_one(tables, work, k, now, unused_sum)
         for c in range(columns.shape[0]):
-            source, index, component, transform = columns[c, 0], columns[c, 1], columns[c, 2], columns[c, 3]
+            source, index, component, transform = columns[c]
             if source == Source.REPORT:
                 value = work.reports[index, component]
             elif source == Source.MARKER:
@@ -58,7 +62,7 @@ def evaluate(tables, work, out, columns, scales, values):
                 value = now.lam[index]
             else:
                 value = compute_acceleration(tables, work, index, component, out.a[i])
-            value *= scales[c]
+            value *= factors[c]
             if transform == Transform.MAGNITUDE:
                 value = abs(value)
             elif transform == Transform.POSITIVE:
@@ -66,8 +70,14 @@ def evaluate(tables, work, out, columns, scales, values):
             values[i, c] = value
 
 
-Column = tuple[int, int, int, int, float]
-"""Source of a signal, index of the force, marker or constraint, component, transform, and factor."""
+class Column(NamedTuple):
+    """Place of a signal in the solver's arrays."""
+
+    source: Source
+    number: int  # index of the force, marker or constraint
+    component: int  # of the report, state or acceleration
+    transform: Transform = Transform.PLAIN
+    factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -75,16 +85,16 @@ class Channels:
     """Signals by name, with the columns of those that have one."""
 
     names: tuple[str, ...]  # those with a column come first
-    columns: Array  # the first four entries of each `Column`, (columns, 4)
-    scales: Array  # factors, (columns,)
+    columns: Array  # each `Column` without its factor, (columns, 4)
+    factors: Array  # (columns,)
 
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
         """Find the columns of signals in a scene, to which missing markers are added."""
         known = {name: column for name in names if (column := _find_column(scene, name)) is not None}
-        order = tuple(sorted(names, key=lambda name: name not in known))
-        columns = np.array([known[name][:4] for name in order if name in known], dtype=np.int64).reshape(-1, 4)
-        return cls(order, columns, np.array([known[name][4] for name in order if name in known]))
+        others = [name for name in names if name not in known]
+        columns = np.array([column[:4] for column in known.values()], dtype=np.int64).reshape(-1, 4)
+        return cls((*known, *others), columns, np.array([column.factor for column in known.values()]))
 
     def values(self, scene: CompiledScene, out: Output) -> Array:
         """Compute all signals at the rows of a run, shape (times, signals)."""
@@ -92,7 +102,7 @@ class Channels:
         if count:
             found = np.empty((len(out.time), count))
             rows = Output(*map(np.ascontiguousarray, out))
-            evaluate(scene.tables, scene.work, rows, self.columns, self.scales, found)
+            evaluate(scene.tables, scene.work, rows, self.columns, self.factors, found)
             values[:, :count] = found
         if count < len(self.names):
             record = record_of(scene, out)
@@ -117,7 +127,7 @@ JOINT = {
 }  # fmt: skip
 """Columns of the report of a joint with clearance, by quantity."""
 STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Report.LENGTH, Transform.POSITIVE)}
-"""Columns of the report of a stop, by quantity."""
+"""Columns of the report of a stop, by quantity. Its force acts along a measure, so its sign tells the side of the face."""
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
@@ -127,7 +137,7 @@ def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | N
         joint = isinstance(element, Clearance) and element.point == owner
         if joint or (isinstance(element, Stop) and name == owner):
             found = (JOINT if joint else STOP).get(quantity)
-            return found and (Source.REPORT, k, *found, 1.0)
+            return found and Column(Source.REPORT, k, *found)
     return None
 
 
@@ -140,30 +150,38 @@ def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | Non
     links = [link for link in scene.mechanism.links if owner in link.points and not link.body.massless]
     if owner not in scene.mechanism.points or quantity not in POINT or not links:
         return None
-    return (Source.MARKER, scene.marker(links[0].name, owner), POINT[quantity], Transform.PLAIN, 1.0)
+    return Column(Source.MARKER, scene.marker(links[0].name, owner), POINT[quantity])
 
 
 def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find the motion of the centre of mass of a rigid or modal link, and of `LINK.middle`, half-way between its ends."""
+    """Find the motion of a rigid or modal link at its centre of mass or, for LINK.middle, half-way between its joints.
+
+    In the axes of a modal link its modes do not move the centre of mass. The station half-way is called "centre".
+    """
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
-    if body.model is None:  # a rigid link; `arm` leads from its start to the point, in its axes [m]
-        length = scene.mechanism.length(name)
-        arm, shape = np.array((length / 2, 0.0) if station else scene.mechanism.link(name).body.mass_properties(length)[2]), None
+    length = scene.mechanism.length(name) if body.model is None else body.model.length
+    shape = None  # modes at the point, (modes, 3); None for zeros
+    if station:
+        arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
+        if body.model is not None:
+            shape = body.model.shapes[STATIONS.index("centre")].T.copy()
+    elif body.model is None:
+        arm = np.array(scene.mechanism.link(name).body.mass_properties(length)[2])
     else:
-        arm = body.model.centre + (body.model.place("centre") if station else 0.0)
-        shape = body.model.shapes[STATIONS.index("centre")].T.copy() if station else None
+        arm = body.model.centre
     marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape, turned=True)
     scene.refresh()
     if quantity in POINT:
-        return (Source.MARKER, marker, POINT[quantity], Transform.PLAIN, 1.0)
-    return (Source.ACCELERATION, marker, ("ax", "ay").index(quantity), Transform.PLAIN, 1.0)
+        return Column(Source.MARKER, marker, POINT[quantity])
+    return Column(Source.ACCELERATION, marker, ("ax", "ay").index(quantity))
 
 
 def _find_drive(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the torque or force of a drive, which is its multiplier with opposite sign."""
-    if quantity not in ("torque", "force") or not isinstance(scene.source.elements.get(owner), Drive):
+    is_drive = isinstance(scene.source.elements.get(owner), Drive) and owner in scene.row_names
+    if quantity not in ("torque", "force") or not is_drive:
         return None
-    return (Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.PLAIN, -1.0) if owner in scene.row_names else None
+    return Column(Source.MULTIPLIER, scene.row_names.index(owner), 0, factor=-1.0)

@@ -1,4 +1,7 @@
-"""Constraints of the compiled solver from the rows of an element (see `elements.rows`), and markers of points by name."""
+"""Constraints of the compiled solver from the rows of an element (`elements.rows`), and markers of points by name.
+
+A marker is a point of a body with an angle; a measure is a length or an angle between two markers.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,12 @@ from .frame_body import FrameBody
 from .strut import StrutBody
 from .tables import MeasureKind
 
-NOWHERE = (0.0, 0.0)
-"""Position of the origin; for a measure without direction, an unused direction."""
+ORIGIN = (0.0, 0.0)
+"""Position of the origin [m]."""
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
-    """Add the rows of a joint, guide, drive or coupling; pins of a strut need none, as its ends are points of its neighbours."""
+    """Add the rows of a joint, guide, drive or coupling. A pin of a strut has none: a strut ends at a point of its neighbour."""
     for row in element.rows(builder.mechanism):
         if row.start_only:  # holds at t = 0 only: no constraint of the motion
             continue
@@ -30,12 +33,13 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 
 def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield factor and arguments of `add_measure`; nothing for a distance between equal markers, which is always zero."""
+    """Yield factor and arguments of `add_measure`; nothing for a length between equal markers, which is always zero."""
     a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
+    no_direction = (0.0, 0.0)
     if isinstance(measure, Turn):
-        yield factor, (MeasureKind.ANGLE, a, b, NOWHERE)
+        yield factor, (MeasureKind.ANGLE, a, b, no_direction)
     elif a != b and isinstance(measure, Distance):
-        yield factor, (MeasureKind.DISTANCE, a, b, NOWHERE)
+        yield factor, (MeasureKind.DISTANCE, a, b, no_direction)
     elif a != b and isinstance(measure, Along):
         kind = MeasureKind.TURNING if measure.turns else MeasureKind.FIXED
         yield factor, (kind, a, b, resolve_in_axes(builder, b, measure.direction) if measure.turns else measure.direction)
@@ -48,14 +52,15 @@ def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[flo
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Return the marker of a point on a body; '' is its start. Links with a frame and the ground reach any point."""
+    """Return the marker of a point of a link or of the ground; '' is the start of the link, or the origin.
+
+    The ground and a link with a frame have a marker at any point of the mechanism, a strip only at points of its own.
+    """
     if link == GROUND:
-        return builder.add_ground(builder.mechanism.points[point] if point else (0.0, 0.0))
+        return builder.add_ground(builder.mechanism.points[point] if point else ORIGIN)
+    point = point or builder.mechanism.link(link).start
     body = builder.bodies[link]
-    points = builder.mechanism.link(link).points
-    if not point:
-        return builder.marker(link, builder.mechanism.link(link).start)
-    if point in points or isinstance(body, StrutBody):
+    if point in builder.mechanism.link(link).points or isinstance(body, StrutBody):
         return builder.marker(link, point)
     if not isinstance(body, FrameBody):
         raise ValueError(f"link '{link}' does not reach point '{point}'")
@@ -63,7 +68,7 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
 
 
 def link_of(builder: Builder, reference: str) -> tuple[str, str]:
-    """Return link, or the ground, and point of a reference; the block of a guide stands for the link to which it is pinned."""
+    """Return the link, or the ground, and the point of a reference; a guide's block is replaced by the link pinned to it."""
     body, point = place(reference)
     if body != GROUND and body not in {link.name for link in builder.mechanism.links}:
         return builder.mechanism.guide(body).link, point
@@ -73,6 +78,4 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 def marker_at(builder: Builder, reference: str) -> int:
     """Return the marker of a point reference. 'ground:ground' is the ground as a body, whose marker is the origin."""
     link, point = link_of(builder, reference)
-    if link == GROUND and point == GROUND:
-        return builder.add_ground((0.0, 0.0))
-    return marker_of(builder, link, point)
+    return builder.add_ground(ORIGIN) if link == point == GROUND else marker_of(builder, link, point)

@@ -21,7 +21,7 @@ from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from .basis import gauss
 from .builder import Builder, BuiltBody
-from .connect import NOWHERE, connect, marker_at, marker_of, resolve_in_axes
+from .connect import ORIGIN, connect, marker_at, marker_of, resolve_in_axes
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
 from .strut import add_strut
@@ -80,7 +80,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     if load.states is not None:
         builder.add_stateful(name, load, a, State.X, 0.0)
         return
-    b = builder.add_ground(NOWHERE) if turns is None else marker_at(builder, turns)
+    b = builder.add_ground(ORIGIN) if turns is None else marker_at(builder, turns)
     line_of_action = [] if load.through is None else [1.0, *load.through]
     law, components = -1, [0.0, 0.0]
     if callable(load.value):
@@ -95,7 +95,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     """Add a line load by Gauss quadrature: at each point of the strip a force and a moment, times the weight [m]."""
     strip = cast(StripBody, builder.bodies[load.link])
-    ground = builder.add_ground(NOWHERE)
+    ground = builder.add_ground(ORIGIN)
     for piece, element in enumerate(strip.elements):
         for x, w in zip(*gauss(element.places.shape[1] + 2), strict=True):  # degree + 3 points
             weight = float(w) * element.jacobian
@@ -114,7 +114,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     if load.states is not None:
         builder.add_stateful(name, load, marker, State.ANGLE, builder.angle_of(marker))
         return
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     if not callable(load.value):
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
@@ -126,7 +126,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
     marker = marker_at(builder, load.at(builder.mechanism))
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(NOWHERE))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     law, voltage = -1, 0.0
     if callable(load.voltage):
         pointer = function_pointer(numbers_of(load.voltage, ["t"])[0], 1)
