@@ -51,7 +51,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     redundant, they may determine the motion even there: then a second solution next to the pose is searched.
     """
     time, places = run.record.time, _places(run.record)
-    linkage = Scene.of(run.record.mechanism).linkage.until(float(time[-1]))
+    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
@@ -72,7 +72,7 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
     """
     rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
     among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
-    return rigid, [k for k in linkage.lasting_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
+    return rigid, [k for k in linkage.permanent_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
 
 
 def compute_gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:

@@ -32,11 +32,11 @@ class Course(NamedTuple):
 
 def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     """Close the loops at each time by Newton's method from guesses q (times, links, 3); return None if it fails."""
-    travel, scale = linkage.travel(times), max(1.0, linkage.size)
+    drive_travel, scale = linkage.drive_travel(times), max(1.0, linkage.size)
     previous = np.inf
     for _ in range(MAX_ITERATIONS):
         residual, jacobian = linkage.system(q)
-        residual = residual - travel
+        residual = residual - drive_travel  # 0 in rows without a drive
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
             return None
@@ -56,8 +56,8 @@ def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) 
         inverse = invert(jacobian)
     except np.linalg.LinAlgError:
         return None
-    q_t = (inverse @ linkage.speed(times)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.acceleration(times)
+    q_t = (inverse @ linkage.drive_speed(times)[..., None])[..., 0].reshape(q.shape)
+    right = linkage.convective(q, q_t) + linkage.drive_acceleration(times)
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
@@ -81,7 +81,8 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
         return False
     distance = float(np.abs(after.q - before.q).max())
-    return len(rows) == len(linkage.names) or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
+    has_redundant_rows = len(rows) < len(linkage.rows)
+    return not has_redundant_rows or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
 
 
 def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:

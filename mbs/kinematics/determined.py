@@ -1,8 +1,9 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates q close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt, gamma quadratic in q_t. The
-multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding. Steps in time serve to stay on the branch of the
-start: each is predicted by q, q_t and q_tt. Loops at other times are closed from interpolated ends of steps, called anchors.
+Coordinates q (times, links, 3), (x, y, angle) of each link's start, close the loops, C(q, t) = 0. Rates solve J q_t = -C_t and
+J q_tt = gamma - C_tt, gamma quadratic in q_t. Multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding.
+Steps in time serve to stay on the branch of the start: each is predicted by q, q_t and q_tt. Their ends are called anchors.
+Loops at other times are closed from poses interpolated between anchors.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class Follower:
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
-        self.linkage = scene.linkage.until(duration)
+        self.linkage = scene.linkage.limit_drives(duration)  # so that no drive is evaluated beyond the end
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
         self.ended: Ended | None = None
@@ -97,9 +98,8 @@ class Follower:
             h = duration - t if duration - t - h < 1e-12 * duration else h  # no last step of the size of rounding
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
-            error = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
-            too_long = after is None or error > LARGEST_ERROR or self._needs_shorter_step(state, after, slow)
-            if after is None or too_long or passes_singularity(linkage, state, after):
+            error = np.inf if after is None else float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size
+            if after is None or error > LARGEST_ERROR or self._is_refused(state, after, slow):
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._diagnose_end(anchors)
@@ -109,15 +109,15 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             anchors.append(state)
-            # the error grows with h^3: below SMALL_ERROR/8, a double step has at most `SMALL_ERROR`
-            h *= 2 if error < SMALL_ERROR / 8 else 1.3 if error < SMALL_ERROR else 0.8 if error > LARGEST_ERROR / 2 else 1.0
+            h *= _step_factor(error)
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
-    def _needs_shorter_step(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds differ too much from their linear prediction."""
+    def _is_refused(self, before: Course, after: Course, slow: float) -> bool:
+        """Return True if speeds differ too much from their linear prediction in a step, or if it passes a singular pose."""
         h = float(after.time[0] - before.time[0])
         error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
-        return error > SPEED_ERROR * max(slow, self._largest_speed(before), self._largest_speed(after))
+        largest = max(slow, self._largest_speed(before), self._largest_speed(after))
+        return error > SPEED_ERROR * largest or passes_singularity(self.linkage, before, after)
 
     def _largest_speed(self, course: Course) -> float:
         """Return the largest speed of the links' start points, and of their angles times lengths [m/s]."""
@@ -183,9 +183,10 @@ class Follower:
         return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Compute the reactions of constrained elements from the least-norm multipliers mu with J^T mu = M q_tt - f."""
-        right = self._inertia(course) - self._applied_forces(record)
-        multipliers = (invert(course.jacobian.mT) @ right.reshape(len(right), -1, 1))[..., 0]
+        """Compute the reactions of constrained elements from the multipliers mu with J^T mu = M q_tt - f, of least norm."""
+        right = self._inertia_less_weight(course) - self._applied_forces(record)
+        inverse = invert(course.jacobian.mT)  # the Moore-Penrose inverse if rows are redundant
+        multipliers = (inverse @ right.reshape(len(right), -1, 1))[..., 0]
         names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
         for name, element in Scene.of(self.linkage.mechanism).elements.items():
@@ -194,7 +195,7 @@ class Follower:
                 channels[name] = dict(element.reactions(multipliers[:, rows]) or {})
         return channels
 
-    def _inertia(self, course: Course) -> Array:
+    def _inertia_less_weight(self, course: Course) -> Array:
         """Compute M q_tt less the weight, (times, links, 3)."""
         linkage, gravity = self.linkage, np.array(self.linkage.mechanism.gravity)
         total = np.zeros_like(course.q)
@@ -210,11 +211,10 @@ class Follower:
         """Compute forces of guide friction and loads, and moments about the links' starts, (times, links, 3)."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         total = np.zeros((len(record.time), len(linkage.index), 3))
-        link_of_block = {guide.point: guide.link for guide in mechanism.guides}
         for name, element in Scene.of(mechanism).elements.items():
             for reference, force, moment in element.pushes(name, record) or ():
                 body, point = place(reference)
-                body = link_of_block.get(body, body)  # a guide's block has the name of the guided point
+                body = linkage.carrying_link(body)
                 if body == GROUND:
                     continue
                 i = linkage.index[body]
@@ -222,6 +222,15 @@ class Follower:
                 total[:, i, :2] += force
                 total[:, i, 2] += cross(arm, force) + moment
         return total
+
+
+def _step_factor(error: float) -> float:
+    """Return the factor of the next step; the error of the prediction grows with the step's third power."""
+    if error < SMALL_ERROR / 8:
+        return 2.0  # then the error is `SMALL_ERROR` at most
+    if error < SMALL_ERROR:
+        return 1.3  # the error grows by 2.2
+    return 0.8 if error > LARGEST_ERROR / 2 else 1.0  # 0.8: about half of the error
 
 
 def _quintic(anchors: Course, times: Array) -> Array:

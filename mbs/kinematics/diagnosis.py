@@ -30,7 +30,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     `rows` are indices of independent rows; all by default.
     """
     mechanism, found = linkage.mechanism, []
-    joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
+    joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints}
     for first, second in combinations([link.name for link in mechanism.links], 2):
         angle = q[linkage.index[first], 2] - q[linkage.index[second], 2]
         if frozenset((first, second)) in joined and abs(np.sin(angle)) < IN_LINE:
@@ -60,7 +60,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
         motion = record.links[link.name]
         q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
-    rows = [k for k in linkage.lasting_rows if linkage.rows[k].bodies <= among]
+    rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # angles times the longest link are lengths, too
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))

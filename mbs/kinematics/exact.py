@@ -22,7 +22,10 @@ from .determined import Ended, Follower, UnclosedError
 SAMPLES_PER_TURN = 400
 """Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
 SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`."""
+"""Least number of samples in a step of the `Follower`, over the solver's setting `contact_resolution`.
+
+The setting, 40 by default, is how finely a user wants fast parts of a motion resolved; 40 gives 8 samples, a tenth of it one.
+"""
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 
@@ -43,8 +46,9 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     try:
         return _sample_motion(follower, duration, solver, begin)
     except UnclosedError as error:
-        reached = follower.anchors.time[follower.anchors.time < error.time]
-        follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(error))
+        ends_of_steps = follower.anchors.time
+        last = float(ends_of_steps[ends_of_steps < error.time][-1])
+        follower.ended = Ended(last, Status.SINGULAR, str(error))
         return _sample_motion(follower, duration, solver, begin)
 
 
@@ -84,7 +88,7 @@ def _find_failed_load(record: Record) -> Ended | None:
         if isinstance(load, Load):
             for push in load.pushes(name, record):
                 fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
-                k = int(np.argmax(fails))
+                k = int(np.argmax(fails))  # the first that fails, not 0: the mechanism has tried the function at t = 0
                 if fails[k] and k > 0 and (found is None or record.time[k] < found.time):
                     t = float(record.time[k])
                     reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
@@ -112,16 +116,17 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 
 
 def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
-    """Replace the samples between two anchors [s], if they form fewer than `least` intervals, by equidistant samples.
+    """Replace the samples of the grid in a step, from anchor to anchor [s], by `least` equal intervals if they are fewer.
 
     Anchors are close near a dead centre, or where the drive reverses. Old and new samples together would be uneven, which spoils
     the energy balance. Pairs of samples at kinks stay.
     """
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])
-    is_short = np.diff(np.searchsorted(grid, ends)) < least
-    finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(is_short)]
+    has_few_samples = np.diff(np.searchsorted(grid, ends)) < least  # for each step
+    finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(has_few_samples)]
     is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]  # 2: the distance in a pair has an error of rounding
-    stays = np.append(is_pair, False) | np.append(False, is_pair)
+    step = np.searchsorted(ends, grid, side="right") - 1  # number of the step in which a sample lies
+    stays = ~np.append(has_few_samples, False)[step]  # False: the last sample is the end of the last step
+    stays |= np.append(is_pair, False) | np.append(False, is_pair)
     stays[[0, -1]] = True
-    stays |= ~np.append(is_short, False)[np.clip(np.searchsorted(ends, grid, side="right") - 1, 0, len(is_short))]
     return np.unique(np.concatenate([grid[stays], *finer]))

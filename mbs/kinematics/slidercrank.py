@@ -48,10 +48,11 @@ class SliderCrank(NamedTuple):
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
     def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
-        """Compute the force p(u) E I/L^2 cos(phi) [N] of a buckled coupler on a slider fixed at x = stop, along the x axis.
+        """Compute the force with which a buckled coupler presses a slider against a stop at x = stop, p(u) E I/L^2 cos(phi) [N].
 
-        Equations 7-13: `load` is a function from the end shortening over length to p = P L^2/(E I), `rigidity` is E I [N m^2],
-        `theta` the crank angle [rad], `stop` in m. A coupler without shortening has the Euler load.
+        It is positive towards negative x, away from the crank. Equations 7-13: `load` is a function from the end shortening over
+        length to p = P L^2/(E I), `rigidity` is E I [N m^2], `theta` the crank angle [rad], `stop` in m. A coupler without
+        shortening has the Euler load.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)

@@ -33,6 +33,8 @@ DISPLACEMENT = 1e-2
 """Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
 POSES = 4
 """Number of random poses: the pose with the largest rank is in general position, as a single pose could be singular."""
+FARTHEST = 0.2
+"""Distance from the pose at t = 0, over the longest link or in rad, beyond which a closed pose may be another assembly."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Linkage:
     mechanism: Mechanism
     last: float = np.inf
 
-    def until(self, last: float) -> Linkage:
-        """Return a copy of the linkage whose drives are evaluated up to a time [s]."""
+    def limit_drives(self, last: float) -> Linkage:
+        """Return a copy of the linkage whose drives are evaluated up to a time [s], not beyond."""
         found = copy(self)
         object.__setattr__(found, "last", last)
         return found
@@ -86,21 +88,25 @@ class Linkage:
         """Motion of each row that follows a drive, by the index of the row."""
         return {k: row.motion for k, row in enumerate(self.rows) if row.motion is not None}
 
+    def carrying_link(self, body: str) -> str:
+        """Return the link with which a body moves: for a guide's block, named by the guided point, the guided link."""
+        return next((guide.link for guide in self.mechanism.guides if guide.point == body), body)
+
     def _number(self, place: Place) -> int:
         return len(self.index) if place.body == GROUND else self.index[place.body]
 
     def _arm(self, place: Place) -> complex:
         """Return the arm from a link's start, or from the origin for the ground, to a point at t = 0 [m], as a complex number."""
-        if not place.point:
-            return 0j
-        point = complex(*self.mechanism.points[place.point])
-        return point if place.body == GROUND else point - complex(*self.reference[self.index[place.body], :2])
+        origin = 0j if place.body == GROUND else complex(*self.reference[self.index[place.body], :2])
+        return self._position_at_start(place) - origin
+
+    def _position_at_start(self, place: Place) -> complex:
+        return complex(*self.mechanism.points[place.point])
 
     @cached_property
     def _forms(self) -> Forms:
         """Equations of all rows."""
-        ends = Ends(self._number, self._arm, lambda place: complex(*self.mechanism.points[place.point]))
-        return Forms(self.rows, len(self.index), ends)
+        return Forms(self.rows, len(self.index), Ends(self._number, self._arm, self._position_at_start))
 
     # --- positions and velocities -----------------------------------------------------------------------------------------
 
@@ -124,7 +130,7 @@ class Linkage:
 
     def system(self, q: Array) -> tuple[Array, Array]:
         """Compute residuals C (..., rows) without travel of drives and Jacobian J (..., rows, 3 links) from q (..., links, 3)."""
-        return self._forms.system(q - self._directions)
+        return self._forms.system(q - self._start_angles)
 
     def jacobian(self, q: Array) -> Array:
         """Compute the Jacobian J (..., rows, 3 links) at coordinates q (..., links, 3)."""
@@ -132,27 +138,26 @@ class Linkage:
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """Compute the convective term gamma, quadratic in the velocities, shape (..., rows)."""
-        return self._forms.convective(q - self._directions, q_t)
+        return self._forms.convective(q - self._start_angles, q_t)
 
     @cached_property
-    def _directions(self) -> Array:
-        """Directions of the links at t = 0 as coordinates (0, 0, theta), (links, 3)."""
+    def _start_angles(self) -> Array:
+        """Coordinates (0, 0, theta) with the angles at t = 0, (links, 3): `Forms` counts angles from t = 0."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
-    def travel(self, time: ArrayLike) -> Array:
+    def drive_travel(self, time: ArrayLike) -> Array:
         """Return the travel of the drive in each row [m or rad], shape (..., rows); 0 in rows without a drive."""
         return self._drive_values(time, lambda motion, t: motion.position(t))
 
-    def speed(self, time: ArrayLike) -> Array:
+    def drive_speed(self, time: ArrayLike) -> Array:
         """Return the rate of the travel of the drives [m/s or rad/s], shape (..., rows)."""
         return self._drive_values(time, lambda motion, t: motion.speed(t))
 
-    def acceleration(self, time: ArrayLike) -> Array:
+    def drive_acceleration(self, time: ArrayLike) -> Array:
         """Return the second rate of the travel of the drives, shape (..., rows); no drive is evaluated beyond `last`."""
         return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
-        """Evaluate a function of motion and time for the drive in each row, shape (..., rows); 0 in rows without a drive."""
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.motions.items():
@@ -160,19 +165,19 @@ class Linkage:
         return values
 
     @cached_property
-    def lasting_rows(self) -> Array:
+    def permanent_rows(self) -> Array:
         """Indices of the rows that hold throughout a run, not only at its start."""
         return np.flatnonzero([not row.start_only for row in self.rows])
 
     @cached_property
     def general_pose(self) -> Array:
-        """Pose in general position (links, 3): closed loops close to the pose at t = 0, with drives moved.
+        """Pose in general position (links, 3), near the pose at t = 0: all loops are closed, drives are free to move.
 
         Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Rows that are
         redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
         """
         reference = self.reference
-        rows = np.array([k for k in self.lasting_rows if k not in self.motions], dtype=int)
+        rows = np.array([k for k in self.permanent_rows if k not in self.motions], dtype=int)
         unit = np.tile([self.size, self.size, 1.0], len(self.index))
         if not len(rows):
             return reference
@@ -185,7 +190,7 @@ class Linkage:
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
             if pose is None:
                 continue
-            pose_rank = rank(self.jacobian(pose)[self.lasting_rows])
+            pose_rank = rank(self.jacobian(pose)[self.permanent_rows])
             if pose_rank > largest_rank:
                 best, largest_rank = pose, pose_rank
         return best
@@ -197,10 +202,12 @@ class Linkage:
             residual, jacobian = self.system(q)
             if np.abs(residual[rows]).max() < 1e-13 * scale:
                 break
-            q = q - (unit * (np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6) @ residual[rows])).reshape(q.shape)
+            # singular values that vanish only at t = 0 are of the order DISPLACEMENT here; those of redundant rows are rounding
+            inverse = np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6)
+            q = q - (unit * (inverse @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
         has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
-        return q if has_closed and distance < 20 * DISPLACEMENT else None
+        return q if has_closed and distance < FARTHEST else None
 
     def mobility(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
@@ -228,16 +235,19 @@ def rank(jacobian: Array) -> int:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, whose rows have weights above 1e-6 of the largest weight."""
-    weighty = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-300: zeros are no weights
-    return list(dict.fromkeys(name for name, is_weighty in zip(names, weighty, strict=True) if is_weighty))
+    """Return the elements, each once, whose rows are involved in a contradiction or a linear dependence of rows.
+
+    `names` has the element of each row, `weights` (rows,) its residual or its coefficient in the dependence.
+    """
+    least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
+    return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
     """Return the largest speed [rad/s] of a driven link, sampled at each per cent of a duration [s]; 0 if no link is driven."""
-    turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
+    motions = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]  # the target is a link
     times = [float(t) for t in np.linspace(0, duration, 101)]
-    return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
+    return max((abs(float(motion.speed(t))) for motion in motions for t in times), default=0.0)
 
 
 class LinkMass(NamedTuple):
@@ -250,19 +260,18 @@ class LinkMass(NamedTuple):
 
 
 def carried_masses(linkage: Linkage) -> Iterator[LinkMass]:
-    """Yield the masses of links, blocks of guides, and elements on links."""
+    """Yield the masses of links, blocks of guides, and elements on links; a block is a point mass of the guided link."""
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
         mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
         yield LinkMass(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
-    blocks = {guide.point: guide.link for guide in mechanism.guides}
     burdens = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
     for element in mechanism.elements().values():
         burdens += element.burdens(mechanism)
     for reference, mass, inertia in burdens:
         body, point = place(reference)
-        i = linkage.index[blocks.get(body, body)]
+        i = linkage.index[linkage.carrying_link(body)]
         yield LinkMass(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
 
 

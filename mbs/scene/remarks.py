@@ -13,7 +13,7 @@ from .linkage import ROUNDING, Linkage, rank
 from .start import jacobian, name_surplus_drives
 
 UNDETERMINED = 1e-6
-"""Component of a null vector of the transposed Jacobian above which the multiplier of its row is undetermined."""
+"""Component of a unit null vector of the transposed Jacobian above which the multiplier of its row is undetermined."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -36,9 +36,9 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         if unjoined and f"{point}'" not in mentioned:
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
-    reach = sum(mechanism.length(link.name) for link in mechanism.links)
+    reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
     for stop in mechanism.stops:
-        if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:  # 2: from one side to the other
+        if stop.carrier == GROUND and abs(stop.face(mechanism)) > reach:
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
     return found
 
@@ -61,9 +61,9 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
     matrix = linkage.jacobian(linkage.reference)
     free = matrix.shape[1] - rank(matrix)
     if free:
-        null_vectors = np.linalg.svd(matrix)[2][-free:]
-        motion = np.abs(null_vectors).max(axis=0).reshape(-1, 3).max(axis=1)
-        moving = [link.name for link, size in zip(mechanism.links, motion, strict=True) if size > ROUNDING]
+        free_motions = np.linalg.svd(matrix)[2][-free:]  # unit vectors in coordinates (links, 3): null space of all rows
+        of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
+        moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > ROUNDING]
         count = "1 way" if free == 1 else f"{free} ways"
         driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
         can_move = f"with the drives held the linkage can move in {count} ({names})"
@@ -93,16 +93,20 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    null_vectors = left[:, int((values > ROUNDING * values.max(initial=1.0)).sum()) :]
-    undetermined = np.abs(null_vectors).max(axis=1, initial=0.0) > UNDETERMINED
-    return list(dict.fromkeys(name for name, is_free in zip(names, undetermined, strict=True) if is_free))
+    matrix_rank = int((values > ROUNDING * values.max(initial=1.0)).sum())  # 1: the entries of scaled rows
+    null_vectors = left[:, matrix_rank:]
+    shares = np.abs(null_vectors).max(axis=1, initial=0.0)
+    return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > UNDETERMINED))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return elements and scaled derivatives of the rows that hold throughout, in general position; rows of drives first."""
+    """Return elements and scaled derivatives of the permanent rows, in general position.
+
+    Rows of drives come first: where a drive and a joint depend on each other, the joint is redundant.
+    """
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
-    order = sorted(linkage.lasting_rows, key=lambda k: k not in linkage.motions)
+    order = sorted(linkage.permanent_rows, key=lambda k: k not in linkage.motions)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix
 

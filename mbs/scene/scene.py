@@ -101,14 +101,14 @@ class Scene:
         """True if constraints and drives alone determine the pose: as many independent constraints as coordinates."""
         if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
             return False
-        rows = self.linkage.rows
-        if any(row.start_only for row in rows) or len(rows) < 3 * len(self.linkage.index):
+        rows, coordinates = self.linkage.rows, self.linkage.reference.size
+        if len(rows) < coordinates or any(row.start_only for row in rows):  # `start_only`: of a joint with clearance
             return False
         return self.linkage.mobility() == 0
 
     @cached_property
     def why_not_kinematic(self) -> str:
-        """Reason why constraints do not determine the motion, or the motion not all forces; '' if they do."""
+        """Reason for an integration: constraints leave the motion open, or a known motion leaves a force open; '' if none."""
         mechanism = self.mechanism
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
@@ -118,15 +118,17 @@ class Scene:
         rubbing = [guide.key for guide in mechanism.guides if guide.friction_needs_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
-        constrained, no_multipliers = set(self.linkage.names), np.empty((0, 3))  # 3: most rows of an element
+        no_multipliers = np.empty((0, 3))  # at no time; an element has 3 rows at most
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
-            if name in constrained and element.reactions(no_multipliers) is None:
+            if name in self.linkage.names and element.reactions(no_multipliers) is None:
                 return f"'{name}' does not tell its reaction"
-        acting = [element for element in (*mechanism.loads, *mechanism.couplings) if not any(element.rows(mechanism))]
-        without_force = [element.key for element in acting if type(element).pushes is Element.pushes]
-        return f"'{without_force[0]}' does not tell its force in a known motion" if without_force else ""
+        for element in (*mechanism.loads, *mechanism.couplings):
+            has_rows = any(element.rows(mechanism))  # then its force is its reaction
+            if not has_rows and type(element).pushes is Element.pushes:  # the base class knows no force
+                return f"'{element.key}' does not tell its force in a known motion"
+        return ""
 
     @property
     def is_kinematic(self) -> bool:

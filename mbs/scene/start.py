@@ -110,8 +110,8 @@ def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
 def name_surplus_drives(linkage: Linkage) -> str:
     """Explain that a mechanism has more drives than degrees of freedom in general position; return '' if it has not."""
     matrix = np.hstack(jacobian(linkage, linkage.general_pose))
-    driven = [k for k in linkage.lasting_rows if k in linkage.motions]
-    constraints = [k for k in linkage.lasting_rows if k not in linkage.motions]
+    driven = [k for k in linkage.permanent_rows if k in linkage.motions]
+    constraints = [k for k in linkage.permanent_rows if k not in linkage.motions]
     free = matrix.shape[1] - rank(matrix[constraints])
     if len(driven) <= free:
         return ""
@@ -126,7 +126,7 @@ def start(linkage: Linkage) -> Start:
     """
     mechanism = linkage.mechanism
     rigid, flexible = jacobian(linkage)
-    right, names = linkage.speed(0.0), list(linkage.names)
+    right, names = linkage.drive_speed(0.0), list(linkage.names)
     for name, row, by_stations, value in _velocity_rows(mechanism, linkage):
         rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
         right, names = np.append(right, value), [*names, name]
