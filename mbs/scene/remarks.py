@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -29,11 +30,10 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         if drive.target not in mechanism.points and GROUND not in groups[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
     found += _free_links(linkage)
-    mentioned = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))  # all names in them
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
-        if unjoined and f"{point}'" not in mentioned:
+        if unjoined and point not in _quoted_names(mechanism.loads, mechanism.stops):
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
@@ -43,13 +43,18 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
     return found
 
 
+def _quoted_names(*parts: object) -> set[str]:
+    """Return the names of points and links in elements: all texts in quotes of their printed form, split as in 'coupler:A'."""
+    return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
+
+
 def _free_links(linkage: Linkage) -> Iterator[str]:
     """Yield remarks on links that nothing joins to the rest, and on links that can move with all drives locked."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
-    acting = " ".join(repr(part) for part in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
+    acting = _quoted_names(mechanism.loads, mechanism.stops, mechanism.velocities)
     for link in mechanism.links:
-        mentioned = any(f"{mark}{name}'" in acting for name in (*link.points, link.name) for mark in "':")  # 'A' or :A'
+        mentioned = not acting.isdisjoint({*link.points, link.name})
         if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
         joints = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]

@@ -91,6 +91,16 @@ def test_what_looks_forgotten_is_noted(case):
     assert any(words in note for note in notes), notes
 
 
+def test_a_load_at_another_point_of_the_same_last_letter_hides_no_note():
+    """The force acts at 'BA'; at 'A' the links still pass each other."""
+    links = [mbs.Link("bar", "O", "A", BAR), mbs.Link("other", "O", "A", BAR), mbs.Link("third", "A", "BA", BAR)]
+    joints = [mbs.Revolute("O", "ground", "bar"), mbs.Revolute("A", "bar", "third"), mbs.Revolute("O", "bar", "other")]
+    points = {"O": (0, 0), "A": (1, 0), "BA": (2, 0)}
+    mechanism = mbs.Mechanism(points, links, joints, loads=[mbs.Force("BA", (0, -1))])
+    notes = mbs.simulate(mechanism, 0.01).provenance["notes"]
+    assert any("share the point 'A' without a joint there" in note for note in notes), notes
+
+
 class Wordy(Hertz):
     """A law that asks a dictionary, which Numba cannot compile."""
 
