@@ -264,7 +264,7 @@ def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
-            x, y = (motion.q[:, piece.places[axis]] for axis in (0, 1))
+            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
             chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
             terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
             terms *= sqrt(2 / pi) / (np.arange(2, x.shape[1]) - 0.5)

@@ -47,7 +47,7 @@ class Attached:
 
 @dataclass
 class ConstraintRow:
-    """Constraint on the sum of consecutive measures, each times its factor in `Directions`."""
+    """Constraint on the sum of consecutive measures, each times its factor in `MeasureNumber`."""
 
     name: str
     measure: int  # index of the first measure
@@ -79,7 +79,7 @@ class ForceRow:
 class Builder:
     """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`.
 
-    Where an index is absent it is -1.
+    A dof is the index of a coordinate. Where an index is absent it is -1.
     """
 
     mechanism: Mechanism
@@ -88,14 +88,14 @@ class Builder:
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
     notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled
     q: list[float] = field(default_factory=list)  # coordinates at t = 0
-    masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: places, entries
-    weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: places, amounts
+    masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: dofs, entries
+    weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: dofs, amounts
     modal: list[tuple[int, int, int]] = field(default_factory=list)  # `Modal`
     strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)  # `StripColumn`
     markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)  # `Markers`
-    places: list[int] = field(default_factory=list)  # on which markers and strips depend
+    dofs: list[int] = field(default_factory=list)  # on which markers and strips depend
     measures: list[tuple[int, int, int]] = field(default_factory=list)  # `Measures`
-    directions: list[tuple[float, float, float]] = field(default_factory=list)  # `Directions`, of each measure
+    measure_numbers: list[tuple[float, float, float]] = field(default_factory=list)  # `MeasureNumber`, of each measure
     rows: list[ConstraintRow] = field(default_factory=list)
     motions: list[tuple[int, int, int]] = field(default_factory=list)  # kind, addresses of position and speed
     ramps: list[tuple[float, float, float]] = field(default_factory=list)  # speeds at start and end, duration; of each motion
@@ -103,14 +103,14 @@ class Builder:
     laws: list[list[int]] = field(default_factory=list)  # kind, addresses of functions; `CODES` integers
     law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
     data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
-    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first place, link, point, is a rotor
-    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, by place: rates of coordinates
+    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first dof, link, point, is a rotor
+    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, by dof: rates of coordinates
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
-    units: dict[int, float] = field(default_factory=dict)  # by place, where it is not the mechanism's length
+    units: dict[int, float] = field(default_factory=dict)  # by dof, where it is not the mechanism's length
     elastic: list[tuple[int, ...]] = field(default_factory=list)  # `Elastic`
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
-    _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first place
+    _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first dof
 
     def add_coordinates(self, values: Sequence[float]) -> int:
         """Add coordinates with these values at t = 0; return the index of the first."""
@@ -118,17 +118,17 @@ class Builder:
         self.q += [float(x) for x in values]
         return first
 
-    def mark_angles(self, *places: int) -> None:
+    def mark_angles(self, *dofs: int) -> None:
         """Mark coordinates as angles, whose unit is 1 rad; that of others is the mechanism's length."""
-        self.units |= dict.fromkeys(places, 1.0)
+        self.units |= dict.fromkeys(dofs, 1.0)
 
-    def add_mass(self, places: Sequence[int], block: Array) -> None:
-        """Add a block to the mass matrix at these places."""
-        self.masses.append((np.asarray(places, dtype=int), np.asarray(block, dtype=float)))
+    def add_mass(self, dofs: Sequence[int], block: Array) -> None:
+        """Add a block to the mass matrix at these dofs."""
+        self.masses.append((np.asarray(dofs, dtype=int), np.asarray(block, dtype=float)))
 
-    def add_weight(self, places: Sequence[int], amounts: Array) -> None:
-        """Add generalised forces of gravity at these places."""
-        self.weights.append((np.asarray(places, dtype=int), np.asarray(amounts, dtype=float)))
+    def add_weight(self, dofs: Sequence[int], amounts: Array) -> None:
+        """Add generalised forces of gravity at these dofs."""
+        self.weights.append((np.asarray(dofs, dtype=int), np.asarray(amounts, dtype=float)))
 
     def add_numbers(self, *values: ArrayLike) -> int:
         """Append numbers to the data; return the index of the first."""
@@ -138,11 +138,11 @@ class Builder:
         return first
 
     def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
-        """Mark coordinates as deformations of one body: single ones at the places x, or vectors at the places (x, y).
+        """Mark coordinates as deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
 
         The integrator compares errors of deformations with the largest one of the body so far, which is their common unit. Of a
         vector only the component across the chord is a deformation; that along the chord keeps the mechanism's length as its
-        unit. `chord` are the places of x and y of the chord's start, and of its end.
+        unit. `chord` are the dofs of x and y of the chord's start, and of its end.
         """
         group = self._number_group()
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
@@ -151,21 +151,21 @@ class Builder:
         """Return the number of a new group of coordinates that share a unit."""
         return 1 + max((row[Elastic.GROUP] for row in self.elastic), default=-1)
 
-    def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: ArrayLike) -> int:
+    def add_marker(self, kind: int, offset: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find an equal one; return its index. `offset` and `size` are columns of `Markers`.
 
         Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates in x, y and
         angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle.
         """
-        key = (kind, offset, size, tuple(places), tuple(np.ravel(numbers).tolist()))
+        key = (kind, offset, size, tuple(dofs), tuple(np.ravel(numbers).tolist()))
         if key in self._marker_rows:
             return self._marker_rows[key]
-        index, first, data = len(self.markers), len(self.places), self.add_numbers(numbers)
+        index, first, data = len(self.markers), len(self.dofs), self.add_numbers(numbers)
         twin = -1  # first marker of the same frame, whose sine and cosine this one copies
         if kind == MarkerKind.FRAME and self._frames.setdefault(offset, index) < index:
             twin = self._frames[offset]
-        self.places += [int(p) for p in places]
-        self.markers.append((kind, offset, size, first, len(places), data, twin))
+        self.dofs += [int(p) for p in dofs]
+        self.markers.append((kind, offset, size, first, len(dofs), data, twin))
         self._marker_rows[key] = index
         return index
 
@@ -194,7 +194,7 @@ class Builder:
 
         def combine(component: int, at: int) -> float:
             """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the factors that begin at index `at`."""
-            return sum(self.data[at + i] * self.q[self.places[first + component * size + i]] for i in range(size))
+            return sum(self.data[at + i] * self.q[self.dofs[first + component * size + i]] for i in range(size))
 
         if kind == MarkerKind.LINEAR:
             return combine(2, data + 2 * size)
@@ -206,7 +206,7 @@ class Builder:
         a = self._without_angle(a) if kind != MeasureKind.ANGLE else a
         b = self._without_angle(b) if kind in (MeasureKind.FIXED, MeasureKind.DISTANCE) else b
         self.measures.append((kind, a, b))
-        self.directions.append((float(direction[0]), float(direction[1]), 1.0))
+        self.measure_numbers.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
@@ -217,7 +217,7 @@ class Builder:
         used = [
             i for i in range(size) if abs(self.data[data + i]) > 1e-15
         ]  # members of the basis that are not zero, up to rounding
-        x, y = ([self.places[first + component * size + i] for i in used] for component in (0, 1))
+        x, y = ([self.dofs[first + component * size + i] for i in used] for component in (0, 1))
         value = [self.data[data + i] for i in used]
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
@@ -227,7 +227,7 @@ class Builder:
         The value None is the sum at t = 0. Returns the index of the constraint.
         """
         for factor, measure in terms:
-            self.directions[measure] = (*self.directions[measure][:2], factor)
+            self.measure_numbers[measure] = (*self.measure_numbers[measure][:2], factor)
         self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
@@ -280,12 +280,12 @@ class Builder:
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.add_coordinates([0.0] * len(initial))
-        places, group = range(first, first + len(initial)), self._number_group()
-        self.add_mass(places, np.eye(len(initial)))
-        for i, state in zip(places, initial, strict=True):
+        dofs, group = range(first, first + len(initial)), self._number_group()
+        self.add_mass(dofs, np.eye(len(initial)))
+        for i, state in zip(dofs, initial, strict=True):
             self.state_rates[i], self.units[i] = state, max(1.0, abs(state))
             self.elastic.append((i, STATE, group, -1, -1, -1, -1))
-        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in places]  # angle: the coordinate
+        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
         numbers = (column, load.law.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 

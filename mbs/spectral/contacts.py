@@ -81,32 +81,32 @@ def find_zero(h, start, start_rate, end, end_rate):
 def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step shall end `controls.outside` [m] before the face, with an error up to this distance, or, if it is 0, up to `landing`.
-    Smooth onsets count if the contact also opens in the step, or if `controls.located` asks for all onsets.
+    The step shall end `stop_gap` [m] before the face, with an error up to this gap or, if it is 0, to `face_tolerance`.
+    Smooth onsets count if the contact also opens in the step, or if `controls.stops_at_all_onsets` asks for all onsets.
     """
-    landing, outside = controls.landing, controls.outside
-    first, allowed = 2.0, outside if outside > 0.0 else landing
+    face_tolerance, gap = controls.face_tolerance, controls.stop_gap
+    first, allowed = 2.0, gap if gap > 0.0 else face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             d0, d1 = get_depth(tables, start, k), get_depth(tables, end, k)
-            is_wanted = controls.located or d1 <= 0.0 or not has_smooth_onset(tables, k)
-            if is_wanted and d0 < -landing and abs(d1 + outside) > allowed:
+            is_wanted = controls.stops_at_all_onsets or d1 <= 0.0 or not has_smooth_onset(tables, k)
+            if is_wanted and d0 < -face_tolerance and abs(d1 + gap) > allowed:
                 rates = get_depth_rate(tables, start, k), get_depth_rate(tables, end, k)
-                first = min(first, find_zero(h, d0 + outside, rates[0], d1 + outside, rates[1]))
+                first = min(first, find_zero(h, d0 + gap, rates[0], d1 + gap, rates[1]))
     return first
 
 
 @compiled
 def find_first_edge(tables, start, end, h, controls):
-    """Find the fraction of the step at which a measure is first `outside` before an edge of its law; 2 if none comes there."""
-    first, outside = 2.0, controls.outside
+    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there."""
+    first, gap = 2.0, controls.stop_gap
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
         d0, d1 = start[k, Report.LENGTH] - edge, end[k, Report.LENGTH] - edge
         side = -1.0 if d0 > 0.0 else 1.0
-        if abs(d0) > controls.landing and abs(side * d1 + outside) > outside:
+        if abs(d0) > controls.face_tolerance and abs(side * d1 + gap) > gap:
             rates = side * start[k, Report.RATE], side * end[k, Report.RATE]
-            first = min(first, find_zero(h, side * d0 + outside, rates[0], side * d1 + outside, rates[1]))
+            first = min(first, find_zero(h, side * d0 + gap, rates[0], side * d1 + gap, rates[1]))
     return first
 
 
@@ -123,8 +123,8 @@ def is_at_edge(tables, start, end, controls):
     """Return True if a measure has come near an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        is_near = -controls.near <= _measure_past_edge(tables, end, i)[0] <= 0.0
-        if is_near and abs(start[k, Report.LENGTH] - edge) > controls.landing:
+        is_near = -controls.closing_gap <= _measure_past_edge(tables, end, i)[0] <= 0.0
+        if is_near and abs(start[k, Report.LENGTH] - edge) > controls.face_tolerance:
             return True
     return False
 
@@ -148,13 +148,13 @@ def compute_time_past_events(tables, reports, near):
 @compiled
 def has_released(tables, state, end, controls):
     """Return True if the step must be shortened to a kink: a contact opens from a large enough force, or closes and opens."""
-    start, landing = state.start_reports, controls.landing
+    start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             if end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > controls.contact_tolerance * state.largest_force[k]:
                 return True
             old, rate = get_depth(tables, start, k), get_depth_rate(tables, start, k)
-            if abs(old) <= landing and rate > 0.0 and get_depth(tables, end, k) < -landing:
+            if abs(old) <= face_tolerance and rate > 0.0 and get_depth(tables, end, k) < -face_tolerance:
                 return True
     return False
 
@@ -170,8 +170,8 @@ def update_onset(tables, start, end, k, m, controls):
     if new > -old >= 0.0:
         rate = get_depth_rate(tables, start, k)
     if new <= 0.0 or old <= 0.0:
-        m[Memory.ONSET] = max(rate, controls.least_onset, controls.graze * m[Memory.FASTEST])
-    is_about_to_close = old < -controls.near <= new and rate > 0.0 and controls.near > 0.0
+        m[Memory.ONSET] = max(rate, controls.least_onset, controls.least_onset_ratio * m[Memory.FASTEST])
+    is_about_to_close = old < -controls.closing_gap <= new and rate > 0.0 and controls.closing_gap > 0.0
     if new > 0.0 >= old or is_about_to_close:
         if tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
             m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
@@ -211,7 +211,7 @@ def compute_depth_bending(tables, start, end, h):
 
 @compiled
 def estimate_depth_error(tables, state, shifted, h, k, controls):
-    """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and landing distance.
+    """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
 
     Rounding counts as 0. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those without.
     """
@@ -222,4 +222,4 @@ def estimate_depth_error(tables, state, shifted, h, k, controls):
         return 0.0
     change = h * max(abs(get_depth_rate(tables, start, k)), abs(get_depth_rate(tables, end, k)))
     error = abs(get_depth(tables, shifted, k) - new)
-    return error / max(deep, change, controls.landing) if error > controls.rounding else 0.0
+    return error / max(deep, change, controls.face_tolerance) if error > controls.rounding else 0.0

@@ -46,7 +46,7 @@ def assemble(tables, work, now, matrices, force, sides):
     (4, slots + 1) are the nonzeros of -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, G with G^T; or the last alone.
     """
     compute_forces(tables, work, now, force)
-    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.members.size)  # G by blocks of unknowns
+    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.block_unknowns.size)  # G by blocks of unknowns
     if with_tangents:
         compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
     compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
@@ -59,14 +59,14 @@ def assemble(tables, work, now, matrices, force, sides):
 @jit
 def update_stresses(tables, work, shift):
     """Update the stresses of strips, unknowns beside q, for a change `shift` (n,) of q since the last `assemble`."""
-    advance_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.slack)
+    advance_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.stress_residual)
 
 
 @jit
 def accelerate(tables, order, work, q, x):
     """Solve M a + G^T lambda = f, G a = change at coordinates q; x is (f, change), and becomes (a, lambda)."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
-    jacobian, unused = np.zeros(tables.members.size), np.zeros((2, r))
+    jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
     compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
     fill_mass(tables, work, q, values)

@@ -22,7 +22,7 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.b0[:] = 0.0  # forces of strips follow from the state's stresses alone
+    work.kept_gradients[:] = 0.0  # forces of strips follow from the state's stresses alone
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
@@ -59,11 +59,11 @@ def restart_past_event(model, clock, controls, out, counts):
     An Euler step moves contacts that are about to close beyond their face, and measures beyond their edge.
     """
     state = model.state
-    h = compute_time_past_events(model.tables, state.start_reports, controls.near)
+    h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)
     h = min(h, MOST_JUMP * clock.previous, MOST_JUMP * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += h * state.v[i]
     clock.time, clock.previous, clock.needs_matrix = clock.time + h, 0.0, True
     _compute_accelerations(model, clock.time)
-    if controls.within:
+    if controls.writes_within_steps:
         write_after_jump(state, clock, controls, out, counts)

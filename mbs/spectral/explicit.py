@@ -260,7 +260,8 @@ def _update_memories(tables, work, state, controls, counts):
         m = state.memory[k]
         if is_contact(tables, k):
             event = update_onset(tables, state.start_reports, work.reports, k, m, controls)
-            is_event = is_event or (event != 0 and (controls.located or not has_smooth_onset(tables, k)))  # located: all count
+            counts_as_event = controls.stops_at_all_onsets or not has_smooth_onset(tables, k)
+            is_event = is_event or (event != 0 and counts_as_event)
             if event > 0:
                 counts.onsets += 1
             elif event < 0:

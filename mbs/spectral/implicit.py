@@ -45,19 +45,19 @@ def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
-    work.strip_form[0], work.b0[:] = MIXED, 0.0  # no gradients of strains are kept yet
+    work.strip_form[0], work.kept_gradients[:] = MIXED, 0.0  # no gradients of strains are kept yet
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
     factor_saddle(tables, orders, work, state, state.q, state.start_jacobian)
     copy(work.reports, state.start_reports)
     for i in range(state.q.size):
-        state.inverse_unit[i] = 1.0 / state.full_unit[i]
+        state.inverse_error_unit[i] = 1.0 / state.unit[i]
     for k in range(tables.elastic.shape[0]):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
         if j >= 0:
-            state.inverse_unit[i] = state.inverse_unit[j] = 0.0  # pairs have units along and across their chord instead
+            state.inverse_error_unit[i] = state.inverse_error_unit[j] = 0.0  # vectors have other units
     update_units(state, tables.elastic, tolerance)
 
 
@@ -176,7 +176,7 @@ def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
-    if controls.within:
+    if controls.writes_within_steps:
         row_time = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, bending)

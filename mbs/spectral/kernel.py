@@ -1,7 +1,7 @@
 """Equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
 
 K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Entries of G are stored in the order of the blocks' members, those of a row
-from its `BlockColumn.MEMBERS` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right
+from its `BlockColumn.FIRST` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right
 sides of G v = speed and G a = change need markers that are placed.
 
 The mass matrix is constant but for modal links (docs/theory-modal.md): with amplitudes eta the frame's inertia is
@@ -17,7 +17,7 @@ from .compiling import compiled, copy, inline
 from .forces import add_forces, add_forces_tangents
 from .lawtable import evaluate_acceleration, evaluate_motion
 from .strips import add_strips, add_strips_tangents
-from .tables import BlockColumn, Directions, Markers, MeasureKind, Measures, Modal, RowColumn
+from .tables import BlockColumn, Markers, MeasureKind, MeasureNumber, Measures, Modal, RowColumn
 
 
 @inline
@@ -216,13 +216,13 @@ def compute_tangents(tables, work, now, mass, damp, stiff):
 def compute_rows(tables, work, t, residual, jacobian, speed):
     """Compute residuals g, entries of G and right sides of G v = speed of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
-        grad, at, total = work.grad, tables.blocks[r, BlockColumn.MEMBERS], 0.0
+        grad, at, total = work.grad, tables.blocks[r, BlockColumn.FIRST], 0.0
         first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
         travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
         for k in range(first, first + count):
             value, _ = markers.compute_measure(tables, work, k, grad)
-            total += tables.directions[k, Directions.FACTOR] * value
-            at = markers.write_gradient(tables, work, k, grad, tables.directions[k, Directions.FACTOR], jacobian, at)
+            total += tables.measure_numbers[k, MeasureNumber.FACTOR] * value
+            at = markers.write_gradient(tables, work, k, grad, tables.measure_numbers[k, MeasureNumber.FACTOR], jacobian, at)
         residual[r], speed[r] = total - tables.values[r] - travel, rate
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
             residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # whole turns do not matter
@@ -236,15 +236,15 @@ def compute_changes(tables, work, t, side, change):
         change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
         for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
             markers.compute_measure(tables, work, k, grad)
-            change[r] -= tables.directions[k, Directions.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
+            change[r] -= tables.measure_numbers[k, MeasureNumber.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
 @compiled
 def multiply_row(tables, r, jacobian, v):
     """Multiply row r of G by v."""
-    first, total = tables.blocks[r, BlockColumn.MEMBERS], 0.0
+    first, total = tables.blocks[r, BlockColumn.FIRST], 0.0
     for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
-        total += jacobian[i] * v[tables.members[i]]
+        total += jacobian[i] * v[tables.block_unknowns[i]]
     return total
 
 
@@ -252,9 +252,9 @@ def multiply_row(tables, r, jacobian, v):
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
-        first = tables.blocks[r, BlockColumn.MEMBERS]
+        first = tables.blocks[r, BlockColumn.FIRST]
         for i in range(first, first + tables.blocks[r, BlockColumn.WIDTH] - 1):
-            out[tables.members[i]] += jacobian[i] * lam[r]
+            out[tables.block_unknowns[i]] += jacobian[i] * lam[r]
 
 
 @compiled
@@ -276,7 +276,7 @@ def add_multiplier_stiffness(tables, work, q, lam, stiff):
         at = 0
         for k in range(tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.FIRST] + tables.rows[r, RowColumn.TERMS]):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
-            push = lam[r] * tables.directions[k, Directions.FACTOR]
+            push = lam[r] * tables.measure_numbers[k, MeasureNumber.FACTOR]
             markers.compute_measure(tables, work, k, grad)
             if markers.compute_hessian(tables, work, k, grad, hess):
                 markers.add_pair(tables, work, (a, b, at), hess, push, work.jacobian, work.block_stiffness)

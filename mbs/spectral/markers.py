@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compiling import compiled, inline
-from .tables import BlockColumn, Directions, MarkerKind, Markers, MeasureKind, Measures, State
+from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, MeasureNumber, Measures, State
 
 
 @inline
@@ -55,7 +55,7 @@ def _place_linear(tables, work, m, q, v):
     for row in range(3):
         value, rate = 0.0, 0.0
         for i in range(size):
-            k, n = tables.places[first + row * size + i], tables.data[d + row * size + i]
+            k, n = tables.dofs[first + row * size + i], tables.data[d + row * size + i]
             value, rate = value + n * q[k], rate + n * v[k]
         work.state[m, row], work.state[m, State.VX + row] = value, rate
 
@@ -70,7 +70,7 @@ def _place_curve(tables, work, m, q, v):
     p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
     x = y = vx = vy = ux = uy = rx = ry = 0.0
     for i in range(size):
-        a, b, n, dn = tables.places[first + i], tables.places[first + size + i], tables.data[d + i], tables.data[d + size + i]
+        a, b, n, dn = tables.dofs[first + i], tables.dofs[first + size + i], tables.data[d + i], tables.data[d + size + i]
         x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
         ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
     square = ux * ux + uy * uy
@@ -111,7 +111,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
     """Add the generalised force of a force (x, y) and a torque at a marker."""
     first = tables.markers[m, Markers.FIRST]
     for i in range(first, first + tables.markers[m, Markers.COUNT]):
-        out[tables.places[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
+        out[tables.dofs[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
 
 
 @compiled
@@ -132,7 +132,7 @@ def add_geometric(tables, work, m, q, push, out, start):
         ux, uy = 0.0, 0.0
         for i in range(size):
             dn = tables.data[d + size + i]
-            ux, uy = ux + dn * q[tables.places[first + i]], uy + dn * q[tables.places[first + size + i]]
+            ux, uy = ux + dn * q[tables.dofs[first + i]], uy + dn * q[tables.dofs[first + size + i]]
         square = ux * ux + uy * uy
         hxx, hxy = turning * 2.0 * ux * uy / square**2, turning * (uy * uy - ux * ux) / square**2
         for i in range(size):
@@ -165,7 +165,7 @@ def compute_measure(tables, work, k, grad):
         grad[2], grad[5] = 1.0, -1.0
         return pa[State.ANGLE] - pb[State.ANGLE], pa[State.SPIN] - pb[State.SPIN]
     ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
-    dx, dy = tables.directions[k, Directions.X], tables.directions[k, Directions.Y]
+    dx, dy = tables.measure_numbers[k, MeasureNumber.X], tables.measure_numbers[k, MeasureNumber.Y]
     grad[2], grad[5] = 0.0, 0.0
     if kind == MeasureKind.DISTANCE:
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)

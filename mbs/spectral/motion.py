@@ -1,4 +1,4 @@
-"""Motion of a strip of the compiled solver in a record: places, strains and energies from the coefficients of its polynomials.
+"""Motion of a strip of the compiled solver in a record: positions, strains and energies from the coefficients of its polynomials.
 
 A piece has one polynomial of degree p for each field, x and y [m] and, with shear, the angle [rad]. Its variable xi runs from -1
 to 1 along the piece. Derivatives are by the stress-free arc length. `times` are the rows of a run.
@@ -23,12 +23,12 @@ class Piece:
 
     start: float  # stress-free arc length at its start [m]
     end: float  # stress-free arc length at its end [m]
-    places: Array  # indices of its coefficients among the coordinates, (fields, p + 1)
+    dofs: Array  # indices of its coefficients among the coordinates, (fields, p + 1)
 
     @property
     def degree(self) -> int:
         """Degree of the polynomials."""
-        return int(self.places.shape[1]) - 1
+        return int(self.dofs.shape[1]) - 1
 
     @property
     def jacobian(self) -> float:
@@ -61,7 +61,7 @@ class SpectralStrip:
     @property
     def shears(self) -> bool:
         """True for Reissner's strip, whose angle is a field."""
-        return self.pieces[0].places.shape[0] == 3
+        return self.pieces[0].dofs.shape[0] == 3
 
     def _locate(self, arc: float) -> tuple[Piece, float]:
         """Find the piece at an arc length [m], and the variable of its polynomial there."""
@@ -71,7 +71,7 @@ class SpectralStrip:
     def _evaluate_fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
         """Evaluate the fields of coordinates q (times, n) at xi, or derivatives of this order: (times, points, fields)."""
         members = basis(piece.degree, xi, order) / piece.jacobian**order
-        return np.asarray((q[:, piece.places] @ members.T).swapaxes(1, 2))
+        return np.asarray((q[:, piece.dofs] @ members.T).swapaxes(1, 2))
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""

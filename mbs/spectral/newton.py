@@ -62,7 +62,7 @@ def _compute_residuals(tables, work, state, t, h):
         node_time, q, v = t + NODES[i] * h, state.node_q[i], state.node_v[i]
         copy(state.node_stress[i], work.stress)
         kernel.compute_forces(tables, work, Instant(node_time, since, q, v, lam, state.memory), state.force)
-        copy(work.slack, state.node_slack[i])
+        copy(work.stress_residual, state.node_stress_residual[i])
         kernel.compute_rows(tables, work, node_time, state.violation, state.jacobian, state.speed)
         kernel.multiply_mass(tables, q, state.node_a[i], residual[:n])
         for k in range(n):
@@ -101,11 +101,11 @@ def _apply_increment(tables, orders, work, state, h):
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
-            full_size = max(full_size, abs(state.dq[i, k]) / state.full_unit[k])
+            full_size = max(full_size, abs(state.dq[i, k]) / state.unit[k])
             if not abs(state.dq[i, k]) < np.inf:
                 return np.inf, np.inf  # nan fails all comparisons
         size = max(size, measure_change(state, tables.elastic, state.dq[i]))
-        advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_slack[i])
+        advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_stress_residual[i])
     integrate(state, h)
     return size, full_size
 

@@ -1,7 +1,7 @@
 """Data that Python and the compiled integrators exchange: controls, clock, counts, rows of a run, states, work arrays.
 
-Numbers are fields of records, arrays those of named tuples. Sizes: n coordinates, r rows of constraints, k forces, p Gauss points
-of all strips, e inner coordinates of strips and modes (`Tables.elastic`).
+Numbers are fields of records, arrays those of named tuples. Sizes: n coordinates, r constraints, k forces, p Gauss points of all
+strips, e rows of `Tables.elastic`: inner coordinates of strips and modes, or pairs (x, y) of them; slots as in `tables`.
 """
 
 from __future__ import annotations
@@ -56,21 +56,21 @@ CONTROLS = _record_type(
     first_step="f8",  # first step, or all if they are fixed [s]
     max_steps="f8",  # largest number of tried steps
     least_onset="f8",  # least onset speed of a contact [m/s]
-    graze="f8",  # least onset speed over the fastest onset so far
-    landing="f8",  # distance from a face or edge at which a contact or measure counts as at it [m]
-    outside="f8",  # distance before a face or edge at which a step to it ends [m]
-    near="f8",  # distance before a face or edge at which a motion towards it counts as arrived [m]
+    least_onset_ratio="f8",  # least onset speed over the fastest onset so far
+    face_tolerance="f8",  # a contact or measure nearer to its face or edge at the start of a step does not meet it anew [m]
+    stop_gap="f8",  # gap before a face or edge at which a step to it ends: a tenth of `face_tolerance`; 0 if explicit [m]
+    closing_gap="f8",  # gap at which a motion towards a face or edge counts as arrived: twice `stop_gap` [m]
     rounding="f8",  # rounding of a distance [m]
     contact_tolerance="f8",  # local error allowed of a contact's depth, relative to it
     newton_share="f8",  # error that Newton's method may leave, over the local error allowed
     every="i8",  # steps per row
     fixed="?",  # all steps have the same length, without error control
-    located="?",  # steps also end at onsets of contacts whose force begins smoothly
-    within="?",  # rows are also written within steps, by the implicit method
+    stops_at_all_onsets="?",  # steps also end at onsets of contacts whose force begins smoothly
+    writes_within_steps="?",  # rows are also written within steps, by the implicit method
 )
 """Options of an integrator, constant during a run."""
 SMALLEST_RATIO = 0.2
-"""Least ratio of the length of a step to that of the step before."""
+"""Least ratio of the length of a step to that of the step before: as in the codes DOPRI5 and RADAU5 (Hairer, Wanner)."""
 LARGEST_RATIO = 5.0
 """Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 STOP_REACH = 1.0001
@@ -96,23 +96,24 @@ class Output(NamedTuple):
 RadauState = namedtuple(
     "RadauState",
     "q v a lam stress "  # state at the start of the step; stress (p, 3)
-    "node_q node_v node_a node_lam node_stress node_slack "  # the same at the three nodes; residuals of the stresses
-    "past_v past_lam past_stress "  # last step: rates at its start and nodes (4, n), the others at its second node
+    "node_q node_v node_a node_lam node_stress node_stress_residual "  # the same at the three nodes; `Work.stress_residual`
+    "past_v past_lam past_stress "  # for first guesses: rates at start and nodes of the last step (4, n), others at its node 2
     "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
     "force violation speed change jacobian start_jacobian "  # f; g; G v = speed, G a = change; G, also at the start
-    "mass damping stiffness real_matrix complex_matrix "  # nonzeros (slots + 1,) of M with G, -df/dlambda; C; K
+    "mass damping stiffness real_matrix complex_matrix "  # (slots + 1,) of M with G, -df/dlambda; C; K; Newton matrices
     "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
     "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
     "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution
     "memory start_memory start_reports end_reports largest_force "  # of forces: (k, 4) and (k, 8), see `tables`; [N] (k,)
-    "start_deformation largest_deformation "  # inner coordinates at t = 0 (e,); largest change of each group that shares a unit
-    "full_unit inverse_unit across_unit chord "  # units of coordinates (n,); one over those of the error control (n,); see below
+    "start_deformation largest_deformation "  # inner coordinates at t = 0 (e,); largest change of each group (`Elastic`)
+    "unit inverse_error_unit error_unit_across chord "  # units of coordinates (n,); units of the error control, see below
     "error_ratio",  # error after a Newton increment over the increment, from the rate of convergence, (1,)
 )
 """State of the implicit integrator, unknowns of its step, work arrays.
 
-`inverse_unit` is zero for coordinates that are a vector: their unit along the chord, of direction `chord` (e, 2), is `full_unit`,
-across it `across_unit` (e,).
+The error control has units of its own. `inverse_error_unit` (n,) is one over them. It is 0 for the x and y of a strip's inner
+coordinates, whose pair counts as a vector (`Tables.elastic`): its component along the strip's chord, of direction `chord` (e, 2),
+has the `unit` of a length, its component across the chord `error_unit_across` (e,).
 """
 
 

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
+from ..laws.table import CODES, NUMBERS
 from .builder import Builder, ConstraintRow
-from .tables import ForceKind, MeasureKind, StatefulData, StripKind, Tables
+from .tables import FORCE_NUMBERS, ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -53,11 +54,9 @@ def _list_blocks(builder: Builder) -> list[Block]:
     for force in builder.forces:
         a, b = builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)
         count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1  # markers of states, from b on
-        places = [place for marker in (a, *range(b, b + count)) for place in _list_places(builder, marker)]
-        forces.append(Block([*places, *([n + force.row] if force.row >= 0 else [])]))
-    strips = [
-        Block(builder.places[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips
-    ]
+        dofs = [place for marker in (a, *range(b, b + count)) for place in _list_places(builder, marker)]
+        forces.append(Block([*dofs, *([n + force.row] if force.row >= 0 else [])]))
+    strips = [Block(builder.dofs[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips]
     modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
 
@@ -79,7 +78,7 @@ def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> B
 def _list_places(builder: Builder, marker: int) -> list[int]:
     """List the coordinates on which a marker depends."""
     _kind, _offset, _size, first, count, *_ = builder.markers[marker]
-    return builder.places[first : first + count]
+    return builder.dofs[first : first + count]
 
 
 def pack(builder: Builder) -> Tables:
@@ -95,7 +94,7 @@ def pack(builder: Builder) -> Tables:
         np.add.at(mass, slots[first : first + count**2], np.ravel(block))
     nonzero = np.flatnonzero(mass)
     forces = [
-        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.add_numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
+        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.add_numbers([*f.numbers, *[0.0] * (FORCE_NUMBERS - len(f.numbers))]))
         for f in builder.forces
     ]
     return Tables(
@@ -108,9 +107,9 @@ def pack(builder: Builder) -> Tables:
         modal=_build_table(builder.modal, 3),
         strips=_build_table(builder.strips, 5),
         markers=_build_table(builder.markers, 7),
-        places=np.array(builder.places, dtype=np.int64),
+        dofs=np.array(builder.dofs, dtype=np.int64),
         measures=_build_table(builder.measures, 3),
-        directions=_build_table(builder.directions, 3, float),
+        measure_numbers=_build_table(builder.measure_numbers, 3, float),
         rows=_build_table([(r.measure, r.motion, r.count) for r in builder.rows], 3),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
         motions=_build_table(builder.motions, 3),
@@ -119,8 +118,8 @@ def pack(builder: Builder) -> Tables:
         factors=np.ones(len(forces) + 1),
         time_factor=np.ones(1),
         elastic=_build_table(builder.elastic, 7),
-        laws=_build_table(builder.laws, 4),
-        law_numbers=_build_table(builder.law_numbers, 8, float),
+        laws=_build_table(builder.laws, CODES),
+        law_numbers=_build_table(builder.law_numbers, NUMBERS, float),
         edges=np.empty((0, 2)),
         data=np.array(builder.data, dtype=float),
     )

@@ -59,12 +59,12 @@ def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control; of pairs along and across chords."""
     worst = 0.0
     for i in range(u.size):
-        worst = max(worst, abs(u[i]) * state.inverse_unit[i])
+        worst = max(worst, abs(u[i]) * state.inverse_error_unit[i])
     for k in range(elastic.shape[0]):
         i, j = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND]
         if j >= 0:
             c, sn = state.chord[k, 0], state.chord[k, 1]
-            worst = max(worst, abs(c * u[i] + sn * u[j]) / state.full_unit[i], abs(c * u[j] - sn * u[i]) / state.across_unit[k])
+            worst = max(worst, abs(c * u[i] + sn * u[j]) / state.unit[i], abs(c * u[j] - sn * u[i]) / state.error_unit_across[k])
     return worst
 
 
@@ -247,10 +247,10 @@ def update_units(state, elastic, tolerance):
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND], elastic[k, Elastic.GROUP]
         if j == STATE:
-            state.inverse_unit[i] = min(state.inverse_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
+            state.inverse_error_unit[i] = min(state.inverse_error_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
-        unit = min(state.full_unit[i], max(least * state.full_unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))
+        unit = min(state.unit[i], max(least * state.unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))
         if j >= 0:
-            state.across_unit[k] = unit
+            state.error_unit_across[k] = unit
         else:
-            state.inverse_unit[i] = 1.0 / unit
+            state.inverse_error_unit[i] = 1.0 / unit

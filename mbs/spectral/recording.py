@@ -35,7 +35,7 @@ def compute_acceleration(tables, work, m, component, a):
     """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates."""
     total, first = work.state[m, State.AX + component], tables.markers[m, Markers.FIRST]
     for j in range(first, first + tables.markers[m, Markers.COUNT]):
-        total += work.jacobian[component, j] * a[tables.places[j]]
+        total += work.jacobian[component, j] * a[tables.dofs[j]]
     return total
 
 
@@ -114,8 +114,8 @@ def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
 
 def _record_strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     """Return the motion of a strip; its `places` number the coordinates of this strip, not those of the mechanism."""
-    places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
-    pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
+    places = np.unique(np.concatenate([element.dofs.ravel() for element in body.elements]))
+    pieces = [Piece(e.start, e.end, np.searchsorted(places, e.dofs)) for e in body.elements]
     states = (out.q[:, places], out.v[:, places], out.a[:, places])
     return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
 

@@ -141,13 +141,13 @@ def integrate(
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
     step_ends = _find_step_ends(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
     run, model, shortest = _choose_integrator(scene, solver, state, start)
-    controls.located = take is None or run is implicit.run_implicit
+    controls.stops_at_all_onsets = take is None or run is implicit.run_implicit
     controls.shortest, controls.every = shortest * end, every
     if ends is not None:
         step_ends = np.unique(np.concatenate([step_ends, ends]))
         controls.first_step, controls.longest, controls.fixed = end, end, True  # only step ends and onsets limit steps
         controls.newton_share = NEWTON_EQUAL / solver.tolerance
-    controls.within = every == 1 and not controls.fixed
+    controls.writes_within_steps = every == 1 and not controls.fixed
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
@@ -217,7 +217,8 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
     out.longest = longest = solver.longest(duration)
     out.first_step = longest if are_equal else FIRST_STEP * min(longest, duration / COARSEST)
     out.max_steps, out.fixed = solver.steps.max_steps, are_equal
-    out.least_onset, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
+    out.least_onset = SLOWEST_ONSET
+    out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     if are_equal:
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
@@ -227,11 +228,11 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
     if is_explicit(scene, solver):
         shares = (CLEARANCE_SHARE * joint.gap / scene.source.size for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
-        out.landing, out.outside = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
+        out.face_tolerance, out.stop_gap = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
     else:
-        out.landing = LANDING * out.tolerance * size
-        out.outside = max(OUTSIDE * out.landing, out.rounding)
-    out.near = 2.0 * out.outside  # a step to a face ends at half of it, but for errors
+        out.face_tolerance = LANDING * out.tolerance * size
+        out.stop_gap = max(OUTSIDE * out.face_tolerance, out.rounding)
+    out.closing_gap = 2.0 * out.stop_gap  # a step to a face ends at half of it, but for errors
     return out
 
 

@@ -31,7 +31,7 @@ from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import StrutBody, find_hosts, join_strut
-from .tables import Directions, ForceKind, Forces, Instant, MarkerKind, Markers, Memory, State, Tables, Work, allocate_work
+from .tables import ForceKind, Forces, Instant, MarkerKind, Markers, MeasureNumber, Memory, State, Tables, Work, allocate_work
 
 DEGREE = 8
 """Default degree of a strip's polynomials, if the solver gives none."""
@@ -89,7 +89,8 @@ class CompiledScene:
         scene._reset_turns()
         for r, row in enumerate(builder.rows):
             if row.value is None:  # that at t = 0
-                row.value = sum(builder.directions[i][Directions.FACTOR] * scene.measure(i, scene.q0) for i in row.measures)
+                factors = {i: builder.measure_numbers[i][MeasureNumber.FACTOR] for i in row.measures}
+                row.value = sum(factor * scene.measure(i, scene.q0) for i, factor in factors.items())
                 tables.values[r] = row.value
         return scene
 
@@ -120,10 +121,10 @@ class CompiledScene:
         return np.array([units.get(i, length) for i in range(self.size)])
 
     @cached_property
-    def strip_places(self) -> list[tuple[Array, Array]]:
+    def strip_dofs(self) -> list[tuple[Array, Array]]:
         """Indices of the coordinates x and y of each polynomial piece of the strips."""
         bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
-        return [(element.places[0], element.places[1]) for body in bodies for element in body.elements]
+        return [(element.dofs[0], element.dofs[1]) for body in bodies for element in body.elements]
 
     @cached_property
     def fronts(self) -> Fronts:

@@ -65,7 +65,7 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     first, count = scene.tables.markers[marker, [Markers.FIRST, Markers.COUNT]]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):
-        out[:, scene.tables.places[i]] += scene.work.jacobian[:, i]
+        out[:, scene.tables.dofs[i]] += scene.work.jacobian[:, i]
     return out
 
 
@@ -108,7 +108,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
     return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         node_q=z((3, n)), node_v=z((3, n)), node_a=z((3, n)), node_lam=z((3, r)),
-        node_stress=z((3, p, 3)), node_slack=z((3, p, 3)), past_v=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
+        node_stress=z((3, p, 3)), node_stress_residual=z((3, p, 3)), past_v=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
         residual=z((3, m)), right_side=z(m), real_solution=z(m), complex_solution=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)),
         force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g), start_jacobian=z(g),
         mass=z(slots), damping=z(slots), stiffness=z(slots), real_matrix=z(slots), complex_matrix=z(slots, dtype=complex),
@@ -118,7 +118,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
         row_magnitude=z(m), front_work=z(largest), complex_front_work=z(largest, dtype=complex),
         memory=memory.copy(), start_memory=memory.copy(), start_reports=z((k, 8)), end_reports=z((k, 8)), largest_force=z(k),
         start_deformation=z(e), largest_deformation=z(e),
-        full_unit=scene.units, inverse_unit=z(n), across_unit=z(e), chord=z((e, 2)), error_ratio=np.ones(1),
+        unit=scene.units, inverse_error_unit=z(n), error_unit_across=z(e), chord=z((e, 2)), error_ratio=np.ones(1),
     )  # fmt: skip
 
 
@@ -147,5 +147,5 @@ def _count_jacobian_entries(tables: Tables) -> int:
 
 def _are_modal_links_free(tables: Tables) -> bool:
     """Return True if there are modal links, and no constraint acts on their coordinates."""
-    constrained = {int(x) for at, width, _ in tables.blocks[: len(tables.rows)] for x in tables.members[at : at + width]}
+    constrained = {int(x) for at, width, _ in tables.blocks[: len(tables.rows)] for x in tables.block_unknowns[at : at + width]}
     return len(tables.modal) > 0 and all(constrained.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())

@@ -73,7 +73,7 @@ def add_stateful(tables, work, k, t, f):
     add_force(tables, work, a, out[Report.FX], out[Report.FY], out[Report.VALUE] if count == 1 else 0.0, f)
     for i in range(states):
         marker = tables.forces[k, Forces.B] + i
-        f[tables.places[tables.markers[marker, Markers.FIRST]]] += _evaluate(tables, work, k, count + i, count)
+        f[tables.dofs[tables.markers[marker, Markers.FIRST]]] += _evaluate(tables, work, k, count + i, count)
 
 
 @compiled

@@ -54,9 +54,9 @@ class StripBody:
         value = basis(degree, x)[0]
         if self.kind == StripKind.KIRCHHOFF:  # below, 0 is the offset, which markers of strips do not use
             slope = basis(degree, x, 1)[0] / element.jacobian
-            return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
+            return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.dofs.ravel().tolist(), [*value, *slope])
         used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all polynomials but one are zero
-        places = element.places[:, used].ravel().tolist()
+        places = element.dofs[:, used].ravel().tolist()
         return builder.add_marker(MarkerKind.LINEAR, 0, len(used), places, np.tile(value[used], 3))
 
     def rigid_motion(self, builder: Builder) -> Array:
@@ -71,7 +71,7 @@ class StripBody:
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
         for element in self.elements:
-            for i, places in enumerate(element.places):
+            for i, places in enumerate(element.dofs):
 
                 def bending_speed(x: Array, i: int = i, element: Piece = element) -> Array:
                     """Return component i of the bending speed at x of the piece."""
@@ -162,14 +162,14 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     gram = (polynomials * (w * jacobian)[:, None]).T @ polynomials
     gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # polynomials that are orthogonal but for rounding
     total = (polynomials * (w * jacobian)[:, None]).sum(axis=0)
-    for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
-        builder.add_mass(element.places[i], per_length * gram)
+    for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.dofs) - 2)):
+        builder.add_mass(element.dofs[i], per_length * gram)
         if i < 2:
-            builder.add_weight(element.places[i], per_length * builder.mechanism.gravity[i] * total)
+            builder.add_weight(element.dofs[i], per_length * builder.mechanism.gravity[i] * total)
     points = degree if body.kind == StripKind.REISSNER else degree + 1  # docs/theory-spectral.md, bodies
     x, w = gauss(points)
     values = [basis(degree, x, i) / jacobian**i for i in range(3)]
-    q = np.array(builder.q)[element.places]
+    q = np.array(builder.q)[element.dofs]
     fields = [each @ q.T for each in values]
     free_strains, _ = (reissner if body.kind == StripKind.REISSNER else kirchhoff)(fields, [0.0 * each for each in fields])
     material = section.material
@@ -177,8 +177,8 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
         material.bending_damping, material.axial_damping, w * jacobian, *free_strains, *values,
     )  # fmt: skip
-    builder.strips.append((body.kind, degree + 1, points, len(builder.places), data))
-    builder.places += element.places.ravel().tolist()
+    builder.strips.append((body.kind, degree + 1, points, len(builder.dofs), data))
+    builder.dofs += element.dofs.ravel().tolist()
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
@@ -191,7 +191,7 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity
     for i, amount in enumerate((each.mass, each.mass, each.inertia)):
-        places = builder.places[first + i * size : first + (i + 1) * size]
+        places = builder.dofs[first + i * size : first + (i + 1) * size]
         if amount:
             builder.add_mass(places, amount * np.outer(value, value))
             if i < 2:

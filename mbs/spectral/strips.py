@@ -125,8 +125,8 @@ def _compute_stresses(data, moduli, free, strain, b, rate, lag):
 def _replace_stresses(work, p, gradients, n):
     """Return the stresses that are unknowns, and B0^T slack; slack are the stresses n of the strains less the unknown ones."""
     if work.strip_form[0] == RENEWED:
-        copy(gradients, work.b0[p])
-    given, b0, slack = work.stress[p], work.b0[p], work.slack[p]
+        copy(gradients, work.kept_gradients[p])
+    given, b0, slack = work.stress[p], work.kept_gradients[p], work.stress_residual[p]
     slack[0], slack[1], slack[2] = n[0] - given[0], n[1] - given[1], n[2] - given[2]
     return (given[0], given[1], given[2]), (
         slack[0] * b0[0, 0] + slack[1] * b0[1, 0] + slack[2] * b0[2, 0],
@@ -145,7 +145,7 @@ def _add_strip(tables, work, place, q, v, gradients, f):
     strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
-    at, x, rate = tables.places[first : first + size], work.scratch[:size], work.scratch[size : 2 * size]
+    at, x, rate = tables.dofs[first : first + size], work.scratch[:size], work.scratch[size : 2 * size]
     local = work.scratch[2 * size : 3 * size]
     for a in range(size):
         x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
@@ -170,7 +170,7 @@ def _add_strip(tables, work, place, q, v, gradients, f):
             weight * (f0[3] + n[2] * gradients[2, 3]),
         )
         _subtract_transposed(tables.data, m, force, block, nb, local)
-        work.arguments[p, 0], work.arguments[p, 1], work.arguments[p, 2], work.arguments[p, 3] = z
+        work.strain_arguments[p, 0], work.strain_arguments[p, 1], work.strain_arguments[p, 2], work.strain_arguments[p, 3] = z
         work.weighted_stress[p, 0], work.weighted_stress[p, 1] = weight * n[0], weight * n[1]
         work.weighted_stress[p, 2] = weight * n[2]
     for a in range(size):
@@ -179,7 +179,7 @@ def _add_strip(tables, work, place, q, v, gradients, f):
 
 @compiled
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, in the form work.strip_form; the mixed one fills work.slack."""
+    """Add elastic and damping forces of all strips to f, in the form work.strip_form."""
     gradients, point = np.zeros((3, 4)), 0
     for strip in range(tables.strips.shape[0]):
         _add_strip(tables, work, (strip, point), q, v, gradients, f)
@@ -203,14 +203,14 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     z_rate, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
     lag[0], lag[2] = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
-    at, member, rate = tables.places[first : first + size], d + StripData.WEIGHTS + 4 * ng, work.scratch[size : 2 * size]
+    at, member, rate = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng, work.scratch[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
     is_damped = lag[0] > 0.0 or lag[2] > 0.0
     clear_block(tables, work, number)
     for g in range(ng):
         p = point + g
-        z = work.arguments[p]
+        z = work.strain_arguments[p]
         _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
         _differentiate_gradients(kind, z[0], z[1], z[2], z[3], gradients, second)
         by_z[:], by_rate[:] = 0.0, 0.0
@@ -262,22 +262,23 @@ def advance_stresses(tables, work, shift, rate_shift, stress, slack):
         kind, nb, ng, first, d = tables.strips[strip]
         size, block, order = _index_fields(kind, nb)
         axial_time, bending_time = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
-        at, member = tables.places[first : first + size], d + StripData.WEIGHTS + 4 * ng
+        at, member = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng
         x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
             x[a], rate = shift[at[a]], rate_shift[at[a]]
             axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate
         for g in range(ng):
             p = point + g
+            b0 = work.kept_gradients[p]
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
-                stretches, bends = work.b0[p, 0, i] != 0.0 or work.b0[p, 1, i] != 0.0, work.b0[p, 2, i] != 0.0
+                stretches, bends = b0[0, i] != 0.0 or b0[1, i] != 0.0, b0[2, i] != 0.0
                 dz = _sum(tables.data, m, x, block[i], nb) if stretches or bending_time == 0.0 else 0.0  # da, db: dz + lag dz'
                 da = _sum(tables.data, m, axial, block[i], nb) if stretches and axial_time > 0.0 else dz
                 db = _sum(tables.data, m, bending, block[i], nb) if bends and bending_time > 0.0 else dz
-                stress[p, 0] += tables.data[d + StripData.EA] * work.b0[p, 0, i] * da
-                stress[p, 1] += tables.data[d + StripData.GA] * work.b0[p, 1, i] * dz
-                stress[p, 2] += tables.data[d + StripData.EI] * work.b0[p, 2, i] * db
+                stress[p, 0] += tables.data[d + StripData.EA] * b0[0, i] * da
+                stress[p, 1] += tables.data[d + StripData.GA] * b0[1, i] * dz
+                stress[p, 2] += tables.data[d + StripData.EI] * b0[2, i] * db
             for j in range(3):
                 stress[p, j] += slack[p, j]
         point += ng
@@ -289,5 +290,5 @@ def compute_stresses(tables, work, q, v, stress):
     unused_force, kept_form = np.zeros(q.size), work.strip_form[0]
     work.stress[:], work.strip_form[0] = 0.0, MIXED  # with zero unknowns the slack is the stresses of the strains
     add_strips(tables, work, q, v, unused_force)
-    copy(work.slack, stress)
+    copy(work.stress_residual, stress)
     work.strip_form[0] = kept_form

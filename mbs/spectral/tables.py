@@ -1,8 +1,11 @@
 """Tables of the compiled kernel: arrays with one row for each marker, measure, constraint or force, and names of their columns.
 
-A marker is a point of a body with an angle. A measure is a length or an angle between two markers a and b. A row of constraints
-holds a sum of measures to a value. A force acts along a measure or at markers. Elements of a mechanism do not appear here.
-Places are indices of coordinates. Numbers of varying count are in one array, `data`, from an index in the row's last column on.
+A marker is a point of a body with an angle. A measure is a length or an angle between two markers a and b. A constraint holds a
+sum of measures to a value. A force acts along a measure or at markers. A dof is the index of a coordinate. Numbers whose count
+varies are in one array, `data`; a column of the row has the index of the first.
+
+A matrix of the mechanism is a sum of blocks, small matrices of one constraint, force, strip, ... each. A slot is a nonzero of
+the sum. Arrays over the slots have one entry more, to which entries of blocks are added that are always zero; it is not read.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # x, y, angle are linear in `SIZE` coordinates each: on a Reissner strip, of a point mass, of a law's state
+    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each: on a Reissner strip, of a point mass, of a law's state
     CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
@@ -28,11 +31,11 @@ MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
 """Kinds of measures: d.(a - b) with a direction d that is fixed, or turns with b; angle of a less that of b; distance."""
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 """Kinds of strips: with shear, and without."""
-StripColumn = IntEnum("StripColumn", "KIND MEMBERS POINTS FIRST NUMBERS", start=0)
-"""Columns of strips: kind; number of members of the basis, of Gauss points; indices of its first place and first number."""
+StripColumn = IntEnum("StripColumn", "KIND FUNCTIONS POINTS FIRST NUMBERS", start=0)
+"""Columns of strips: kind; numbers of basis functions, of Gauss points; index of the first dof in `dofs`, of the first number."""
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
-"""Numbers of a strip: moduli, damping times [s], Gauss weights (ng,); stress-free strains (3, ng), the basis and its first two
-derivatives at the Gauss points."""
+"""Numbers of a strip of nb basis functions and ng Gauss points: stiffnesses EA, GA, EI; damping times [s]; weights (ng,). Then
+follow, at the Gauss points, stress-free strains (3, ng), and values and first two derivatives of the functions, (3, ng, nb)."""
 MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
 """Kinds of motions of a drive: zero, a ramp of the speed, functions of time for position and speed, by address."""
 
@@ -57,10 +60,10 @@ class Markers(IntEnum):
     """Columns of markers."""
 
     KIND = 0
-    OFFSET = 1  # place of the first coordinate
-    SIZE = 2  # number of modes, or of members of the basis
-    FIRST = 3  # index of its first place in `places`
-    COUNT = 4  # number of its places
+    OFFSET = 1  # first dof of its frame, or its only dof if it is the marker of a law's state
+    SIZE = 2  # number of modes, or of basis functions
+    FIRST = 3  # index of its first dof in `dofs`
+    COUNT = 4  # number of its dofs
     DATA = 5  # index of its first number
     TWIN = 6  # first marker on the same frame, whose cosine and sine this one copies; -1 for the first
 
@@ -69,8 +72,8 @@ Measures = IntEnum("Measures", "KIND A B", start=0)
 """Columns of measures: kind, markers a and b."""
 RowColumn = IntEnum("RowColumn", "FIRST MOTION TERMS", start=0)
 """Columns of rows: first measure, motion of a drive or -1, number of measures whose sum is constrained."""
-BlockColumn = IntEnum("BlockColumn", "MEMBERS WIDTH ENTRIES", start=0)
-"""Columns of blocks: index of the first unknown in `members`, number of unknowns, index of the first entry in `slots`."""
+BlockColumn = IntEnum("BlockColumn", "FIRST WIDTH ENTRIES", start=0)
+"""Columns of blocks: index of the first unknown in `block_unknowns`, number of unknowns, index of the first entry in `slots`."""
 
 
 class Forces(IntEnum):
@@ -85,16 +88,18 @@ class Forces(IntEnum):
     NUMBERS = 6  # index of its first number
 
 
-Directions = IntEnum("Directions", "X Y FACTOR", start=0)
-"""Columns of directions: direction d of a measure, and its coefficient in the constraint it is part of."""
+MeasureNumber = IntEnum("MeasureNumber", "X Y FACTOR", start=0)
+"""Columns of `measure_numbers`: direction d of a measure, and its coefficient in the constraint that it is part of."""
+FORCE_NUMBERS = 8
+"""Numbers of a force in `data`; the kind with the most has 7."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
 """Numbers of a force whose law has states: first column of its marker's state on which it acts, number of these columns, number
 of states of its law, value of the first column at t = 0."""
 Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
-"""Columns of `elastic`: place of a coordinate, or of x of a vector; place of y of the vector, else -1; group that shares a unit;
-for vectors the places of both ends of their chord."""
+"""Columns of `elastic`: dof of a coordinate, or of x if the row is a vector (x, y); dof of y, else -1; group of rows that share
+a unit; for vectors the dofs of x and y of both ends of the strip piece, the chord."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
-"""Columns of modal links: place of the first coordinate, number of modes, index of the first number."""
+"""Columns of modal links: first dof, number of modes, index of the first number."""
 STATE = -2
 """Mark in the column `Elastic.SECOND`: the coordinate is the integral of a law's state."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
@@ -116,13 +121,13 @@ class Report(IntEnum):
 
 
 class Memory(IntEnum):
-    """Columns of a force's memory, which a step leaves to the next."""
+    """Columns of a force's memory, which a step leaves to the next. A record keeps it with each row, but for one column."""
 
     ONSET = 0  # onset speed of a contact [m/s]
     BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
     SLIDING = 2  # sliding speed at the last accepted step [m/s]
     FASTEST = 3  # fastest onset so far [m/s]
-    STEP_START = 3  # in rows of a run, instead of it: time of the last accepted step, from which bristles move on [s]
+    STEP_START = 3  # in a record, instead of FASTEST: time [s] at which the step began, when the bristle was as in BRISTLE
 
 
 class Tables(NamedTuple):
@@ -133,7 +138,7 @@ class Tables(NamedTuple):
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
-    members: Array  # unknowns of all blocks, one block after the other
+    block_unknowns: Array  # unknowns of all blocks, one block after the other
     slots: Array  # slot of each entry of all blocks, row by row
     row: Array  # (slots,): row of each slot in the matrix of all unknowns
     col: Array  # (slots,): column of each slot
@@ -145,15 +150,15 @@ class Tables(NamedTuple):
     modal: Array  # (k, 3): columns of `Modal`
     strips: Array  # (k, 5): columns of `StripColumn`
     markers: Array  # (k, 7): columns of `Markers`
-    places: Array  # coordinates on which markers and strips depend; of a strip 3 or 2 fields, one after the other
+    dofs: Array  # dofs on which markers and strips depend; of a strip those of x, of y and, if it shears, of the angle
     measures: Array  # (k, 3): columns of `Measures`
-    directions: Array  # floats (k, 3): columns of `Directions`, one row for each measure
+    measure_numbers: Array  # floats (k, 3): columns of `MeasureNumber`, one row for each measure
     rows: Array  # (r, 3): columns of `RowColumn`
     values: Array  # floats (r,): value of each constrained sum, less the drive's motion
     motions: Array  # (k, 3): kind, addresses of position and speed
     ramps: Array  # floats (k, 3): speeds at start and end, duration
     forces: Array  # (k, 7): columns of `Forces`
-    factors: Array  # floats (k + 1,): factors of the forces, of gravity the last
+    factors: Array  # floats (k + 1,): factors of the forces, then that of gravity
     time_factor: Array  # floats (1,): functions of time are taken at time_factor * t
     elastic: Array  # (k, 7): columns of `Elastic`; inner coordinates of strips and modes, integrals of laws' states
     laws: Array  # (k, 4): kind, addresses of up to three functions
@@ -166,7 +171,7 @@ class Instant(NamedTuple):
     """Arguments of the forces at one instant."""
 
     time: float  # [s]
-    since: float  # time since the instant of `memory`, over which bristles deflect further; negative where they are states [s]
+    since: float  # time since the instant of `memory`, over which bristles deflect; -1 if they are integrated as states [s]
     q: Array  # coordinates, (n,)
     v: Array  # rates, (n,)
     lam: Array  # multipliers of the constraints, (r,)
@@ -177,8 +182,8 @@ class Work(NamedTuple):
     """Work arrays of the kernel, one set for each thread; constant entries of `jacobian` are written once, by `allocate_work`."""
 
     state: Array  # (markers, 11): columns of `State`
-    jacobian: Array  # (3, places): derivatives of (x, y, angle) of a marker by its coordinates
-    jacobian_rate: Array  # (3, places): derivatives of their rates by the coordinates
+    jacobian: Array  # (3, dofs): derivatives of (x, y, angle) of a marker by its coordinates
+    jacobian_rate: Array  # (3, dofs): derivatives of their rates by the coordinates
     grad: Array  # (6,): gradient of one measure by (x, y, angle) of markers a and b
     hess: Array  # (6, 6): its Hessian
     hess_rate: Array  # (6,): this Hessian times the markers' rates
@@ -187,31 +192,33 @@ class Work(NamedTuple):
     scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
     block_damping: Array  # (m, m): entries of the same block of C
-    strip_form: Array  # (1,): form in which strips' forces are computed, a constant of `strips`
-    stress: Array  # (points, 3): stresses that are unknowns, at the Gauss points of all strips
-    slack: Array  # (points, 3): stresses that follow from the strains less these
-    b0: Array  # (points, 3, 4): gradients of the strains by their arguments in the last tangents
-    arguments: Array  # (points, 4): arguments of the strains, kept from forces to tangents
+    strip_form: Array  # (1,): PLAIN, MIXED or RENEWED, the forms in which `strips` computes forces
+    stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
+    stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
+    kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (x', y', ...), of the last Newton matrices
+    strain_arguments: Array  # (points, 4): these arguments, kept from forces to tangents
     weighted_stress: Array  # (points, 3): weights times stresses, kept in the same way
     reports: Array  # (forces, 8): columns of `Report`
 
 
 def allocate_work(tables: Tables) -> Work:
     """Allocate the work arrays for these tables."""
-    members, points = int(tables.strips[:, StripColumn.MEMBERS].max(initial=1)), int(tables.strips[:, StripColumn.POINTS].sum())
+    functions = int(tables.strips[:, StripColumn.FUNCTIONS].max(initial=1))
+    points = int(tables.strips[:, StripColumn.POINTS].sum())
     block = int(tables.blocks[:, BlockColumn.WIDTH].max(initial=1))
-    markers, places, forces = len(tables.markers), len(tables.places), len(tables.forces)
-    shapes: list[tuple[int, ...]] = [(markers, 11), (3, places), (3, places), (6,), (6, 6), (6,), (6, 6), (6, 6)]
-    shapes += [(max(9 * members, block),), (block, block), (block, block), (1,)]  # three lists of three fields
-    shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, 8)]
+    markers, dofs, forces = len(tables.markers), len(tables.dofs), len(tables.forces)
+    of_strip = 3 * 3 * functions  # coordinates, rates, forces of up to three fields
+    shapes: list[tuple[int, ...]] = [(markers, len(State)), (3, dofs), (3, dofs), (6,), (6, 6), (6,), (6, 6), (6, 6)]
+    shapes += [(max(of_strip, block),), (block, block), (block, block), (1,)]
+    shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, len(Report))]
     work = Work(*(np.zeros(shape) for shape in shapes))
     for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):
         if kind == MarkerKind.GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
         elif kind == MarkerKind.FRAME:
-            work.jacobian[[0, 1, 2], [first, first + 1, first + 2]] = 1.0
+            work.jacobian[:, first : first + 3] = np.eye(3)  # by x, y and angle of the frame
         elif kind == MarkerKind.LINEAR:
             for row in range(3):
-                here = slice(row * size, (row + 1) * size)
-                work.jacobian[row, first:][here] = tables.data[data:][here]
+                columns = slice(row * size, (row + 1) * size)
+                work.jacobian[row, first:][columns] = tables.data[data:][columns]
     return work

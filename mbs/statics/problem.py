@@ -263,12 +263,12 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
     out, others = np.zeros(fine.size), []
     for scene in (coarse, fine):
-        of_strips = [place for body in _strips(scene) for element in body.elements for place in element.places.ravel()]
+        of_strips = [place for body in _strips(scene) for element in body.elements for place in element.dofs.ravel()]
         others.append(np.setdiff1d(np.arange(scene.size), of_strips))
     out[others[1]] = q[others[0]]
     for body, finer_body in zip(_strips(coarse), _strips(fine), strict=True):
         for element, finer in zip(body.elements, finer_body.elements, strict=True):
-            out[finer.places[:, : element.places.shape[1]]] = q[element.places]
+            out[finer.dofs[:, : element.dofs.shape[1]]] = q[element.dofs]
     return out
 
 
@@ -277,9 +277,9 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
-            inner = element.places[:, 2:]  # coefficients of polynomials of degree k, whose magnitude is below 1/sqrt(2 k)
+            inner = element.dofs[:, 2:]  # coefficients of polynomials of degree k, whose magnitude is below 1/sqrt(2 k)
             weights = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
-            change[element.places[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
+            change[element.dofs[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
             change[inner] = 0.0
     return float(change.max(initial=0.0))
 

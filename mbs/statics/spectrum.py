@@ -73,7 +73,7 @@ class Tangent:
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
-        for x, y in scene.strip_places:
+        for x, y in scene.strip_dofs:
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)

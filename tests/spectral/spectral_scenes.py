@@ -95,7 +95,7 @@ def energy(scene: CompiledScene, q: Any, v: Any) -> dict[str, float]:
     s, strain = scene.tables, 0.0
     for kind, members, points, first, at in s.strips:
         fields = 3 if kind == StripKind.REISSNER else 2
-        places = s.places[first : first + fields * members].reshape(fields, members)
+        places = s.dofs[first : first + fields * members].reshape(fields, members)
         weights, *free = s.data[at + 5 : at + 5 + 4 * points].reshape(4, points)
         values = s.data[at + 5 + 4 * points :][: 3 * points * members].reshape(3, points, members)
         of = [each @ q[places].T for each in values]

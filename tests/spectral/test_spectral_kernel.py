@@ -107,7 +107,7 @@ def _rigid(scene, q):
     for name, body in scene.builder.bodies.items():
         if hasattr(body, "elements"):
             for element in body.elements:
-                x, y, *angle = element.places
+                x, y, *angle = element.dofs
                 out[x[:2], 0] = out[y[:2], 1] = 1.0
                 out[x, 2], out[y, 2] = -q[y], q[x]
                 for place in angle:
