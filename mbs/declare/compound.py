@@ -1,4 +1,7 @@
-"""Specifications of compound values: vectors, lists, mappings, and alternatives."""
+"""Specifications of compound values: vectors, lists, mappings, and alternatives.
+
+Their attributes `unit`, `allowed`, `words` and `metavar`, and their methods, are explained at the base class `Spec`.
+"""
 
 from __future__ import annotations
 
@@ -27,17 +30,17 @@ class Vector(Spec):
         """Return two components in SI units."""
         if not is_list(raw) or len(raw) != 2:
             raise self.refusal(name, raw)
-        part = Quantity(self.unit)
-        return part.read(f"{name}.x", raw[0]), part.read(f"{name}.y", raw[1])
+        component = Quantity(self.unit)
+        return component.read(f"{name}.x", raw[0]), component.read(f"{name}.y", raw[1])
 
     def write(self, name: str, value: Any) -> list[float]:
         """Return the components as a list."""
-        return [float(part) for part in value]
+        return [float(component) for component in value]
 
     def schema(self) -> Schema:
         """Return the JSON schema of a list of two numbers."""
-        part = Quantity(self.unit).schema()
-        return {"type": "array", "prefixItems": [part, part], "minItems": 2, "maxItems": 2}
+        component = Quantity(self.unit).schema()
+        return {"type": "array", "prefixItems": [component, component], "minItems": 2, "maxItems": 2}
 
 
 class Direction(Vector):
@@ -75,7 +78,7 @@ class Several(Spec):
 
     def read(self, name: str, raw: object) -> tuple[Any, ...]:
         """Return the checked items of a list."""
-        if not is_list(raw) or not self.least <= len(raw) <= (len(raw) if self.most is None else self.most):
+        if not is_list(raw) or len(raw) < self.least or (self.most is not None and len(raw) > self.most):
             raise self.refusal(name, raw)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(raw))
         if self.distinct and len(set(found)) < len(found):
@@ -150,7 +153,7 @@ class Either(Spec):
         return self._fitting(name, raw).read(name, raw)
 
     def write(self, name: str, value: Any) -> Any:
-        """Return the document that the first fitting alternative writes."""
+        """Return the document that the first fitting alternative writes; a stored value fits as a raw one does."""
         return self._fitting(name, value).write(name, value)
 
     def schema(self) -> Schema:
@@ -158,6 +161,7 @@ class Either(Spec):
         return any_of([spec.schema() for spec in self.specs])
 
     def _fitting(self, name: str, raw: object) -> Spec:
+        """Return the first alternative that fits a value, or the only one besides None."""
         for spec in self.specs:
             if spec.fits(raw):
                 return spec

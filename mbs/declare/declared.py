@@ -13,12 +13,12 @@ from typing import Any, ClassVar, TypeVar
 
 from ..imports import extensions
 from ..validate import short
-from .spec import Anything, Flag, Name, Quantity, Spec, Whole
+from .spec import MOST_WHOLE, Anything, Flag, Name, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
 DECLARED = "declared"
-"""Key in the metadata of a field: specification, meaning, bounds and group, the fields of `Declaration`."""
+"""Key in the metadata of a dataclass's field; its value is the tuple (spec, doc, bounds, group) of `Declaration`."""
 
 
 class RefusalError(ValueError):
@@ -48,10 +48,10 @@ class Declared:
             if value is not raw:
                 object.__setattr__(self, key, value)
         for key, declaration in declarations(type(self)).items():
-            for sign, other in declaration.bounds.items():
-                bounded = Quantity(declaration.spec.unit, getattr(self, other), open_low=sign == ">")
-                if getattr(self, key) is not None:
-                    bounded.read(where + key, getattr(self, key))
+            value = getattr(self, key)
+            for sign, other in declaration.bounds.items() if value is not None else ():
+                lower_bound = getattr(self, other)  # a number: no field that may be None is a bound
+                Quantity(declaration.spec.unit, lower_bound, open_low=sign == ">").read(where + key, value)
         self.agree()
 
     # a dataclass would generate the following methods for each class, which takes a millisecond each
@@ -83,7 +83,7 @@ class Declared:
 class Declaration(typing.NamedTuple):
     """Declaration of a field: `doc` is its meaning, `group` the heading under which options of a command are listed.
 
-    `bounds` maps '>' or '>=' to the name of another field, which is the lower bound.
+    `bounds` maps '>' or '>=' to the name of another field, whose value is the lower bound.
     """
 
     spec: Spec
@@ -104,7 +104,7 @@ class Declaration(typing.NamedTuple):
         return self.spec.allowed + self._suffix
 
     def show(self, value: object) -> str:
-        """Write a value as in a file."""
+        """Write a default value for the help of the command line; an empty text is 'none'."""
         if isinstance(value, tuple | list):
             return ",".join(map(self.show, value))
         if isinstance(value, str | bool) or value is None:
@@ -117,7 +117,7 @@ class Declaration(typing.NamedTuple):
 
     @property
     def about(self) -> str:
-        """Unit, range and default, for the reference."""
+        """Unit, range and default, for the reference; without all three, the words of the specification for its values."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
         unit, default = self.spec.unit if self.spec.unit != "1" else "", "" if self.required else f"default {short(self.default)}"
         parts = [unit, *ranges, default]
@@ -139,7 +139,7 @@ def _declaration(kind: Any, each: Any) -> Declaration:
     if DECLARED in each.metadata:
         spec, doc, bounds, group = each.metadata[DECLARED]
     else:  # a field of a user's own dataclass is declared by its annotation
-        by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
+        by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(-MOST_WHOLE), bool: Flag(), str: Name()}
         spec, doc, bounds, group = by_type.get(typing.get_type_hints(kind).get(each.name), Anything()), "", {}, ""
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
@@ -147,7 +147,7 @@ def _declaration(kind: Any, each: Any) -> Declaration:
 
 
 _KINDS: dict[str, type] = {}
-"""Register of classes by name."""
+"""Register of the classes with declared fields and of users' classes, by name."""
 
 
 def register(kind: Class) -> Class:

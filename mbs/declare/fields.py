@@ -6,7 +6,7 @@
 
 `Clearance(pin=-1, ...)` raises an error with class, field, value, range and unit. Python and files both accept `pin = "5 mm"`.
 The declaration also gives the docstring, the schema of files, options of the command line and the reference. `doc` is the
-meaning of the field, read after its name.
+meaning of the field, read after its name. A field without a default is required.
 """
 
 from __future__ import annotations
@@ -29,7 +29,10 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by the specification of its values; with the default None the value None is allowed, too."""
+    """Declare a field by the specification of its values; with the default None the value None is allowed, too.
+
+    `bounds` and `group`, a heading of the command line's help, are those of `Declaration`.
+    """
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}
@@ -75,7 +78,7 @@ def flag(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def names(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare a name."""
+    """Declare one name, such as that of a point or link."""
     return field(Name(), doc, default)
 
 
@@ -85,7 +88,7 @@ def choice(*options: str, doc: str = "", default: object = MISSING) -> Any:
 
 
 def part(*kinds: object, example: str = "", doc: str = "", default: object = MISSING, default_factory: object = MISSING) -> Any:
-    """Declare an object of one of several classes or protocols."""
+    """Declare an object of one of several classes or protocols; messages cite `example`, as in 'must be Coulomb(0.1)'."""
     return field(Part(kinds, example), doc, default, default_factory)
 
 
@@ -107,7 +110,7 @@ class _Doc:
         self.about = about
 
     def __get__(self, _instance: object, kind: type) -> str:
-        about, ruler, rest = inspect.cleandoc(self.about).partition("\nReferences\n")
+        about, heading, references = inspect.cleandoc(self.about).partition("\nReferences\n")
         lines = [line for key, each in declarations(kind).items() for line in (f"{key} : {each.about}", f"    {each.doc}")]
         fields = ["", "Parameters", "-" * 10, *lines] if lines else []
-        return "\n".join([about.rstrip(), *fields, *([ruler + rest] if rest else [])])
+        return "\n".join([about.rstrip(), *fields, *([heading + references] if references else [])])

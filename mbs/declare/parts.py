@@ -66,8 +66,8 @@ class Part(Spec):
             raise nameless(name, value)
         content = fields_written(name, value)
         is_only_kind = list(kinds) == [type(value).__name__]
-        has_name_of_kind = name.rpartition(".")[2] == type(value).__name__.lower()
-        if is_only_kind or (has_name_of_kind and _fitting(content, kinds) == [type(value)]):
+        field_has_name_of_kind = name.rpartition(".")[2] == type(value).__name__.lower()
+        if is_only_kind or (field_has_name_of_kind and _fitting(content, kinds) == [type(value)]):
             return content
         return {"kind": type(value).__name__, **content}
 
@@ -126,7 +126,8 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     try:
         return kind(**values)
     except RefusalError as error:
-        raise ValueError(f"{dot}{error.place}: {error}" if dot + error.place else str(error)) from None
+        place = dot + error.place  # `error.place` is the path below the table
+        raise ValueError(f"{place}: {error}" if place else str(error)) from None
     except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other
         message = " ".join(str(error).split())
         first_word = re.match(r"\w+", message)
@@ -136,17 +137,18 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
 
 def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
     """Remove the kind from a table and return the class of that name, or without a kind the only class that fits the keys."""
-    word = raw.pop("kind", None)
-    if word is not None:
-        if not isinstance(word, str) or word not in kinds:
-            reason = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
-            raise ValueError(f"{name}.kind = {show(word)}: {reason}")
-        return kinds[word]
-    sharing = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]  # a single one reports its wrong keys
-    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(raw, kinds) or sharing
-    if len(fitting) != 1:
+    given = raw.pop("kind", None)
+    if given is not None:
+        if not isinstance(given, str) or given not in kinds:
+            reason = f"unknown kind{did_you_mean(str(given), kinds)}; known: {', '.join(sorted(kinds))}"
+            raise ValueError(f"{name}.kind = {show(given)}: {reason}")
+        return kinds[given]
+    candidates = list(kinds.values()) if len(kinds) == 1 else _fitting(raw, kinds)
+    if not candidates:  # with a wrong key: if one class alone has any of the keys, `build` names the unknown ones
+        candidates = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]
+    if len(candidates) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
-    return fitting[0]
+    return candidates[0]
 
 
 def _fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
@@ -177,5 +179,5 @@ def nameless(name: str, found: object) -> ValueError:
 def _same(a: Any, b: Any) -> bool:
     if isinstance(a, Mapping) or isinstance(b, Mapping):
         return dict(a) == dict(b)
-    numbers = isinstance(a, int | float) and isinstance(b, int | float)
-    return a is b or ((numbers or type(a) is type(b)) and bool(a == b))
+    are_numbers = isinstance(a, int | float) and isinstance(b, int | float)
+    return a is b or ((are_numbers or type(a) is type(b)) and bool(a == b))

@@ -1,7 +1,7 @@
 """Specifications of the values of fields: one object reads, checks, writes and describes a value.
 
 A raw value is a value as a user writes it in Python, a file or the command line: `Quantity("m").read("gap", "0.1 mm")` is 1e-4.
-`name` is the path of the field, with which a ValueError begins.
+`name` is the path of the field, with which a ValueError begins. A `Measured` is a float that remembers the unit of its text.
 """
 
 from __future__ import annotations
@@ -18,6 +18,10 @@ from ..validate import LARGEST, near, number, short, whole, word
 
 Schema = dict[str, Any]
 """JSON schema, or a part of one."""
+MOST_WHOLE = 10**9
+"""Largest magnitude of whole numbers without bounds of their own: larger than any count, so that it refuses mistakes only."""
+TEXT_OF_NUMBER = r"^\s*[-+(]*[\w.]"
+"""JSON schema's pattern of a number with a unit or a formula of named parameters: its beginning, as `read` checks the rest."""
 
 
 class Spec:
@@ -35,7 +39,7 @@ class Spec:
     """JSON schema, where it is the same for all specifications of the class."""
 
     def fits(self, raw: object) -> bool:
-        """Return True if a raw value has the right type; `read` may still refuse the value, with a better message."""
+        """Return True if a raw or stored value has the right type; `read` may still refuse it, with a better message."""
         raise NotImplementedError
 
     def read(self, name: str, raw: object) -> Any:
@@ -77,12 +81,14 @@ class Quantity(Spec):
         for unit in self.unit.split(" or "):
             parse_unit(unit.replace("^n", ""))  # raises for a misspelt unit; N/m^n has the exponent n of a contact law
         self.metavar = "NUMBER" if self.unit in ("", "1") else self.unit
-        low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
-        self.allowed = low or (f"<= {self.high:.12g}" if self.high < inf else "")
-        if self.low > -inf and self.high < inf:
-            self.allowed = f"{'above ' if self.open_low else ''}{self.low:.12g} to {self.high:.12g}"
         if self.nonzero:
             self.allowed = "not zero"
+        elif self.low > -inf and self.high < inf:
+            self.allowed = f"{'above ' if self.open_low else ''}{self.low:.12g} to {self.high:.12g}"
+        elif self.low > -inf:
+            self.allowed = f"{'>' if self.open_low else '>='} {self.low:.12g}"
+        elif self.high < inf:
+            self.allowed = f"<= {self.high:.12g}"
 
     def fits(self, raw: object) -> bool:
         """Return True for a number, or a text of a number with a unit."""
@@ -91,7 +97,7 @@ class Quantity(Spec):
     def read(self, name: str, raw: object) -> float:
         """Return a number in SI units, within its bounds."""
         if type(raw) is float and self.low < raw < self.high and 1 / LARGEST < abs(raw) < LARGEST:
-            return raw  # the usual case, without further checks
+            return raw  # the usual case, fast
         if not isinstance(raw, str | Real) or isinstance(raw, bool):
             raise self.refusal(name, raw)
         if isinstance(raw, str):
@@ -100,7 +106,8 @@ class Quantity(Spec):
             except ValueError as error:
                 raise self.refusal(name, raw, f"{error}; ") from None
         try:
-            value = float(raw) if isinstance(raw, Measured) and not self.unit else raw
+            has_any_unit = isinstance(raw, Measured) and not self.unit
+            value = float(raw) if has_any_unit else raw  # for a plain float `number` does not compare units
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -118,8 +125,8 @@ class Quantity(Spec):
         if self.low > -inf:
             bounded["exclusiveMinimum" if self.open_low else "minimum"] = self.low
         if self.high < inf:
-            bounded["maximum"] = self.high
-        return {"anyOf": [bounded, {"type": "string", "pattern": r"^\s*[-+(]*[\w.]"}]}
+            bounded["exclusiveMaximum" if self.open_high else "maximum"] = self.high
+        return {"anyOf": [bounded, {"type": "string", "pattern": TEXT_OF_NUMBER}]}
 
 
 @dataclass(eq=False, repr=False)
@@ -127,7 +134,7 @@ class Whole(Spec):
     """A whole number from `low` to `high`; 8.0 and 1e3 are no whole numbers."""
 
     low: int = 0
-    high: int = 10**9
+    high: int = MOST_WHOLE
 
     words, metavar = "a whole number", "N"
 

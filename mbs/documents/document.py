@@ -1,7 +1,7 @@
 """Documents: read from TOML and JSON files, written to them, and changed by path.
 
 A document is a dictionary of dictionaries, called tables, lists, texts, numbers and truth values. An entry is an item of a list.
-A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
+A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`; its words are those between dots.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ BARE = re.compile(r"[A-Za-z0-9_-]+")
 PARAMETERS = "parameters"
 """Name of the table of named numbers; the path `d` is short for `parameters.d`."""
 TABLES = ("points", "links", "velocities", "run", PARAMETERS)
-"""Tables that are always written on several lines."""
+"""Tables that are always written on several lines, as links are."""
 WIDTH = 100
-"""Largest number of characters of a table on one line."""
+"""Largest number of characters of a table on one line, a convention."""
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
@@ -46,7 +46,8 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
 def _is_table(name: str, each: object) -> bool:
     """Return True for a table that is written on several lines, and for a list of tables."""
     if isinstance(each, Mapping):
-        return name in TABLES or len(_inline(each)) + len(name) > WIDTH or "body" in each
+        is_link = "body" in each
+        return name in TABLES or is_link or len(_inline(each)) + len(name) > WIDTH
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
 
@@ -129,16 +130,16 @@ def _without_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 def get(content: Any, path: str) -> Any:
     """Return the value at a path; KeyError if there is none."""
-    for key in steps(content, path):
+    for key in resolve(content, path):
         content = content[key]
     return content
 
 
 def change(content: object, changes: Mapping[str, object]) -> Any:
     """Return a copy of a document with other values at some paths; ValueError for an unknown path, with the known keys."""
-    changed = json.loads(json.dumps(content))
+    changed = json.loads(json.dumps(content))  # a deep copy, in which tuples are lists
     for path, value in changes.items():
-        *keys, last = steps(changed, path)
+        *keys, last = resolve(changed, path)
         table = changed
         for key in keys:
             table = table[key]
@@ -146,7 +147,7 @@ def change(content: object, changes: Mapping[str, object]) -> Any:
     return changed
 
 
-def steps(content: Any, path: str) -> list[str | int]:
+def resolve(content: Any, path: str) -> list[str | int]:
     """Return the keys of tables and numbers of entries along a path; the last key may be a new one."""
     words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
     if not words:
@@ -174,8 +175,9 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
     if not isinstance(content, Mapping):
         raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
     if word not in content and not is_last:
-        home = next((key for key, each in content.items() if isinstance(each, Mapping) and word in each), "")
-        meant = f", did you mean '{home}.{word}'?" if home and word == where else did_you_mean(word, content)
+        table = next((key for key, each in content.items() if isinstance(each, Mapping) and word in each), "")
+        is_first_word = word == where
+        meant = f", did you mean '{table}.{word}'?" if table and is_first_word else did_you_mean(word, content)
         raise ValueError(f"{where}: not in the file{meant}; there are: {', '.join(content)}")
     return word
 

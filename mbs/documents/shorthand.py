@@ -23,7 +23,7 @@ FORMULA_NAMES = {*CONSTANTS, *FUNCTIONS}
 VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
 """Variables of formulas, which are no names of parameters."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
-"""Name inside a formula."""
+"""Name inside a formula. A name beside a colon is part of a point reference, such as `coupler:A`, and no name of a number."""
 QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za-z%]+)\b")
 """Number with a unit inside a formula, as in `d + 5 mm`."""
 
@@ -31,7 +31,8 @@ QUANTITY = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) +([A-Za
 def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return a document with the values of parameters in the place of their names and formulas."""
     rest = {key: each for key, each in content.items() if key != PARAMETERS}
-    values = _read_parameters(content.get(PARAMETERS, {}), names := _names(rest))
+    names = _names(rest)
+    values = _read_parameters(content.get(PARAMETERS, {}), names)
     return {key: _fill(each, values, names, key) for key, each in rest.items()} if values else rest
 
 
@@ -39,7 +40,7 @@ def free_parameters(content: Mapping[str, Any]) -> list[str]:
     """List the paths of parameters that are numbers other than zero, not formulas."""
     raw = content.get(PARAMETERS, {})
     numbers = {name: measured(each) if isinstance(each, str) and is_measured(each) else each for name, each in raw.items()}
-    return [f"{PARAMETERS}.{name}" for name, each in numbers.items() if isinstance(each, int | float) and each]
+    return [f"{PARAMETERS}.{name}" for name, value in numbers.items() if isinstance(value, int | float) and value != 0]
 
 
 def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
@@ -49,10 +50,10 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, each in raw.items():
         path = f"{PARAMETERS}.{name}"
-        meanings = {
+        other_meanings = {
             "the name of a point or link": names, "a variable of formulas": VARIABLES, "a name that formulas know": FORMULA_NAMES,
         }  # fmt: skip
-        if meaning := next((meaning for meaning, used in meanings.items() if name in used), ""):
+        if meaning := next((meaning for meaning, used in other_meanings.items() if name in used), ""):
             raise ValueError(f"{path}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):
             raise ValueError(f"{path}: no name for a formula; a name has letters, digits and _, and begins with a letter")
@@ -66,11 +67,11 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
 
 def _names(content: Mapping[str, Any]) -> set[str]:
     """Return the names of points and links, which look like formulas and are not."""
-    tables = {str(name): link for name, link in _table(content, "links").items() if isinstance(link, Mapping)}
-    names = {*tables, *_table(content, "points")}
-    for link in tables.values():
+    links = {str(name): link for name, link in _table(content, "links").items() if isinstance(link, Mapping)}
+    names = {*links, *_table(content, "points")}
+    for link in links.values():
         points = link.get("start"), link.get("end"), *_table(link, "carries")
-        names |= {each for each in points if isinstance(each, str)}
+        names |= {point for point in points if isinstance(point, str)}
     return names
 
 
@@ -93,17 +94,20 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     """Return the value of a text: a parameter as written, a number, or a formula with the values of parameters."""
     if text.strip() in values:
         return values[text.strip()]  # a number, or a text with a unit as written
-    if not set(WORD.findall(text)) & set(values) and not path.startswith(PARAMETERS):
+    is_parameter = path.startswith(PARAMETERS)
+    uses_parameters = bool(set(WORD.findall(text)) & set(values))
+    if not is_parameter and not uses_parameters:
         return text
     formula = QUANTITY.sub(lambda match: repr(_number(match[0], path)), text)
+    states = re.findall(r"\bstate\d+\b", formula)  # of a load with states of its own, `state1`, `state2`, ...
     try:
-        used = names_in(parse(formula, {*values, *VARIABLES, *re.findall(r"\bstate\d+\b", formula)}))
+        used = names_in(parse(formula, {*values, *VARIABLES, *states}))
     except ValueError as error:
         if "is no formula" in str(error):
             return text  # such as a text of several words, which the reader of the field checks
         raise ValueError(f"{path} = {show(text)}: {error}") from None
     numbers = {name: _number(values[name], path) for name in used & set(values)}
-    if used - set(numbers):
+    if used - set(numbers):  # a function of variables: its parameters become numbers
         return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
     try:
         return function_of(formula, tuple(numbers))(*numbers.values())
@@ -174,7 +178,8 @@ def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
     if not body:
         return link
     kind, section = known_kinds().get(str(body.get("kind"))), body.get("section", {})
-    takes_section = kind is not None and "section" in declarations(kind) and not {"mass", "inertia"} & set(raw)
+    is_given_by_mass = bool({"mass", "inertia"} & set(raw))  # a rigid body has a section, or a mass and an inertia
+    takes_section = kind is not None and "section" in declarations(kind) and not is_given_by_mass
     if "section" in defaults and takes_section and isinstance(section, Mapping):
         body = {**body, "section": _complete(section, defaults["section"])}
     return {**link, "body": body}

@@ -6,7 +6,8 @@
     found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
 
 A member is one run, divided into windows of time; each window gives one value of every reading. Members are independent and the
-windows of one member are not: standard errors are computed from the means of the members.
+windows of one member are not: standard errors are computed from the means of the members. A block of output is a part of the rows
+of a run, which the solver hands over while it runs.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import USER_STOPS, TimeUpError, watch, watching
+from ..record.errors import Failure
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
@@ -44,18 +46,20 @@ CHUNK = 16
 WAIT = 0.2
 """Time between two checks for Ctrl-C and the time limit [s]."""
 STATES_WITHIN = 3
-"""Number of states that are interpolated within each implicit step of joints with clearance."""
+"""Number of states that are interpolated within each implicit step of joints with clearance, to find peaks of impacts."""
+TRIAL = 1e-4
+"""Duration of a trial run of the first member over that of a run: wrong names are found at the first rows of any run."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
 
 
 class PreparedMember(NamedTuple):
-    """Compiled scene of a member, its initial state and its signals; `steps_over_impacts` is the answer of that function."""
+    """Compiled scene of a member, its initial state, its signals; `over_impacts` is the answer of `steps_over_impacts`."""
 
     scene: CompiledScene
     start: RunState
     channels: Channels
-    steps_over_impacts: bool
+    over_impacts: bool
 
 
 @dataclass(frozen=True)
@@ -74,40 +78,48 @@ class Task:
         prepared: dict[int, PreparedMember] = {}
         return [(k, *self._run_one(k, prepared)) for k in members]
 
-    def _prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
+    def prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
         """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
-        source = self.members.source(k)
-        if source not in prepared or self.members.paths:
+        index = self.members.mechanism_index(k)
+        have_varied_numbers = bool(self.members.paths)  # then no two members have the same mechanism
+        if index not in prepared or have_varied_numbers:
             scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
             names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
             start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-            over_impacts = steps_over_impacts(scene, self.solver)
-            prepared[source] = PreparedMember(scene, start, Channels.of(scene, list(names)), over_impacts)
-        return prepared[source]
+            channels = Channels.of(scene, list(names))
+            prepared[index] = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
+        return prepared[index]
 
     def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
         """Run member k; return its values (windows, readings), and '' or the reason of its failure."""
-        no_values = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
-        formulas = formulas_of(self.readings)
-        sums, last = Accumulator.over(self.edges, len(formulas)), list[Output]()
+        try:
+            values, failure = self.integrate(k, self.prepare(k, prepared))
+            reason = f"{failure.status}: {failure.message}" if failure is not None else ""
+        except (ValueError, KeyError) as error:
+            reason = f"{type(error).__name__}: {error}"
+        if reason:
+            values = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
+        return values, reason
 
-        def accumulate(out: Output) -> None:
+    def integrate(self, k: int, member: PreparedMember) -> tuple[Array, Failure | None]:
+        """Integrate member k from its random start and accumulate statistics; return values (windows, readings) and failure."""
+        scene, start, channels, over_impacts = member
+        formulas = formulas_of(self.readings)
+        sums = Accumulator.over(self.edges, len(formulas))
+        before: Output | None = None
+
+        def accumulate(block: Output) -> None:
             """Add the values of the formulas at the rows of a block of output."""
-            if over_impacts:
-                last[:], out = [out], add_states(scene, last, out)  # `add_states` still sees the block before
+            nonlocal before
+            out = add_states(scene, before, block) if over_impacts else block
+            before = block
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             sums.add(out.time, columns(formulas, signals))
 
-        try:
-            scene, start, channels, over_impacts = self._prepare(k, prepared)
-            state = start._replace(q=start.q + self.members.shift(scene, k))
-            _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
-        except (ValueError, KeyError) as error:
-            return no_values, f"{type(error).__name__}: {error}"
-        if failure is not None:
-            return no_values, f"{failure.status}: {failure.message}"
-        return values_of(self.readings, formulas, sums), ""
+        state = start._replace(q=start.q + self.members.draw_offset(scene, k))
+        _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
+        return values_of(self.readings, formulas, sums), failure
 
 
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
@@ -117,14 +129,14 @@ def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     are too large.
     """
     tables = scene.tables
-    journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
-    return not is_explicit(scene, solver) and not len(tables.strips) and journals
+    has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
+    return not is_explicit(scene, solver) and not len(tables.strips) and has_journals
 
 
-def add_states(scene: CompiledScene, last: Sequence[Output], out: Output) -> Output:
-    """Add interpolated states within the steps of a block of output; `last` has the block before, if there is one."""
-    last_row = [Output(*(column[-1:] for column in block)) for block in last]
-    joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, out, strict=True)))
+def add_states(scene: CompiledScene, before: Output | None, block: Output) -> Output:
+    """Add interpolated states within the steps of a block of output, and within the step from the block before, if any."""
+    last_row = [] if before is None else [Output(*(column[-1:] for column in before))]
+    joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, block, strict=True)))
     return refine_times(scene, joined, STATES_WITHIN) if len(joined.time) > 1 else joined
 
 
@@ -138,9 +150,9 @@ def ensemble(
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with varied numbers and initial states, and gather readings of each window of time.
 
-    Members start with their journals at random places in their bushes; without clearance, with a random offset of 1e-9. Compiled
-    code accumulates statistics while a member runs, and no signal is recorded. The values of a member that fails are nan. Raise a
-    ValueError for an invalid reading, path or number.
+    Members start with their journals at random places in their bushes; without clearance, with a random offset of 1e-9 of the
+    coordinates, relative to the longest link or in rad. Statistics are accumulated while a member runs, and no
+    signal is recorded. The values of a member that fails are nan. Raise a ValueError for an invalid reading, path or number.
 
     Parameters
     ----------
@@ -184,10 +196,11 @@ def ensemble(
     readings = tuple(map(StatisticReading.of, of))
     mechanisms = (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism)
     length = each or _find_window(mechanisms[0], duration)
-    windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))
+    windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))  # 1e-9: a duration of whole windows may round down
     if windows <= skip:
         raise ValueError(f"skip = {skip}: the run has {windows} windows of {length:g} s; skip fewer, or run longer")
-    drawn, edges = Members.draw(mechanisms, members, vary or {}, seed), length * np.arange(windows + 1)
+    drawn = Members.draw(mechanisms, members, vary or {}, seed)
+    edges = length * np.arange(windows + 1)
     task = Task(drawn, duration, solver, readings, edges, curves or {})
     _try_first(task)
     found = Ensemble.blank(drawn, tuple(of), edges, skip)
@@ -202,11 +215,15 @@ def _find_window(mechanism: Mechanism, duration: float) -> float:
 
 
 def _try_first(task: Task) -> None:
-    """Run the first member, so short that it costs little; raise a ValueError if readings or paths are wrong."""
-    short = replace(task, duration=task.duration * 1e-4, edges=np.array([0.0, task.duration * 1e-4]))
-    (_, _, reason), = short.run([0])  # fmt: skip
-    if reason.startswith(("ValueError", "KeyError", "UnknownSignalError")):
-        raise ValueError(reason.partition(": ")[2])
+    """Run the first member for a short time; raise a ValueError if readings or paths are wrong."""
+    duration = TRIAL * task.duration
+    trial = replace(task, duration=duration, edges=np.array([0.0, duration]))
+    try:
+        trial.integrate(0, trial.prepare(0, {}))
+    except np.linalg.LinAlgError:
+        return  # a failure of this member, which its run will report
+    except (ValueError, KeyError) as error:
+        raise ValueError(str(error)) from None
 
 
 def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None) -> Ensemble:

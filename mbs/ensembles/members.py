@@ -1,6 +1,7 @@
 """Numbers and initial states of the members of an ensemble, by a scrambled Sobol' sequence and random offsets.
 
-A cell is one combination of a mechanism and listed values; it has many members.
+A number varies by a list of values or by a distribution. A cell is one combination of a mechanism and one value of each list; it
+has many members.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ TINY = 1e-9
 class Members:
     """Numbers of all members, by their paths in a file, such as `joints[0].gap`, and seed of their initial states."""
 
-    sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or their descriptions if numbers vary
-    paths: tuple[str, ...]
+    sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or the contents of their files if numbers vary
+    paths: tuple[str, ...]  # of the numbers that vary
     numbers: Array  # (members, paths)
     cells: Array  # index of the member's cell, (members,)
-    grid: dict[str, Array]  # listed values, by path
+    grid: dict[str, Array]  # lists of values, by path
     seed: int
 
     @classmethod
@@ -49,8 +50,8 @@ class Members:
         """
         whole("members", members, 1, 10**8)
         grid = {path: np.asarray(values, dtype=float) for path, values in vary.items() if not hasattr(values, "ppf")}
-        for path, values in grid.items():
-            if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        for path, listed in grid.items():
+            if listed.ndim != 1 or not listed.size or not np.isfinite(listed).all():
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
         distributions = {path: distribution for path, distribution in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
@@ -58,10 +59,10 @@ class Members:
         combinations = list(product(*grid.values()))
         cells = np.tile(np.array(combinations).reshape(len(combinations), len(grid)), (len(mechanisms), 1))
         quantiles = _sobol(members * len(cells), len(distributions), seed)
-        columns = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
+        values = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
         for k, (path, distribution) in enumerate(distributions.items()):
-            columns[path] = np.asarray(distribution.ppf(quantiles[:, k]), dtype=float)
-        numbers = np.column_stack([columns[path] for path in vary]) if vary else np.empty((members * len(cells), 0))
+            values[path] = np.asarray(distribution.ppf(quantiles[:, k]), dtype=float)
+        numbers = np.column_stack([values[path] for path in vary]) if vary else np.empty((members * len(cells), 0))
         sources = tuple(mechanism.to_dict() if vary else mechanism for mechanism in mechanisms)
         return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
 
@@ -69,22 +70,23 @@ class Members:
         """Return the number of members."""
         return len(self.numbers)
 
-    def source(self, k: int) -> int:
+    def mechanism_index(self, k: int) -> int:
         """Return the index of the mechanism of member k."""
-        return int(self.cells[k]) // prod(len(values) for values in self.grid.values())
+        cells_per_mechanism = prod(len(values) for values in self.grid.values())
+        return int(self.cells[k]) // cells_per_mechanism
 
     def mechanism(self, k: int) -> Mechanism:
         """Make the mechanism of member k."""
-        source = self.sources[self.source(k)]
+        source = self.sources[self.mechanism_index(k)]
         if isinstance(source, Mechanism):
             return source
         return Mechanism.from_dict(change(source, dict(zip(self.paths, self.numbers[k].tolist(), strict=True))))
 
-    def shift(self, scene: CompiledScene, k: int) -> Array:
+    def draw_offset(self, scene: CompiledScene, k: int) -> Array:
         """Draw the initial offset of the coordinates of member k: random places of journals, or a tiny offset, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
-        shift = displace_journals(scene, random)
-        return offset(scene, TINY, int(random.integers(2**31))) if shift is None else shift
+        of_journals = displace_journals(scene, random)
+        return offset(scene, TINY, int(random.integers(2**31))) if of_journals is None else of_journals
 
 
 def _sobol(count: int, dimensions: int, seed: int) -> Array:
@@ -93,7 +95,7 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
         return np.empty((count, 0))
     from scipy.stats import qmc
 
-    power = int(np.ceil(np.log2(max(count, 2))))
+    power = int(np.ceil(np.log2(max(count, 2))))  # the sequence is balanced over 2^power points
     return np.asarray(qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random_base2(power)[:count])
 
 
@@ -107,7 +109,8 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
     if not joints:
         return None
     markers = [scene.tables.forces[k, [Forces.A, Forces.B]] for k, _ in joints]
-    relative = np.vstack([(slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0))[:2] for a, b in markers])
+    difference = [slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0) for a, b in markers]  # of x, y and angle
+    relative = np.vstack([of_markers[:2] for of_markers in difference])  # d(journal - bush)/dq, (2 joints, n)
     radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
     angle = random.uniform(0.0, 2 * np.pi, len(joints))
     target = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()

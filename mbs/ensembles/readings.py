@@ -11,6 +11,7 @@ variation(signal)            total variation: sum of the magnitudes of its chang
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -50,7 +51,7 @@ class Formula:
 
     def values(self, signals: Mapping[str, Array]) -> Array:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
-        return np.asarray(_evaluate(self.tree, lambda name: signals[name], lambda name, values: POINTWISE[name](values)))
+        return np.asarray(_evaluate(self.tree, signals, lambda name, values: POINTWISE[name](values)))
 
 
 @dataclass(frozen=True)
@@ -100,11 +101,12 @@ class StatisticReading:
             return STATISTICS[name](sums[..., argument, :], lengths) if name in STATISTICS else POINTWISE[name](argument)
 
         def index(node: ast.expr) -> ast.expr:
-            """Replace a formula by its index in the order."""
+            """Replace a formula of signals by its index in the order."""
             return ast.Constant(order.index(ast.unparse(node)))
 
         with np.errstate(all="ignore"):
-            return np.broadcast_to(np.asarray(_evaluate(self.tree, str, call, index), dtype=float), sums.shape[:-2])
+            value = _evaluate(self.tree, {}, call, index)  # no signals: all of them stand in formulas
+        return np.broadcast_to(np.asarray(value, dtype=float), sums.shape[:-2])
 
 
 def formulas_of(readings: Iterable[StatisticReading]) -> dict[str, Formula]:
@@ -131,7 +133,7 @@ def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], e
     return values_of(readings, formulas, sums)
 
 
-def _evaluate(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str, Any], Any], index: Any = None) -> Any:
+def _evaluate(node: ast.expr, signals: Mapping[str, Array], call: Callable[[str, Any], Any], index: Any = None) -> Any:
     """Evaluate a syntax tree with the values of signals and calls; `index`, if given, replaces the arguments of statistics."""
 
     def value_of(node: ast.expr) -> Any:
@@ -140,13 +142,14 @@ def _evaluate(node: ast.expr, signal: Callable[[str], Any], call: Callable[[str,
             case ast.Constant(value=value):
                 return value
             case ast.Name(id=name):
-                return CONSTANTS[name] if name in CONSTANTS else signal(name)
+                return CONSTANTS[name] if name in CONSTANTS else signals[name]
             case ast.UnaryOp(op=sign, operand=operand):
                 return -value_of(operand) if isinstance(sign, ast.USub) else value_of(operand)
             case ast.BinOp(op=operator, left=left, right=right):
                 return OPERATORS[type(operator)](value_of(left), value_of(right))
             case ast.Call(func=ast.Name(id=name), args=[argument]):
-                return call(name, value_of(index(argument) if index and name in STATISTICS else argument))
+                is_replaced = index is not None and name in STATISTICS
+                return call(name, value_of(index(argument) if is_replaced else argument))
         raise AssertionError(node)  # `StatisticReading.of` accepts no other node
 
     return value_of(node)
@@ -169,8 +172,6 @@ def _check(tree: ast.expr) -> None:
         name, (argument,) = call.func.id, call.args  # type: ignore[attr-defined]
         if not any(_signals(argument)) or any(_statistics(argument)):
             raise ValueError(f"{name} takes a signal, or a formula of signals")
-    inside = [name for call in _statistics(tree) for name in _signals(call)]
-    for name in _signals(tree):
-        if name not in inside:
-            raise ValueError(f"{name} stands by itself")
-        inside.remove(name)
+    within_statistics = Counter(name for call in _statistics(tree) for name in _signals(call))
+    for name in Counter(_signals(tree)) - within_statistics:  # signals that stand more often in the whole formula
+        raise ValueError(f"{name} stands by itself")

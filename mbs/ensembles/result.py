@@ -1,4 +1,8 @@
-"""Result of an ensemble: readings by member and window, means with standard errors, maps, histograms, Poincaré sections."""
+"""Result of an ensemble: readings by member and window, means with standard errors, maps, histograms, Poincaré sections.
+
+Numbers vary by a list of values or by a distribution, and are named by their paths in a file, as `joints[0].gap`. A cell is the
+members with one mechanism and one value of each list.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +24,10 @@ if TYPE_CHECKING:
 
 
 class Cell(NamedTuple):
-    """Mean of a reading over the members with one mechanism and the same listed values, with its standard error."""
+    """Mean of a reading over a cell, with its standard error and the number of members that did not fail."""
 
-    mechanism: int
-    values: dict[str, float]
+    mechanism: int  # index
+    values: dict[str, float]  # by path, one of each list
     mean: float
     error: float
     members: int
@@ -110,30 +114,31 @@ class Ensemble:
         return _error(self.of(reading))
 
     def interval(self, reading: str) -> tuple[float, float]:
-        """Compute the 95 % confidence interval of the mean, by Student's distribution of the members' means."""
+        """Compute the confidence interval of the mean, of `LEVEL` = 95 %, by Student's distribution of the members' means."""
         values = self.of(reading)
-        half = float(stdtrit(max(len(values) - 1, 1), 0.5 + LEVEL / 2)) * _error(values)
-        return self.mean(reading) - half, self.mean(reading) + half
+        freedom = max(len(values) - 1, 1)
+        half_width = float(stdtrit(freedom, 0.5 + LEVEL / 2)) * _error(values)
+        return self.mean(reading) - half_width, self.mean(reading) + half_width
 
     def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:
         """Compute quantiles over members and windows, shape (len(at),)."""
         return np.asarray(np.quantile(self.of(reading), at))
 
     def cells(self, reading: str) -> list[Cell]:
-        """Compute mean and standard error for each combination of a mechanism and listed values."""
+        """Compute mean and standard error for each cell."""
         paths = list(self.members.grid)
         columns = [self.members.paths.index(path) for path in paths]
         found = []
         for cell in np.unique(self.members.cells):
             values = self.of(reading, int(cell))
             first = int(np.argmax(self.members.cells == cell))
-            numbers, source = self.members.numbers[first, columns], self.members.source(first)
+            numbers = dict(zip(paths, self.members.numbers[first, columns].tolist(), strict=True))
             mean = float(values.mean()) if values.size else float("nan")
-            found.append(Cell(source, dict(zip(paths, numbers.tolist(), strict=True)), mean, _error(values), len(values)))
+            found.append(Cell(self.members.mechanism_index(first), numbers, mean, _error(values), len(values)))
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
-        """Draw the mean of a reading over two listed numbers, by their paths."""
+        """Draw the mean of a reading over two numbers that vary by lists, by their paths."""
         from matplotlib.pyplot import subplots
 
         if {x, y} - set(self.members.grid):

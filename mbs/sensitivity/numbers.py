@@ -11,7 +11,7 @@ from dataclasses import dataclass, is_dataclass
 from typing import Any, NamedTuple
 
 from ..declare import Declaration, declarations
-from ..documents.document import PARAMETERS, change, get, steps
+from ..documents.document import PARAMETERS, change, get, resolve
 from ..documents.shorthand import substitute
 from ..mechanism import Mechanism
 from ..units import is_measured, parse_quantity, unit_of
@@ -31,7 +31,7 @@ class Entry(NamedTuple):
 
 def find_entry(document: Mapping[str, object], path: str) -> Entry:
     """Look up the entry at a path of a document; raise a ValueError if there is none."""
-    keys = steps(document, path)
+    keys = resolve(document, path)
     declaration = _find_declaration(document, path)
     try:
         value = get(document, path)
@@ -64,7 +64,7 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
     """Find the declaration of the field at a path."""
     part: Any = Mechanism.from_dict(document)
     declaration: Declaration | None = None
-    keys = steps(document, path)
+    keys = resolve(document, path)
     for key in keys if keys[0] != PARAMETERS else ():
         if keys[0] == "links" and part.__class__ is tuple and isinstance(key, str):
             part = {link.name: link for link in part}
