@@ -1,4 +1,7 @@
-"""Signal over a run as a curve, linear (`Curve`) or cubic (`Smooth`) between its samples, with the functions of formulas."""
+"""Signal over a run as a curve, linear (`Curve`) or cubic (`Smooth`) between its samples, with the functions of formulas.
+
+At a jump, as at an impact, a signal has two samples of almost one time: the cubics of the pieces before and after are separate.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ SETTLED = 0.1
 SLOPE_SAMPLES = 5
 """Number of samples from which a slope is computed: the error of the slope is of the fourth order."""
 JUMP_TIME = 1e-11
-"""Largest time between the two samples at a jump, over the duration of the run: an event has two rows of almost one time."""
+"""Largest time between the two samples at a jump, over the duration of the run: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
 """Largest time between the two samples at a jump, over the shorter of the neighbouring intervals."""
 
@@ -78,7 +81,7 @@ class Curve:
         return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is next to it, outside."""
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): of sample k next to it, outside."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
@@ -136,7 +139,7 @@ class Smooth(Curve):
         piece = np.searchsorted(self._pieces, k, side="right") - 1
         first, end, slopes = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
         size = np.minimum(end - first, SLOPE_SAMPLES)
-        for m in {*size.tolist()} - {1}:  # all samples with m neighbours at once; a piece of one sample has the slope 0
+        for m in {*size.tolist()} - {1}:  # polynomials through m samples, all at once; a piece of one sample has the slope 0
             of_size = size == m
             nearest = np.clip(k[of_size] - m // 2, first[of_size], end[of_size] - m)[:, None] + np.arange(m)
             offset = self.time[nearest] - self.time[k[of_size], None]
@@ -175,20 +178,26 @@ class Smooth(Curve):
         return float(self.time[k] + fraction * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the zero of a parabola through the first, or last, three samples above zero; at a jump a sample's time."""
-        inside, jumps = [k + i * step for i in (1, 2, 3)], {*self._pieces[1:-1].tolist()}
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is next to it, outside.
+
+        A signal that is negative outside has its edge at the root of the cubic there. One that is exactly zero outside, such as
+        a contact force, has it at the root of a parabola through the three nearest samples inside. At a jump, at an end of the
+        run and for fewer samples inside, the edge is a sample.
+        """
+        starts_of_pieces = {*self._pieces[1:-1].tolist()}
         for i in (k, k + step):
-            if {i, i + 1} & jumps:
+            if {i, i + 1} & starts_of_pieces:
                 return float(self.time[i])
-        is_at_end = self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x)  # of the run: no sample outside, or too few inside
-        if is_at_end or not self.x[inside].all():
+        inside = [k + step, k + 2 * step, k + 3 * step]
+        is_at_end_of_run = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)
+        if is_at_end_of_run or (self.x[inside] == 0).any():
             return float(self.time[k])
         if self.x[k] < 0:
             return self._root(min(k, k + step), 0.0)
-        fractions = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
-        roots = np.roots(np.polyfit(fractions, self.x[inside], 2))
-        between = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
-        return float(self.time[k] + between.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
+        interval = self.time[inside[0]] - self.time[k]
+        roots = np.roots(np.polyfit((self.time[inside] - self.time[k]) / interval, self.x[inside], 2))
+        in_interval = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
+        return float(self.time[k] + in_interval.max(initial=0.0) * interval)  # the root nearest to the samples inside
 
     def _cubic(self, k: int) -> Polynomial:
         """Return the cubic between samples k and k + 1 over the fraction of the interval, 0 to 1."""

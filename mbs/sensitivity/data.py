@@ -1,4 +1,7 @@
-"""Experiments: measured signals over time, measured numbers and bounds, and their input from text files."""
+"""Experiments: measured signals over time, measured numbers and bounds, and their input from text files.
+
+A setting is a number that differs between experiments. A heading is the text above a column, with name and unit.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,8 @@ class Experiment:
 
     def __post_init__(self) -> None:
         time = np.asarray(self.time, dtype=float)
-        if wrong := np.flatnonzero(~np.isfinite(time) | (np.diff(time, prepend=-1e-300) <= 0)).tolist():  # the first may be 0
+        is_wrong = ~np.isfinite(time) | (np.diff(time, prepend=-1e-300) <= 0)  # -1e-300: the first time may be 0
+        if wrong := np.flatnonzero(is_wrong).tolist():
             raise ValueError(f"time[{wrong[0]}] = {time[wrong[0]]:g} s: times must be finite, 0 at least, and increase")
         object.__setattr__(self, "time", time)
         signals = {name: np.asarray(values, dtype=float) for name, values in self.signals.items()}
@@ -154,7 +158,8 @@ def _is_unit(text: str) -> bool:
 def _columns(above: list[list[str]], line: int) -> list[Column]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
-    bare = [cell if column.name else column.unit for cell, column in ((cell, _column(cell, "")) for cell in names)]  # no brackets
+    split = [_column(cell, "") for cell in names]
+    bare = [column.heading if column.name else column.unit for column in split]  # the cell `[deg]` has no name: its text is `deg`
     is_row_of_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, bare)))
     if is_row_of_units and bare[0] and parse_unit(bare[0]).dimension == parse_unit("s").dimension:
         names, units = above[-2], bare

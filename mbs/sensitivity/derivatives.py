@@ -3,7 +3,8 @@
 A reading f is computed at p - w, p and p + w, where w is a small change of the number p. The derivative is
 (f(p + w) - f(p - w))/2w. The error is the sum of two estimates (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
 The truncation error is the difference from a second, coarser central difference: with 4 w, larger tolerances and strips of a
-lower degree. The noise of the readings is estimated from second differences.
+lower degree. The noise of the readings is estimated from second differences: the gap between the one-sided derivatives
+(f(p + w) - f(p))/w and (f(p) - f(p - w))/w is w f'' without noise, four times as large with 4 w.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, nan, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from ..statics.answer import DEGREE_STEP
 from ..validate import positive
 from .numbers import Family, Source
 from .reading import FAILURES, parse_frequency
-from .runs import Reading, Readings, divide_tolerances, read, readings_of, require_compiler
+from .runs import Reading, Readings, read, readings_of, require_compiler, scale_tolerances
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
@@ -36,9 +37,11 @@ WIDER = 4.0
 ROUNDING = 1e-15
 """Relative error of a reading by rounding: some roundings of 1e-16."""
 COMMON = 1e-6
-"""Relative error of a derivative that the two differences have in common, as both come from one solver."""
+"""Relative error that the finer and the coarser difference may share, as both come from one solver: the least error of a
+derivative that is stated. Chosen, not measured; ten times as much states ten times the error where both agree."""
 NOISE = 3.5
-"""Standard deviation of the gap between one-sided derivatives over that of a central difference, by noise: sqrt(12)."""
+"""Ratio of two effects of independent noise of f, of standard deviation s: on the gap, sqrt(6) s/w, over that on the central
+difference, s/(sqrt(2) w). It is sqrt(12)."""
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
 SMALL_EFFECT = 1e-2
@@ -124,16 +127,11 @@ def _per(unit: str, by: str) -> str:
 
 @watch("runs")
 def sensitivities(
-    mechanism: Source,
-    duration: float | None = None,
-    *,
-    by: Sequence[str] | Mapping[str, float],
-    of: str | Sequence[str] | Mapping[str, Reading],
-    solver: Spectral | None = None,
-    at: Mapping[str, float] | None = None,
-    timeout: float | None = None,
-    progress: bool | None = None,
-) -> Sensitivities:
+    mechanism: Source, duration: float | None = None, *,
+    by: Sequence[str] | Mapping[str, float], of: str | Sequence[str] | Mapping[str, Reading],
+    solver: Spectral | None = None, at: Mapping[str, float] | None = None,
+    timeout: float | None = None, progress: bool | None = None,
+) -> Sensitivities:  # fmt: skip
     """Compute derivatives of readings by numbers of a mechanism.
 
     Parameters
@@ -168,9 +166,7 @@ def sensitivities(
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
     deviations = by if isinstance(by, Mapping) else {}
-    spreads = {
-        name: float(positive(f"standard deviation of {name}", value, family.units[name])) for name, value in deviations.items()
-    }
+    spreads = {name: float(positive(f"standard deviation of {name}", x, family.units[name])) for name, x in deviations.items()}
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     neighbours = Neighbours(family, fixed, scales, duration)
@@ -182,6 +178,15 @@ def sensitivities(
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
     return Sensitivities(rows, spreads)
+
+
+class OneSided(NamedTuple):
+    """One-sided derivatives of a reading, or of all readings, from below and above, over the finer and the coarser width."""
+
+    below: Any
+    above: Any
+    coarse_below: Any
+    coarse_above: Any
 
 
 class Neighbours(NamedTuple):
@@ -201,23 +206,29 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        coarse = divide_tolerances(solver, 1 / WIDER, -DEGREE_STEP if (solver.degree or 0) > DEGREE_STEP else 0)
-        levels = [(level, w, self.read(readings, level)) for level, w in ((solver, width), (coarse, WIDER * width))]
-        slopes, reason = dict[str, list[Array]](), ""
+        can_be_coarser = (solver.degree or 0) > DEGREE_STEP
+        coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if can_be_coarser else 0)
+        unchanged, coarse_unchanged = self.read(readings, solver), self.read(readings, coarse_solver)
+        slopes, reason = dict[str, OneSided](), ""
         try:
             for name in self.scales:
-                slopes[name] = [side for level in levels for side in self.slopes(readings, name, *level)]
+                fine = self.slopes(readings, name, solver, width, unchanged)
+                coarse = self.slopes(readings, name, coarse_solver, WIDER * width, coarse_unchanged)
+                slopes[name] = OneSided(*fine, *coarse)
         except USER_STOPS as stop:
             reason = str(stop)
-        (_, _, unchanged), rows = levels[0], []  # readings of the mechanism as given, by the finer solver
+        rows = []
         for i, reading in enumerate(readings):
             value, derivatives = float(unchanged.values[i]), []
             relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
             for name, scale in self.scales.items():
-                blank = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
-                rounding = ROUNDING * abs(value) / (width * scale)
-                sides = [float(side[i]) for side in slopes.get(name, [])]  # none if a limit or Ctrl-C came before
-                derivatives.append(_combine(blank, scale, sides, relative, rounding) if sides else blank._replace(note=reason))
+                row = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
+                if name in slopes:
+                    rounding = ROUNDING * abs(value) / (width * scale)
+                    sides = OneSided(*(float(side[i]) for side in slopes[name]))
+                    derivatives.append(_combine(row, scale, sides, relative, rounding))
+                else:  # a time limit or Ctrl-C came before
+                    derivatives.append(row._replace(note=reason))
             rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 
@@ -241,25 +252,27 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _combine(blank: Derivative, scale: float, sides: Sequence[float], relative: float, rounding: float) -> Derivative:
+def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, rounding: float) -> Derivative:
     """Combine one-sided derivatives to a derivative with its error.
 
-    `blank` has all but the derivative. `sides` are from below and above, finer, then coarser. `relative` is the relative error of
-    the reading, `rounding` the error of the derivative due to rounding.
+    `blank` has all but the derivative. `relative` is the relative error of the reading, `rounding` the error of the derivative
+    due to rounding.
     """
     below, above, coarse_below, coarse_above = sides
-    if isfinite(below) != isfinite(above):
-        value, coarse = (below, coarse_below) if isfinite(below) else (above, coarse_above)
-        note = f"from {'below' if isfinite(below) else 'above'} alone: a run on the other side failed"
+    if isfinite(below) and not isfinite(above):
+        value, coarse, note = below, coarse_below, "from below alone: a run on the other side failed"
+    elif isfinite(above) and not isfinite(below):
+        value, coarse, note = above, coarse_above, "from above alone: a run on the other side failed"
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
     noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # 0 for a smooth reading
     error = abs(value - coarse) + noise
+    least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
     reason = ""
     if not isfinite(value + coarse):
         reason = "a run beside it failed" if isfinite(blank.value) else "the reading has no value there"
-    elif abs(gap) > max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value)):
+    elif abs(gap) > least_gap_at_kink:
         reason = f"a kink: {below:.4g} below, {above:.4g} above"
     elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(blank.value):
         reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"

@@ -1,10 +1,14 @@
-"""Optimal design: numbers of a mechanism that minimise a reading subject to constraints."""
+"""Optimal design: numbers of a mechanism that minimise a reading subject to constraints.
+
+The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
@@ -57,20 +61,12 @@ class Design:
 
 @watch("runs")
 def optimise(
-    mechanism: Source,
-    duration: float | None = None,
-    *,
-    free: Mapping[str, tuple[float, float]],
-    minimise: str = "",
-    subject_to: Sequence[str | tuple[str, float, float]] = (),
-    readings: Mapping[str, Reading] | None = None,
-    solver: Spectral | None = None,
-    start: Mapping[str, float] | None = None,
-    starts: int = 8,
-    budget: int = BUDGET,
-    timeout: float | None = None,
-    progress: bool | None = None,
-) -> Design:
+    mechanism: Source, duration: float | None = None, *,
+    free: Mapping[str, tuple[float, float]], minimise: str = "", subject_to: Sequence[str | tuple[str, float, float]] = (),
+    readings: Mapping[str, Reading] | None = None, solver: Spectral | None = None,
+    start: Mapping[str, float] | None = None, starts: int = 8, budget: int = BUDGET,
+    timeout: float | None = None, progress: bool | None = None,
+) -> Design:  # fmt: skip
     """Choose numbers of a mechanism that minimise a reading subject to constraints.
 
     Parameters
@@ -92,8 +88,9 @@ def optimise(
     start : dict of str to float, optional
         First start of the search: numbers by their paths, SI; by default the middles of the ranges.
     starts : int
-        Number of starts: `start`, and points of a Halton sequence over the ranges. The search descends from `start` and from the
-        three other points with the smallest violation of constraints, or the smallest reading if they violate none.
+        Number of starts: `start`, and points of a Halton sequence over the ranges. The search descends from `start` and from
+        the `searching.BEST_STARTS` (3) other points with the smallest violation of constraints, or the smallest reading if
+        they violate none.
     budget : int
         Largest number of runs, derivatives included, after which the best design so far is returned.
     timeout, progress
@@ -138,25 +135,36 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
     return np.array([(start.get(name, 0.5 * (low + high)) - low) / (high - low) for name, (low, high) in ranges.items()])
 
 
+class Attempt(NamedTuple):
+    """Design at a point x of the cube, with its readings by the search, `coarse`, and by a finer run, `fine`."""
+
+    x: Array
+    coarse: Array
+    fine: Array
+
+
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
-    """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
+    """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again.
+
+    The correction is `search.offset`, which the search adds to the readings of all its runs; `search.cache` has them without it.
+    """
     _until_enough(search, lambda: search.descend_from_starts(starts))
-    tried: list[tuple[Array, Array, Array]] = []
+    attempts: list[Attempt] = []
     for _ in range(1 + MOST_CORRECTIONS):
         x = search.find_best()
         if x is None:
             if search.stopped:
                 raise RunFailedError(f"{search.stopped}, before any run ended")
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
-        if tried and point_of(x) == point_of(tried[-1][0]):  # the last correction did not change the design
+        if attempts and point_of(x) == point_of(attempts[-1].x):  # the last correction did not change the design
             break
         coarse, fine = search.cache[point_of(x)], search.read_finer(x)
-        tried.append((x, coarse, fine))
+        attempts.append(Attempt(x, coarse, fine))
         if not search.list_violated(fine) or search.stopped or search.runs >= search.budget:
             break
         search.offset = fine - coarse
         _until_enough(search, lambda x=x: search.descend(x))  # type: ignore[misc]
-    return _design(search, *min(tried, key=lambda attempt: search.merit(attempt[2])))
+    return _design(search, min(attempts, key=lambda attempt: search.merit(attempt.fine)))
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
@@ -169,8 +177,9 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
         search.stopped = str(stop)
 
 
-def _design(search: Search, x: Array, coarse: Array, fine: Array) -> Design:
-    """Make the result at a point x of the cube from its readings by the search, `coarse`, and by a finer run, `fine`."""
+def _design(search: Search, attempt: Attempt) -> Design:
+    """Make the result from the best attempt."""
+    x, coarse, fine = attempt
     violated, pairs = search.list_violated(fine), search.pair_constraints(fine)
     # with the budget used up, only a design that meets all constraints, with nothing to minimise, is complete
     complete = not search.stopped and (search.runs < search.budget or not (search.objective or violated))

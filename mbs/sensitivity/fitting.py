@@ -37,7 +37,8 @@ UNIDENTIFIED = 0.5
 CORRELATED = 0.95
 """Correlation of two numbers above which the data identify only a combination of them."""
 FROM_AXIS = 0.1
-"""First measured angle over the range of the angles; above it they seem to count from the x axis, not from the pose at t = 0."""
+"""First measured angle over the range of the angles; above it they seem to count from the x axis, not from the pose at t = 0:
+`.angle` is the angle turned since then, `.direction` that from the axis."""
 
 
 class Interval(NamedTuple):
@@ -60,9 +61,10 @@ class ProfileLikelihood(NamedTuple):
         for at, cost, infinite in (
             (self.at[best::-1], self.cost[best::-1], -np.inf), (self.at[best:], self.cost[best:], np.inf)
         ):  # fmt: skip
-            root = np.sqrt(np.maximum.accumulate(cost) - cost[0])  # linear in the number where the cost is a parabola
-            level = np.sqrt(self.level - cost[0])
-            ends.append(float(np.interp(level, root, at)) if root[-1] >= level else infinite)
+            rising = np.maximum.accumulate(cost)  # as interpolation requires
+            root = np.sqrt(rising - cost[0])  # linear in the number where the cost is a parabola
+            root_at_end = np.sqrt(self.level - cost[0])
+            ends.append(float(np.interp(root_at_end, root, at)) if root[-1] >= root_at_end else infinite)
         return Interval(*ends)
 
 
@@ -104,16 +106,10 @@ class Fit:
 
 @watch("runs")
 def fit(
-    mechanism: Source,
-    data: Experiment | Sequence[Experiment],
-    *,
-    free: Mapping[str, Bounds],
-    solver: Spectral | None = None,
-    starts: int = 8,
-    profiles: Sequence[str] = (),
-    timeout: float | None = None,
-    progress: bool | None = None,
-) -> Fit:
+    mechanism: Source, data: Experiment | Sequence[Experiment], *,
+    free: Mapping[str, Bounds], solver: Spectral | None = None, starts: int = 8, profiles: Sequence[str] = (),
+    timeout: float | None = None, progress: bool | None = None,
+) -> Fit:  # fmt: skip
     """Fit numbers of a mechanism to experiments.
 
     Parameters
@@ -154,8 +150,9 @@ def fit(
     problem = FitProblem.of(mechanism, experiments, free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    evaluations = starts + (BEST_STARTS + 1) * MOST_EVALUATIONS * (1 + 2 * len(problem.names))  # at most 2 runs a slope
-    watching.get().most = len(problem.experiments) * evaluations
+    minimisations = BEST_STARTS + 1  # the last with estimated errors; those of profiles are not counted
+    evaluations = starts + minimisations * MOST_EVALUATIONS * (1 + 2 * len(problem.names))  # at most 2 runs for a derivative
+    watching.get().most = len(problem.experiments) * evaluations  # for the expected time, not a limit
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if not problem.has_errors and not problem.stopped:
@@ -198,7 +195,7 @@ def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
         """Return the point with these free coordinates."""
         return np.insert(part, fixed, x[fixed]) if fixed is not None else part
 
-    # with an extra residual, the constant 1, `ftol` ends the search even for data without noise
+    # `ftol` compares the change of the cost with the cost; an extra residual of 1 keeps this above 0 for data without noise
     solution = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[is_free], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, is_free], np.zeros(len(part))]), bounds=(0.0, 1.0),
@@ -256,10 +253,10 @@ def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, corre
         correlated = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > CORRELATED]
         if name in problem.blocked:
             notes.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
-        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:  # 1.96: 95 % of a normal distribution
+        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:  # 1.96 deviations on each side: 95 % of a normal distribution
             reason = f"only together with {', '.join(correlated)}" if correlated else "the data hardly depend on it"
             notes.append(f"{name} is not identified: {reason}.")
-        elif min(best[i], 1 - best[i]) < 1e-6:  # of the range: the search ends so near to a bound
+        elif min(best[i], 1 - best[i]) < 1e-6:  # of the range; the search ends near a bound, not on it
             notes.append(f"{name} lies at the {'low' if best[i] < 0.5 else 'high'} end of its range.")
     return notes
 
@@ -269,7 +266,8 @@ def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     rms, notes = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        if rms[name] ** 2 > _square_ratio(problem) * np.var(x) + CLOSE * np.mean(x**2):
+        by_chance = _square_ratio(problem)  # increase of squares that a 95 % test of one number still allows
+        if rms[name] ** 2 > by_chance * np.var(x) + CLOSE * np.mean(x**2):  # `CLOSE` is for a signal that hardly changes
             notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     for experiment in problem.experiments if TIME_ZERO not in problem.names else ():
         for name, x in experiment.signals.items():

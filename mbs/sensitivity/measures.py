@@ -32,7 +32,7 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
 END_FROM_OUTSIDE = (Status.TIMED_OUT, Status.INTERRUPTED)
-"""Statuses of a run that the user or a time limit ended."""
+"""Statuses of a run that the user or a time limit ended, which has values up to its end."""
 AT_TIME = re.compile(r"\bat\(")
 """Pattern of readings at a given time, which may lie after the end of an incomplete run."""
 OF_CONTACTS = ("begins", "ends", "peak")
@@ -62,12 +62,17 @@ def read(result: Result, text: str) -> Reading:
     value, unit = measure(text, result.time, result.signals, result.units)
     if not result.error.known:
         return Reading(value, nan, unit, "unknown")
-    if result.error.until >= result.time[-1] * (1 - 1e-9):
+    if _has_errors_to_the_end(result):
         return Reading(value, bound_error(text, result), unit, "difference")
     tree, names = parse_reading(text, result.signals)
     signals = {short: result.signals[name] for short, name in names.items()}
-    error = _propagate(tree, result.time, signals, lambda leaf, reading, _: _sampling_error(leaf, reading, result, signals))
+    error = _propagate(tree, result.time, signals, lambda call, function, _: _sampling_error(call, function, result, signals))
     return Reading(value, error, unit, "sampling" if error >= 0 else "unknown")
+
+
+def _has_errors_to_the_end(result: Result) -> bool:
+    """Return False where two runs separate before the end, so that the errors of signals are not known from then on."""
+    return result.error.until >= result.time[-1] * (1 - 1e-9)
 
 
 def bound_error(text: str, result: Result) -> float:
@@ -77,11 +82,13 @@ def bound_error(text: str, result: Result) -> float:
     """
     tree, names = parse_reading(text, result.signals)
     signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
-    absolute = result.error.absolute if result.error.until >= time[-1] * (1 - 1e-9) else lambda _name, _norm: nan
-    errors = {(short, norm): absolute(name, norm) for short, name in names.items() for norm in Norm}
+    known = _has_errors_to_the_end(result)
+    errors = {
+        (short, norm): result.error.absolute(name, norm) if known else nan for short, name in names.items() for norm in Norm
+    }
     with np.errstate(all="ignore"):
         interpolation = abs(value_of(tree, time, signals) - value_of(tree, time, signals, Smooth))
-        change = _propagate(tree, time, signals, lambda leaf, name, value: _change(leaf, name, value, time, signals, errors))
+        change = _propagate(tree, time, signals, lambda call, function, x: _change(call, function, x, time, signals, errors))
     return float(interpolation) + change
 
 
@@ -90,49 +97,53 @@ def _propagate(
 ) -> float:
     """Sum the changes of a formula's value that errors of its readings cause, the larger of both signs of each error.
 
-    A reading in the formula is a call, `leaf`, such as max(x); `change(leaf, name, value)` returns its error.
+    A reading in the formula is a call of a function, such as max(x); `change(call, function, value)` returns its error.
     """
     exact, total = value_of(tree, time, signals), 0.0
-    for leaf in ast.walk(tree):
-        if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
-            value = value_of(leaf, time, signals)
-            error = change(leaf, leaf.func.id, value)
-            changed = [value_of(tree, time, signals, given={leaf: value + side}) for side in (error, -error)]
+    for call in ast.walk(tree):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ARGUMENTS:
+            value = value_of(call, time, signals)
+            error = change(call, call.func.id, value)
+            changed = [value_of(tree, time, signals, given={call: value + side}) for side in (error, -error)]
             total += float(np.max(np.abs(np.subtract(changed, exact))))
     return total
 
 
 def _change(
-    leaf: ast.Call, reading: str, value: float, time: Array, signals: dict[str, Array], errors: Mapping[Key, float]
+    call: ast.Call, function: str, value: float, time: Array, signals: dict[str, Array], errors: Mapping[Key, float]
 ) -> float:
-    """Bound the change of a reading by the errors of its signals."""
-    change, norm = 0.0, NORMS.get(reading, Norm.PEAK)
-    for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
+    """Bound the change of a reading by the errors of its signals: of the time of a contact by that of its onset and a step.
+
+    Of other readings it is the largest change with the error added to the signal's magnitude or, but for single contacts, to the
+    signal. An error of the impulse is spread evenly over the run.
+    """
+    change, norm = 0.0, NORMS.get(function, Norm.PEAK)
+    for short in {node.id for node in ast.walk(call.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
         x, error = signals[short], errors[short, norm]
         if norm is Norm.ONSET:
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
-        error = error / float(time[-1]) if norm is Norm.IMPULSE else error  # constant over the run, with this impulse
-        shapes = (np.sign(x),) if reading in OF_CONTACTS else (np.sign(x), np.ones(len(x)))  # signal larger, or shifted
-        changed = [value_of(leaf, time, {**signals, short: x + side * error * shape}) for shape in shapes for side in (1, -1)]
+        size = error / float(time[-1]) if norm is Norm.IMPULSE else error
+        shapes = [np.sign(x)] if function in OF_CONTACTS else [np.sign(x), np.ones(len(x))]
+        changed = [value_of(call, time, {**signals, short: x + side * size * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))
     return change
 
 
-def _sampling_error(leaf: ast.Call, reading: str, result: Result, signals: Mapping[str, Array]) -> float:
+def _sampling_error(call: ast.Call, function: str, result: Result, signals: Mapping[str, Array]) -> float:
     """Estimate the half-width of the 95 % interval of a reading by batch means."""
     from scipy.stats import t  # slow to load
 
     edges = find_batch_edges(result)
-    if reading not in POWERS or len(edges) <= LEAST_BATCHES:
+    if function not in POWERS or len(edges) <= LEAST_BATCHES:
         return nan
     values = []
     for begin, end in pairwise(edges):
         part = slice(int(np.searchsorted(result.time, begin)), int(np.searchsorted(result.time, end, side="right")))
         if part.stop - part.start > 1:
-            values.append(float(value_of(leaf, result.time[part], {name: x[part] for name, x in signals.items()})))
+            values.append(float(value_of(call, result.time[part], {name: x[part] for name, x in signals.items()})))
     n = len(values)
-    return float(t.ppf(0.5 + LEVEL / 2, n - 1) * np.std(values, ddof=1) * n ** POWERS[reading]) if n >= LEAST_BATCHES else nan
+    return float(t.ppf(0.5 + LEVEL / 2, n - 1) * np.std(values, ddof=1) * n ** POWERS[function]) if n >= LEAST_BATCHES else nan
 
 
 def find_batch_edges(result: Result) -> Array:
@@ -171,13 +182,17 @@ def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
 
 
 def _measure(result: Result, text: str) -> Measure:
-    """Read a formula, and compare its error with the accuracy requested or, without one, with 5 % (`STRIKE`)."""
+    """Read a formula, and compare its error with the accuracy requested or, without one, with that of contacts, 5 % (`STRIKE`).
+
+    A value below its error, near zero, is compared with the largest value of its signals of the same unit.
+    """
     value, error, unit, _ = result.reading(text)
     signals = tuple(parse_reading(text, result.signals)[1].values())
     of_unit = [name for name in signals if result.units.get(name) == unit]
-    size = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in of_unit)])
-    allowed = (result.asked if result.asked > 0 else STRIKE) * (abs(value) if error < abs(value) else size)
-    beyond = result.error.known and not error <= allowed
+    largest = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in of_unit)])
+    relative_to = abs(value) if error < abs(value) else largest
+    accuracy = result.asked if result.asked > 0 else STRIKE
+    beyond = result.error.known and not error <= accuracy * relative_to  # true also for nan
     return Measure(text, value, unit, error if isfinite(error) else nan, beyond, signals)
 
 

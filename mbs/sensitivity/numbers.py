@@ -1,6 +1,7 @@
 """Numbers of a mechanism by their paths in its file, as `links.crank.length`, and mechanisms with other values of them.
 
-A document is the content of a file: nested mappings and sequences.
+A document is the content of a file: nested mappings and sequences. Its table `parameters` names numbers that other entries use in
+formulas.
 """
 
 from __future__ import annotations
@@ -41,33 +42,38 @@ def find_entry(document: Mapping[str, object], path: str) -> Entry:
         value = declaration.default
     if keys[0] == PARAMETERS:
         return Entry(None, value, unit_of(value) if isinstance(value, str) and is_measured(value) else "")
-    if isinstance(value, str) and PARAMETERS in document:
+    if isinstance(value, str) and PARAMETERS in document:  # perhaps a formula
         value = get(substitute(document), path)
-    return Entry(declaration, value, _choose_unit(document, keys, declaration.spec.unit, value) if declaration else "")
+    return Entry(declaration, value, _find_unit(document, keys, declaration.spec.unit, value) if declaration else "")
 
 
-def _choose_unit(document: Mapping[str, object], keys: Sequence[str | int], unit: str, value: Any) -> str:
-    """Choose among the units of an entry, as `rad/s or m/s` of a drive, by the value's unit, or by the driven link or point."""
-    for choice in unit.split(" or ") if isinstance(value, str) else ():
-        with contextlib.suppress(ValueError):
-            parse_quantity(value, choice)
-            return choice
-    if keys[0] == "drives" and isinstance(keys[1], int) and " or " in unit:
+def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declared: str, value: Any) -> str:
+    """Return the unit of an entry from the declared one.
+
+    Among alternatives, as `rad/s or m/s` of a drive, decides the unit of a text, else whether a link or a point is driven. The
+    position of a point on a link has no declared unit: its coordinates are in m.
+    """
+    for unit in declared.split(" or ") if isinstance(value, str) else ():
+        with contextlib.suppress(ValueError):  # of a text in another unit
+            parse_quantity(value, unit)
+            return unit
+    if keys[0] == "drives" and isinstance(keys[1], int) and " or " in declared:
         mechanism = Mechanism.from_dict(document)
-        of_link, of_point = unit.split(" or ")
+        of_link, of_point = declared.split(" or ")
         return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
-    is_position = keys[0] == "links" and isinstance(keys[-1], int)  # of a point on a link
-    return unit or ("m" if is_position else "")
+    is_coordinate_of_point = keys[0] == "links" and isinstance(keys[-1], int)
+    return "m" if is_coordinate_of_point and not declared else declared
 
 
 def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:
-    """Find the declaration of the field at a path."""
-    part: Any = Mechanism.from_dict(document)
+    """Find the declaration of the field at a path; None for a parameter and for a kind, which is the name of a class."""
+    mechanism = Mechanism.from_dict(document)
+    part: Any = mechanism
     declaration: Declaration | None = None
     keys = resolve(document, path)
     for key in keys if keys[0] != PARAMETERS else ():
-        if keys[0] == "links" and part.__class__ is tuple and isinstance(key, str):
-            part = {link.name: link for link in part}
+        if part is mechanism.links and isinstance(key, str):  # a file may name links or list them
+            part = {link.name: link for link in mechanism.links}
         if isinstance(key, int) or isinstance(part, Mapping):
             try:
                 part = part[key]
@@ -107,7 +113,7 @@ class Family:
         present, units = {}, dict[str, str]()
         for name in names:
             _, value, units[name] = find_entry(document, name)
-            with contextlib.suppress(ValueError):
+            with contextlib.suppress(ValueError):  # a text that is no number remains, and is refused
                 value = parse_quantity(value, units[name]) if isinstance(value, str) else value
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ValueError(f"{name} = {short(value)}: no number; name a number of the mechanism")

@@ -46,7 +46,8 @@ USAGE = {
     "peak": "peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
 }  # fmt: skip
 """Usage of functions with several arguments, for messages."""
-ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}  # of formulas
+ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}
+"""Functions that the parser accepts: usage for messages, if any, and number of arguments."""
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
@@ -133,8 +134,8 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
     if signals:
         longest_first = sorted(map(re.escape, signals), key=len, reverse=True)
         shortened = re.sub(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.])", replace, text)
-    for name in TOKEN.findall(shortened):
-        raise WrongReadingError(f"{text}: {unknown(name, list(signals))}")
+    if not_replaced := TOKEN.search(shortened):
+        raise WrongReadingError(f"{text}: {unknown(not_replaced[0], list(signals))}")
     if "frequency" in text:
         raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:
@@ -152,12 +153,9 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
 
 
 def value_of(
-    node: ast.expr,
-    time: Array,
-    signals: Mapping[str, Array],
-    curve: type[Curve] = Curve,
+    node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve,
     given: Mapping[ast.expr, float] = MappingProxyType({}),
-) -> Any:
+) -> Any:  # fmt: skip
     """Evaluate a formula by its syntax tree; `given` are values of nodes that are not to be evaluated."""
     if node in given:
         return given[node]
@@ -192,9 +190,13 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             a, b = _unit(left, units), _unit(right, units)
             if isinstance(operator, ast.Add | ast.Sub):
                 return a if a == b else ""
-            if isinstance(operator, ast.Mult | ast.Div) and "1" in (b, a if isinstance(operator, ast.Mult) else b):
-                return a if b == "1" else b
-            return "1" if (a == b != "" and isinstance(operator, ast.Div)) or (a == "1" and isinstance(operator, ast.Pow)) else ""
+            if isinstance(operator, ast.Mult | ast.Div) and b == "1":
+                return a
+            if isinstance(operator, ast.Mult):
+                return b if a == "1" else ""
+            if isinstance(operator, ast.Div):
+                return "1" if a == b != "" else ""
+            return "1" if a == "1" else ""  # of a power
         case ast.Call(func=ast.Name(id=name), args=arguments):
             inner = _unit(arguments[0], units)
             if name in ("when", "begins", "ends"):

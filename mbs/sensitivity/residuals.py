@@ -1,4 +1,7 @@
-"""Residuals of experiments, and their derivatives by the free numbers, which are scaled to the unit cube."""
+"""Residuals of experiments, and their derivatives by the free numbers, which are scaled to the unit cube.
+
+A residual is a predicted less a measured value, over the standard deviation of the measurement.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,15 @@ from .runs import run
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
 SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver: the error of a reading, over `WIDTH`, is an error of its derivatives."""
+"""Default solver: relative errors of readings of 1e-8 are errors of 1e-8/`WIDTH` = 1e-4 of their derivatives over a range."""
 WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAR = 1e3
-"""Residual of a run that fails, in standard deviations, and violation of a constraint by a reading without a value."""
+"""Residual of a run that fails, in standard deviations; in a search for a design, violation by a reading without a value."""
 DEPENDENT = 1e-9
 """Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
+UNKNOWN = 1e12
+"""Inverse of such a singular value, in place of infinity: a standard deviation beyond any range."""
 CLOSE = 1e-7
 """Tolerance `ftol` of least squares: numbers are found to less than a thousandth of their standard deviation."""
 TIME_ZERO = "time_zero"
@@ -120,7 +125,7 @@ class FitProblem:
         """Compute the residuals at a point; all are `FAR` if a run fails."""
         try:
             self.cached = x.copy(), self.predict(x)
-        except WrongReadingError:
+        except WrongReadingError:  # wrong for every run
             raise
         except FAILURES as error:
             self.failed = self.failed or str(error)
@@ -134,8 +139,9 @@ class FitProblem:
 
     def _slope(self, x: Array, i: int, residuals: Array) -> Array:
         """Compute the difference quotient by one coordinate, towards the middle or, if a run fails, away from it; else 0."""
-        axis, width = np.arange(len(x)) == i, WIDTH if x[i] < 0.5 else -WIDTH
-        for change in (width, -width):
+        axis = np.arange(len(x)) == i
+        towards_middle = WIDTH if x[i] < 0.5 else -WIDTH
+        for change in (towards_middle, -towards_middle):
             try:
                 return (self.compare(self.predict(x + change * axis)) - residuals) / change
             except FAILURES as error:
@@ -163,8 +169,9 @@ class FitProblem:
         jacobian, r = self.jacobian(x), self.residuals(x)
         _, s, vh = np.linalg.svd(jacobian, full_matrices=False)
         variance = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
-        inverse = np.where(s > DEPENDENT * max(s[0], 1e-300), 1 / np.maximum(s, 1e-300), 1e12)  # 1e12: no influence
-        return np.asarray(variance * (vh.T * inverse**2) @ vh)
+        has_influence = s > DEPENDENT * max(s[0], 1e-300)
+        deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), UNKNOWN)
+        return np.asarray(variance * (vh.T * deviations**2) @ vh)
 
 
 def check_ranges(free: Mapping[str, Bounds]) -> None:

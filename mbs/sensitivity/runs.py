@@ -33,11 +33,12 @@ class Readings(NamedTuple):
     errors: Array
 
 
-def divide_tolerances(solver: Spectral, divisor: float, degrees: int = 0) -> Spectral:
-    """Return a solver with tolerances divided by a number, and with `degrees` added to the degree of strips."""
-    steps = replace(solver.steps, tolerance=solver.tolerance / divisor) if isinstance(solver.steps, Controlled) else solver.steps
+def scale_tolerances(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
+    """Return a solver with tolerances multiplied by a factor, and with `degrees` added to the degree of strips."""
+    steps = replace(solver.steps, tolerance=solver.tolerance * factor) if isinstance(solver.steps, Controlled) else solver.steps
     degree = solver.degree + degrees if solver.degree else None
-    return replace(solver, steps=steps, contact_tolerance=min(1.0, solver.contact_tolerance / divisor), degree=degree)
+    contact_tolerance = min(1.0, solver.contact_tolerance * factor)  # relative; a solver takes at most 1
+    return replace(solver, steps=steps, contact_tolerance=contact_tolerance, degree=degree)
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
@@ -50,7 +51,7 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str =
     watching.get().end_run(failure)
     if failure:
         raise RunFailedError(f"{failure.status}: {failure.message}")
-    return Run(solver, record_of(scene, out), None, {"steps": float(counts.steps)}, asked=readings)
+    return Run(solver, record_of(scene, out), failure=None, work={"steps": float(counts.steps)}, asked=readings)
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
@@ -67,7 +68,8 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
             ended = ended or run(mechanism, duration, solver, texts)
-            found.append((*measure(reading, ended.record.time, ended.values, ended.units, Smooth), 0.0))  # so it has derivatives
+            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)  # differentiable by numbers
+            found.append((value, unit, 0.0))
     values, units, errors = zip(*found, strict=True)
     return Readings(np.array(values), list(units), np.array(errors))
 

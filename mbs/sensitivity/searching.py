@@ -21,7 +21,7 @@ from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, parse_frequency
 from .residuals import FAR, WIDTH
-from .runs import Reading, divide_tolerances, read
+from .runs import Reading, read, scale_tolerances
 
 EXACT = 1e-3
 """Default tolerance of a constraint `reading = value`, relative to the value."""
@@ -43,6 +43,10 @@ SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
 CONVERGED = 0.5
 """Residual with which a constraint is met, so that least squares end; at 1 the reading is at an end of its interval."""
+WORTHWHILE = 1e-2
+"""Relative decrease of the sum of squared residuals below which least squares for constraints alone end."""
+PRECISION = 1e-9
+"""Change of the minimised reading, over its first value, below which SLSQP ends: smaller than the default solver's tolerance, 1e-8."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
@@ -51,6 +55,18 @@ CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^
 
 class EnoughError(Exception):
     """Exception that ends a search: the budget of runs is used up or, with nothing to minimise, constraints are met."""
+
+
+class IntervalEnd(NamedTuple):
+    """Finite end of the interval of a constraint; `side` is 1 for the low end, -1 for the high one."""
+
+    side: float
+    value: float
+    scale: float
+
+    def excess(self, reading: float) -> float:
+        """Return the distance by which a reading lies outside, relative to the scale; negative inside."""
+        return self.side * (self.value - reading) / self.scale
 
 
 class Constraint(NamedTuple):
@@ -63,11 +79,11 @@ class Constraint(NamedTuple):
     written: str = ""
 
     @property
-    def ends(self) -> list[tuple[float, float, float]]:
-        """Finite ends of the interval: side, end, scale. The violation is side * (end - reading) / scale, if positive."""
+    def ends(self) -> list[IntervalEnd]:
+        """Finite ends of the interval. The scale of an end is its magnitude; of a zero, that of the other end, or 1."""
         sizes = [abs(end) for end in (self.low, self.high) if isfinite(end) and end]
         pairs = [(1.0, self.low), (-1.0, self.high)]
-        return [(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
+        return [IntervalEnd(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
 
     @property
     def is_narrow(self) -> bool:
@@ -77,26 +93,26 @@ class Constraint(NamedTuple):
 
     def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
-        return max(0.0, *(side * (end - value) / scale for side, end, scale in self.ends)) if isfinite(value) else FAR
+        return max(0.0, *(end.excess(value) for end in self.ends)) if isfinite(value) else FAR
 
     def residual(self, value: float) -> tuple[float, float]:
         """Compute the residual of a value for least squares, and its derivative.
 
-        In a narrow interval the residual is the distance from the middle over half the width. Else it is 1 + violation / `EXACT`,
-        or 0 where this sum is negative.
+        In a narrow interval the residual is the distance from the middle over half the width. Else it is 1 + e/`EXACT`, where e
+        is the larger excess over the two ends, or 0 where this sum is negative.
         """
         if not isfinite(value):
             return FAR, 0.0
         if self.is_narrow:
-            slope = 2.0 / max(self.high - self.low, MET * self.ends[0][2])
+            slope = 2.0 / max(self.high - self.low, MET * self.ends[0].scale)  # the second prevents a division by 0
             return (value - 0.5 * (self.low + self.high)) * slope, slope
-        side, end, scale = max(self.ends, key=lambda item: item[0] * (item[1] - value) / item[2])  # the most violated end
-        violation = side * (end - value) / (scale * EXACT)
-        return (violation + 1.0, -side / (scale * EXACT)) if violation > -1.0 else (0.0, 0.0)
+        end = max(self.ends, key=lambda end: end.excess(value))
+        excess = end.excess(value) / EXACT
+        return (1.0 + excess, -end.side / (end.scale * EXACT)) if excess > -1.0 else (0.0, 0.0)
 
     def is_binding(self, value: float) -> bool:
         """Return True if a value lies at an end of the interval, or the interval is narrow."""
-        return self.is_narrow or any(abs(value - end) <= BINDS * scale for _, end, scale in self.ends)
+        return self.is_narrow or any(abs(end.excess(value)) <= BINDS for end in self.ends)
 
 
 def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
@@ -124,8 +140,8 @@ class Search:
     """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
 
     `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, is a finer run less a run of
-    the search at the best point so far. `failed` is the message of the first run if it failed, `stopped` why the search
-    ended early. `cache` maps rounded points to readings.
+    the search at the best point so far. `failed` is the message of the first run if it failed; by default it says why a search
+    in which no run fails finds nothing. `stopped` says why the search ended early. `cache` maps rounded points to readings.
     """
 
     family: Family
@@ -187,10 +203,10 @@ class Search:
         readings, columns = self.evaluate(x), []
         for axis in np.eye(len(x)):
             sides = [x + width * side * axis for side in (-1.0, 1.0)]
-            ends = [(point, self.evaluate(point)) for point in sides if 0.0 <= point @ axis <= 1.0]
-            ends = [end for end in ends if np.isfinite(end[1]).any()]
-            ends = ends if len(ends) == 2 else [*ends, (x, readings)]
-            (first, before), (last, after) = ends[0], ends[-1]
+            pairs = [(point, self.evaluate(point)) for point in sides if 0.0 <= point @ axis <= 1.0]
+            pairs = [(point, found) for point, found in pairs if np.isfinite(found).any()]
+            pairs = pairs if len(pairs) == 2 else [*pairs, (x, readings)]
+            (first, before), (last, after) = pairs[0], pairs[-1]
             columns.append((after - before) / ((last - first) @ axis or 1.0))
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
@@ -237,26 +253,26 @@ class Search:
         if not self.objective:
             for width in (WIDE, WIDTH):
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
+                                  method="dogbox", xtol=SAME_POINT, ftol=WORTHWHILE, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
         _, objective = self.merit(self.evaluate(x))
         row, scale = self.row[self.objective], abs(objective) or 1.0  # the minimised reading is scaled by its first value
-        ends = [(self.row[constraint.reading], *end) for constraint in self.constraints for end in constraint.ends]
+        ends = [(self.row[constraint.reading], end) for constraint in self.constraints for end in constraint.ends]
         margins = {
             "type": "ineq",
-            "fun": lambda x: np.nan_to_num([side * (self.evaluate(x)[k] - end) / size for k, side, end, size in ends], nan=-FAR),
-            "jac": lambda x: np.array([side * self.slopes(x)[k] / size for k, side, end, size in ends]),
+            "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAR),
+            "jac": lambda x: np.array([end.side * self.slopes(x)[k] / end.scale for k, end in ends]),
         }
         minimize(
             lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x, jac=lambda x: self.slopes(x)[row] / scale,
-            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": 1e-9},
+            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": PRECISION},
             constraints=[margins] if ends else (),
         )  # fmt: skip
 
     def read_finer(self, x: Array) -> Array:
         """Compute the readings at a point by a finer run; readings of equilibria and functions need none."""
         needs_run = any(isinstance(reading, str) and not parse_frequency(reading) for reading in self.readings.values())
-        return self.read(x, divide_tolerances(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
+        return self.read(x, scale_tolerances(self.solver, 1 / FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
 
 
 def point_of(x: Array) -> tuple[float, ...]:
