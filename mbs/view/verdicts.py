@@ -54,13 +54,15 @@ def verdicts(result: Result) -> list[CheckVerdict]:
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
         if name == "SOLVERS" and not result.verified >= 0:  # not compared with the other solver
             continue
-        unknown = name == "ACCURACY" and not result.error.known
-        verdict = (
-            "failed" if name in reasons else "not run" if unknown or not finished
-            else "not applicable" if name in not_applicable else "no complaint"
-        )  # fmt: skip
-        reason = not_applicable[name] if verdict == "not applicable" else "; ".join(reasons.get(name, []))
-        message = UNKNOWN if unknown and verdict != "not applicable" else reason
+        verdict, message = "no complaint", ""
+        if name in reasons:
+            verdict, message = "failed", "; ".join(reasons[name])
+        elif name == "ACCURACY" and not result.error.known:
+            verdict, message = "not run", UNKNOWN
+        elif not finished:
+            verdict = "not run"
+        elif name in not_applicable:
+            verdict, message = "not applicable", not_applicable[name]
         rows.append(CheckVerdict(name, question, verdict, message))
     return sorted(rows, key=lambda row: ORDER.index(row.verdict))
 

@@ -13,6 +13,7 @@ from looked_at import MECHANISMS, run
 
 from buckler.mbs import Status
 from buckler.mbs.checks.suspicions import CHECKS
+from buckler.mbs.record.errors import Errors
 from buckler.mbs.view.report import page
 from buckler.mbs.view.verdicts import QUESTIONS, verdicts
 
@@ -124,6 +125,13 @@ def test_verdicts_tell_failed_from_not_run():
     assert [row.message for row in rows[:3]] == ["a strange thing", "balance 3e-02; too much", "lower max_step"]
     assert {row.verdict for row in rows[3:]} == {"no complaint", "not applicable"}
     assert {row.verdict for row in verdicts(run("failed"))} == {"not run"}
+
+
+def test_a_failed_accuracy_keeps_its_reason_where_the_error_is_not_known():
+    reason = "no finer run could be made, so that the error is not known (3 runs)"
+    result = replace(run("pendulum"), error=Errors()).suspect(f"ACCURACY: {reason}")
+    row = next(row for row in verdicts(result) if row.name == "ACCURACY")
+    assert (row.verdict, row.message) == ("failed", reason)
 
 
 def test_a_page_cannot_be_broken_by_its_words():
