@@ -46,7 +46,7 @@ CONVERGED = 0.5
 WORTHWHILE = 1e-2
 """Relative decrease of the sum of squared residuals below which least squares for constraints alone end."""
 PRECISION = 1e-9
-"""Change of the minimised reading, over its first value, below which SLSQP ends: smaller than the default solver's tolerance, 1e-8."""
+"""Change of the minimised reading, over its first value, below which SLSQP ends: below the solver's tolerance, 1e-8."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
