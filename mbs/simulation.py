@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .accuracy.demand import PLACE, Asked, Demand, Usual
+from .accuracy.demand import Asked, Demand, Usual
 from .accuracy.levels import KINDS
 from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
@@ -142,7 +142,7 @@ def simulate(
                 result = _result(best, None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                levels = KINDS[type(solver)](mechanism, duration, solver, share=demand.place / PLACE)
+                levels = KINDS[type(solver)](mechanism, duration, solver, place=demand.place)
                 answer = refine(levels.runs(runs), levels, demand, duration)
                 best = answer.run
                 result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
@@ -218,7 +218,7 @@ class _Runs:
         names = [type(run.solver).__name__.lower() for run in self.ended]
         counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
         work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
-        result = add_notes(replace(result, work=work, asked=demand.asked, error=answer.errors), *answer.errors.notes)
+        result = add_notes(replace(result, work=work, asked=demand.accuracy, error=answer.errors), *answer.errors.notes)
         result = replace(result, provenance=result.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
         if answer.run.failure:
             return result
@@ -227,7 +227,7 @@ class _Runs:
             best = f"timeout = {self.timeout:g} s is over; the best so far is a run to the end, the one before the last"
             return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:
-            status = answer.chaos if demand.asked > 0 else Status.OK
+            status = answer.chaos if isinstance(demand, Asked) else Status.OK  # without an accuracy chaos is no fault
             return replace(result, status=status, message=answer.errors.notes[0])
         return result.suspect(shortfall) if shortfall else result
 

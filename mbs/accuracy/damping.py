@@ -1,9 +1,12 @@
 """Loss of vibration by numerical damping, in closed form: the difference of two runs does not show what both lose.
 
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
-amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of all steps add up to the
-amplitude A(t) of a force that the motion should still have at time t. Masses m err by A/(w m) in speed, and by A/(w^2 m) in
-place. The force of an impact is proportional to the speed of approach; its impulse errs by A/w.
+amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of all steps up to a time add up
+to the amplitude A of a force that the motion should still have. The lighter mass m errs by A/(w m) in speed and by A/(w^2 m) in
+place. The force of an impact is proportional to the speed of approach and errs by the same share; its impulse errs by A/w.
+
+The mass m is not known exactly. It is estimated as half of the mass M of the mechanism. The running mean of a force is taken over
+the period T = 2 pi sqrt(M/k), k the axial stiffness, so that the lighter mass vibrates at w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
 
 References
 ----------
@@ -25,13 +28,14 @@ from .trajectory import TINY, Trajectory
 
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
-LIGHTER = 2.0
-"""Mass of the mechanism over the mass that vibrates: the lighter of the two ends of a link has at most half of it."""
+MASS_RATIO = 2.0
+"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link, which is at least 2: an estimate."""
 COMMON = 3.0
-"""Largest error that two runs have in common by the damping of strips, over their difference: their steps differ, and so do their
-losses. It is 2 to 5 in most drawn mechanisms, so that the larger of both is right to a factor of 2."""
+"""Largest error by damping that two runs with strips have in common, over their difference: by unequal steps they lose different
+amounts. In most randomly drawn mechanisms the common error is 2 to 5 times the difference."""
 SAMPLES_BEFORE = 3
-"""Number of earlier samples whose largest deviation from the mean is the amplitude: steps that damp are T/4 or longer."""
+"""Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that damp much are T/4
+or longer, so that these samples span more than half a vibration, in which the deviation has a largest value."""
 
 
 def radau(angle: Array) -> Array:
@@ -40,43 +44,46 @@ def radau(angle: Array) -> Array:
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
 
 
-def lost_amplitude(run: Trajectory, links: Collection[str], factor: Factor) -> Array:
-    """Return the amplitude of force [N] that damping removed up to each sample from the flexible link that lost most."""
+def compute_lost_force(run: Trajectory, forces: Collection[str], factor: Factor) -> Array:
+    """Compute the amplitude [N] that damping removed up to each sample, (times,), from the one of `forces` that lost most."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
-        if mean.source in links:
+        if mean.source in forces:  # `mean` is the running mean of this force
             deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
             amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
-            loss = 1 - factor(2 * np.pi * np.sqrt(LIGHTER) * np.diff(run.time) / mean.period)
+            loss = 1 - factor(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)
             largest = np.maximum(largest, np.append(0.0, np.cumsum(loss * amplitude[:-1])))
     return largest
 
 
-def damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
-    """Return relative errors of places and of impacts by numerical damping, which two runs have in common.
+def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
+    """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
     Strips count only where nothing strikes, and with `COMMON` times the difference of the two runs at most: they also vibrate
     laterally, so that the formula gives too much. No error is added to deflections from a strip's own chord.
     """
-    links = run.struts if run.strikes else run.struts | run.strips
-    period = max((signal.period for signal in run.signals.values() if signal.source in links), default=0.0)
+    forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
+    has_strips = bool(forces & run.strip_forces)
+    period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)
     found = dict[Key, float]()
     if not period or factor is None:
         return found
-    frequency = 2 * np.pi * np.sqrt(LIGHTER) / period
-    momentum = lost_amplitude(run, links, factor) / frequency
-    speed = momentum * LIGHTER / run.mass
-    displacement = float(speed[-1]) / frequency
+    frequency = 2 * np.pi * np.sqrt(MASS_RATIO) / period  # [rad/s]
+    impulse = compute_lost_force(run, forces, factor) / frequency  # [N s]
+    speed = impulse * MASS_RATIO / run.mass  # [m/s]
+    displacement = float(speed[-1]) / frequency  # [m]
     for name, signal in run.signals.items():
-        if signal.kind is Kind.PLACE and not signal.scale and not (links & run.strips and name.endswith(".deflection")):
-            error = min(displacement / (1.0 if signal.unit == "m" else run.size), float(run.own[name][0]))
+        is_journal = bool(signal.scale)  # its size is the clearance; other places have none of their own
+        if signal.kind is Kind.PLACE and not is_journal and not (has_strips and name.endswith(".deflection")):
+            error = min(displacement / (1.0 if signal.unit == "m" else run.size), run.own_sizes[name, Norm.RMS])
             for norm in (Norm.RMS, Norm.PEAK):
-                common = COMMON * differences.get((name, norm), 0.0) if links & run.strips else inf
+                common = COMMON * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], common)
         if len(signal.depth) and len(signal.onsets):  # a contact that closes
-            first = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)
-            approach = np.abs(np.gradient(signal.depth, run.time))[first]
-            worst = float(speed[first[approach.argmax()]] / max(approach.max(), TINY))
-            found |= {(name, norm): worst for norm in (Norm.RMS, Norm.PEAK)}
-            found[name, Norm.IMPULSE] = float(momentum[-1] / max(run.integral(name, np.abs)[-1], TINY))
+            before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets
+            approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
+            fastest = approach.argmax()
+            relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
+            found |= {(name, norm): relative for norm in (Norm.RMS, Norm.PEAK)}
+            found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))
     return found

@@ -1,8 +1,8 @@
 """Errors allowed of a run: by the accuracy that a user requested, or else by conventions.
 
 Without an accuracy, limits exist for what a drawing and a design need: places, journals, impulses and peaks of contacts,
-energies. Forces over time, rates and end shortenings of strips vibrate with a phase that depends on microseconds of an impact.
-Their errors are estimated, and limited only where an accuracy is asked `of` them.
+energies. Forces over time, rates and end shortenings of strips vibrate with a phase that depends on microseconds of an impact:
+their errors are limited only where the user names them.
 """
 
 from __future__ import annotations
@@ -45,23 +45,23 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 
 
 class Deflections(NamedTuple):
-    """Errors allowed of the last terms of a strip's deflection."""
+    """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough."""
 
-    mean: float  # root mean square over time [m], infinite where no place is limited
-    share: float  # at any time, over the largest deflection of the same strip, infinite where no force or rate is limited
+    rms: float  # limit of a term's root mean square over time [m]; infinite where no place has a limit
+    peak: float  # limit of a term at any time, over the strip's largest deflection; infinite where only places have limits
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> Deflections:
-        """Return those that keep the errors of a run within the limits; a place errs by as much as a deflection at most."""
-        mean = share = inf
+        """Return the limits that follow from those of signals: an error of a deflection moves no place by more than itself."""
+        rms = peak = inf
         for (name, norm), limit in limits.items():
             signal = run.signals[name]
             if signal.kind is Kind.PLACE:
                 size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.size)
-                mean = min(mean, limit * size)
+                rms = min(rms, limit * size)
             elif np.any(signal.values):
-                share = min(share, limit)
-        return cls(mean, share)
+                peak = min(peak, limit)
+        return cls(rms, peak)
 
 
 class Worst(NamedTuple):
@@ -90,7 +90,7 @@ class Asked:
     With 'forces' it holds for peaks and impulses of contacts, too. The error of a named signal is relative to its own size.
     """
 
-    asked: float
+    accuracy: float
     of: str | Sequence[str] = PLACES
 
     energies: ClassVar[tuple[str, ...]] = ()
@@ -106,7 +106,7 @@ class Asked:
     @property
     def place(self) -> float:
         """Error allowed of a place, to which the degrees of strips are chosen."""
-        return self.asked
+        return self.accuracy
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Return the relative errors allowed; UnknownSignalError if a signal does not exist."""
@@ -117,19 +117,19 @@ class Asked:
             force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS and not signal.period  # no running mean
             if force or (self.of == PLACES and signal.kind in (Kind.PLACE, Kind.STATE)):
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
-                found |= {(name, norm): self.asked for norm in norms}
+                found |= {(name, norm): self.accuracy for norm in norms}
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the accuracies requested of signals by name, over the sizes of `run`: an rms is requested over its own range."""
+        """Return the errors allowed of named signals, over `run.sizes`; an rms is requested relative to the signal's own size."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:
                 raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
-            share = float(run.own[name][0]) / run.sizes[name, Norm.RMS]
-            found[name, norm] = max(LEAST_ERROR, self.asked * (share if norm is Norm.RMS else 1.0))
+            share = run.own_sizes[name, Norm.RMS] / run.sizes[name, Norm.RMS]
+            found[name, norm] = max(LEAST_ERROR, self.accuracy * (share if norm is Norm.RMS else 1.0))
         return found
 
 
@@ -142,7 +142,7 @@ def key_of(text: str) -> Key:
 class Usual:
     """Errors allowed of a run without an accuracy, by the constants of this file."""
 
-    asked: ClassVar[float] = nan
+    accuracy: ClassVar[float] = nan
     words: ClassVar[str] = "a run that names no accuracy"
     energies: ClassVar[tuple[str, ...]] = ENERGIES
     place: ClassVar[float] = PLACE
@@ -151,14 +151,17 @@ class Usual:
         """Return the relative errors allowed."""
         found = dict[Key, float]()
         clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        play = LAW * min(clearances, default=0.0) / run.size  # no place is known better than the journal that holds it
+        journal = LAW * min(clearances, default=0.0) / run.size  # error of a journal: no place is known better
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
-                size_over_range = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
-                struck = min(PLACE, STRUCK_PLACE * max(1.0, size_over_range))
-                found[name, Norm.RMS] = max(struck if run.strikes else PLACE, play * size_over_range)
-                if not run.strikes:
-                    found[name, Norm.PEAK] = PEAK_PLACE * max(1.0, size_over_range)
+                length_over_range = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
+                length_over_size = max(1.0, length_over_range)  # the range may be larger than the longest link or a radian
+                if run.strikes:
+                    allowed = min(PLACE, STRUCK_PLACE * length_over_size)
+                else:
+                    allowed = PLACE
+                    found[name, Norm.PEAK] = PEAK_PLACE * length_over_size
+                found[name, Norm.RMS] = max(allowed, journal * length_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW
             elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:  # components have a group

@@ -25,38 +25,42 @@ from .impacts import Impacts, compare_impacts, match_times
 from .trajectory import CONTINUOUS, FORCES, SMALL, TINY, Trajectory
 
 NEAR = 0.02
-"""Largest shift of two onsets that belong together, over the run: twice the limit of places. Farther ones are two events."""
+"""Largest shift of two onsets that belong together, over the duration; farther ones are two events. A convention: twice the share
+of its range by which a place may be off (`demand.PLACE`)."""
 BLOCK = 50_000
 """Most values that are compared at once, but one signal at least: they then stay in the processor's cache."""
 
 
 class Difference:
-    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed once, when they are asked for."""
+    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed once, when they are asked for.
+
+    `sizes` are those of `Trajectory` in the norms RMS and PEAK; those in other norms are added with the norms.
+    """
 
     def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: Grid | None = None) -> None:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
-        self.a, self.b, self.sizes = a.until(self.end), b.until(self.end), b.sizes
+        self.a, self.b, self.sizes = a.until(self.end), b.until(self.end), dict(b.sizes)
         self.keys = [(name, norm) for name, signal in b.signals.items() if name in a.signals for norm in norms_of(signal)]
-        self.grid = grid or Grid(self.a.time, self.b.time, np.array([[0.0, self.end]] * 2))
-        self._found, self._sizes = dict[Key, float](), dict[Key, float]()
+        matched = np.array([[0.0, self.end], [0.0, self.end]])  # start and end alone: no time is moved
+        self.grid = grid or Grid(self.a.time, self.b.time, matched)
+        self._found = dict[Key, float]()
 
     def norms(self, keys: Iterable[Key] | None = None) -> tuple[dict[Key, float], dict[Key, float]]:
         """Return relative norms, all by default, and the sizes to which they are relative."""
         wanted = set(self.keys if keys is None else keys)
         asked = [key for key in self.keys if key in wanted]
         with np.errstate(all="ignore"):
-            for key, norm in self._compare([key for key in asked if key not in self._found]):
-                size = self._sizes.setdefault(key, self.sizes.get(key, 1.0))
-                self._found[key] = norm / size if np.isfinite(norm) else np.inf
-        return {key: self._found[key] for key in asked}, {key: self._sizes[key] for key in asked}
+            for key, norm in self._compare([key for key in asked if key not in self._found]).items():
+                self._found[key] = norm / self.sizes[key] if np.isfinite(norm) else np.inf
+        return {key: self._found[key] for key in asked}, {key: self.sizes[key] for key in asked}
 
-    def _compare(self, keys: list[Key]) -> Iterator[tuple[Key, float]]:
-        """Yield norms in the signals' units: of all continuous signals at once, of others those asked for."""
-        signals = {name: self.b.signals[name] for name, _ in keys}
+    def _compare(self, keys: list[Key]) -> dict[Key, float]:
+        """Return norms in the signals' units: of all continuous signals at once, of others those asked for."""
+        norms, signals = dict[Key, float](), {name: self.b.signals[name] for name, _ in keys}
         if any(signal.kind in CONTINUOUS for signal in signals.values()):
             for names, difference in self._continuous:
-                yield from self._means_and_peaks(names, difference, self.grid.weights).items()
-            del self._continuous  # their norms are all known now
+                norms |= self._means_and_peaks(names, difference, self.grid.weights)
+            del self._continuous  # frees memory: the norms of all continuous signals are known now
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE)
         impacts = dict.fromkeys(name for name, norm in jumping if is_normal_force(signals[name]) and norm is not Norm.RMS)
@@ -64,12 +68,11 @@ class Difference:
         found = self._compare_over_time(over_time)
         for name in impacts | impulses:
             found |= self._compare_impacts(name) if name in impacts else self._compare_impulses(name)
-        for name, norm in jumping:
-            yield (name, norm), found[name, norm] + self._possible_contact(name).get(norm, 0.0)
+        return norms | {key: found[key] + self._possible_contact(key[0]).get(key[1], 0.0) for key in jumping}
 
     @cached_property
     def _continuous(self) -> list[tuple[list[str], Array]]:
-        """Continuous signals of both runs in groups: names, and differences of shape (signals, times)."""
+        """Continuous signals of both runs in groups: names, and differences (signals, times); deleted with their norms."""
         signals = self.b.signals
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
 
@@ -86,7 +89,7 @@ class Difference:
         a, b, groups = self.a.signals, self.b.signals, dict[tuple[bool, bool, bool], list[str]]()
         for name in names:
             groups.setdefault((a[name].rate in a, b[name].rate in b, b[name].trait.smooth), []).append(name)
-        most = max(1, BLOCK // len(grid.a))
+        most = max(1, BLOCK // len(grid.times_a))
         for (known_a, known_b, smooth), group in groups.items():
             for some in (group[k : k + most] for k in range(0, len(group), most)):
                 yield some, grid.subtract(*_samples(self.a, some, known_a, smooth), *_samples(self.b, some, known_b, smooth))
@@ -100,25 +103,29 @@ class Difference:
 
     @cached_property
     def _grid_of_onsets(self) -> tuple[Grid, Array]:
-        """Grid on which matched onsets coincide, and True at its times between the samples before and after a jump."""
+        """Grid on which matched onsets coincide, and a mask of its times, True next to a jump in either run."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
         jumps_a = np.append(onsets_a[1:-1], [t for t in self.b.kinks if t < self.end])
         jumps_b = np.interp(jumps_a, onsets_a, onsets_b)
-        return grid, grid.find_jumps(grid.a, self.a.time, jumps_a) | grid.find_jumps(grid.b, self.b.time, jumps_b)
+        is_next_in_a = grid.find_jumps(grid.times_a, self.a.time, jumps_a)
+        return grid, is_next_in_a | grid.find_jumps(grid.times_b, self.b.time, jumps_b)
 
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that onsets coincide, and without the times next to jumps."""
         found = dict[Key, float]()
-        for some, difference in self._subtract(names, self._grid_of_onsets[0]) if names else ():
-            difference[:, self._grid_of_onsets[1]] = 0.0
-            found |= self._means_and_peaks(some, difference, self._grid_of_onsets[0].weights)
+        if names:
+            grid, is_next_to_jump = self._grid_of_onsets
+            for some, difference in self._subtract(names, grid):
+                difference[:, is_next_to_jump] = 0.0
+                found |= self._means_and_peaks(some, difference, grid.weights)
         return found
 
     def _compare_impulses(self, name: str) -> dict[Key, float]:
         """Return max_t |int_0^t (a - b)| of a force, and set its size, int |b|."""
         impulse_a, impulse_b = (run.integral(name) for run in (self.a, self.b))
-        difference = np.interp(self.grid.a, self.a.time, impulse_a) - np.interp(self.grid.a, self.b.time, impulse_b)
+        times = self.grid.times_a
+        difference = np.interp(times, self.a.time, impulse_a) - np.interp(times, self.b.time, impulse_b)
         self._set_impulse(name, float(np.interp(self.end, self.b.time, self.b.integral(name, np.abs))))
         return {(name, Norm.IMPULSE): float(np.abs(difference).max())}
 
@@ -126,13 +133,12 @@ class Difference:
         """Return the differences of a contact's impulse [N s], peak [N] and onsets [s]."""
         a, b = (Impacts.of(run.time, np.abs(run.signals[name].values), self.end) for run in (self.a, self.b))
         self._set_impulse(name, b.total)
-        sizes = {Norm.IMPULSE: self._sizes[name, Norm.IMPULSE], Norm.PEAK: self.sizes[name, Norm.PEAK], Norm.ONSET: self.end}
-        self._sizes[name, Norm.ONSET] = self.end
-        return {(name, norm): difference * sizes[norm] for norm, difference in compare_impacts(a, b).items()}
+        self.sizes[name, Norm.ONSET] = self.end
+        return {(name, norm): difference * self.sizes[name, norm] for norm, difference in compare_impacts(a, b).items()}
 
     def _set_impulse(self, name: str, impulse: float) -> None:
-        """Set the size of the impulse of a force [N s], at least a share of the force's size times the duration."""
-        self._sizes[name, Norm.IMPULSE] = max(impulse, SMALL * self.sizes[name, Norm.RMS] * self.end)
+        """Set the size of the impulse of a force [N s], at least a hundredth (`SMALL`) of the force's size times the duration."""
+        self.sizes[name, Norm.IMPULSE] = max(impulse, SMALL * self.sizes[name, Norm.RMS] * self.end)
 
     @cached_property
     def onsets(self) -> Array:
@@ -159,15 +165,21 @@ class Difference:
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Return the force [N] at the larger depth plus the largest difference of depths, 0 in intervals where a run touches."""
+        """Return the force [N] at a possible depth, (times,), but 0 in those intervals of possible contact where a run touches.
+
+        The possible depth is the larger one of both runs plus the largest difference of their depths at any time.
+        """
         if not len(b.depth):
             return np.empty(0)
-        depths = [between(run.time, each.depth, None, self.grid.a, smooth=True) for run, each in ((self.a, a), (self.b, b))]
-        deeper, order = np.max(depths, axis=0) + np.abs(depths[0] - depths[1]).max(), self.grid.order
-        interval = np.empty(len(order), int)  # number of the interval in which a contact is possible, or of the gap between two
-        interval[order] = np.cumsum(np.diff(deeper[order] > 0, prepend=False))
-        touching = np.unique(interval[np.max(depths, axis=0) > 0])
-        return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(deeper, 0.0))))
+        depth_a = between(self.a.time, a.depth, None, self.grid.times_a, smooth=True)
+        depth_b = between(self.b.time, b.depth, None, self.grid.times_a, smooth=True)
+        larger = np.maximum(depth_a, depth_b)
+        possible, order = larger + np.abs(depth_a - depth_b).max(), self.grid.order
+        is_possible = possible[order] > 0
+        interval = np.empty(len(order), int)  # number of the interval of possible contact, or of that between two
+        interval[order] = np.cumsum(is_possible != np.append(False, is_possible[:-1]))
+        touching = np.unique(interval[larger > 0])
+        return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(possible, 0.0))))
 
 
 def norms_of(signal: Signal) -> tuple[Norm, ...]:
@@ -194,38 +206,42 @@ def _samples(run: Trajectory, names: list[str], known: bool, smooth: bool) -> tu
 class Grid:
     """Times at which runs a and b are compared: at the samples of a, then those of b, then the matched times.
 
-    Matched times, (2, times), are those at which a and b have the same event; between them, times of b are moved linearly.
+    Matched times, (2, times), are those at which a and b have the same event; between them, times of b are moved linearly. So
+    `times_a[k]` of a corresponds to `times_b[k]` of b.
     """
 
     def __init__(self, time_a: Array, time_b: Array, matched: Array) -> None:
         matched_a, matched_b = matched
         a, b = (time[time < end * (1 - 1e-12)] for time, end in zip((time_a, time_b), matched[:, -1], strict=True))
-        self.a = np.concatenate([a, np.interp(b, matched_b, matched_a), matched_a])
-        self.b = np.concatenate([np.interp(a, matched_a, matched_b), b, matched_b])
-        self.counts = n, m = len(a), len(b)
-        self.order = np.argsort(self.a, kind="stable")
-        self._cubics_a, self._cubics_b = Cubics(time_a, self.a[n:]), Cubics(time_b, np.append(self.b[:n], self.b[n + m :]))
+        b_in_a, a_in_b = np.interp(b, matched_b, matched_a), np.interp(a, matched_a, matched_b)
+        self.times_a, self.times_b = np.concatenate([a, b_in_a, matched_a]), np.concatenate([a_in_b, b, matched_b])
+        self.order = np.argsort(self.times_a, kind="stable")
+        self._count_a, self._count_b = len(a), len(b)
+        self._cubics_a = Cubics(time_a, np.append(b_in_a, matched_a))
+        self._cubics_b = Cubics(time_b, np.append(a_in_b, matched_b))
 
     def subtract(self, a: Array, rates_a: Array, b: Array, rates_b: Array) -> Array:
         """Return run a less run b at all times, (signals, times), from values and rates at their samples."""
-        (n, m), between_a, between_b = self.counts, self._cubics_a(a, rates_a), self._cubics_b(b, rates_b)
-        at_a, at_b, others = a[:, :n] - between_b[:, :n], between_a[:, :m] - b[:, :m], between_a[:, m:] - between_b[:, n:]
-        return np.concatenate([at_a, at_b, others], axis=1)
+        n, m = self._count_a, self._count_b
+        between_a = self._cubics_a(a, rates_a)  # run a at the m samples of b, then at the matched times
+        between_b = self._cubics_b(b, rates_b)  # run b at the n samples of a, then at the matched times
+        at_a, at_b, at_matched = a[:, :n] - between_b[:, :n], between_a[:, :m] - b[:, :m], between_a[:, m:] - between_b[:, n:]
+        return np.concatenate([at_a, at_b, at_matched], axis=1)
 
     @cached_property
     def weights(self) -> Array:
-        """Weights of the trapezoidal rule."""
-        steps, found = np.diff(self.a[self.order]), np.empty(len(self.a))
+        """Weights of the trapezoidal rule [s], (times,)."""
+        steps, found = np.diff(self.times_a[self.order]), np.empty(len(self.times_a))
         found[self.order] = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
         return found
 
     def find_jumps(self, times: Array, samples: Array, jumps: Array) -> Array:
-        """Return True where the grid's times in one run lie from the sample before a jump [s] to the one after it."""
-        near, times = 1e-6 * float(samples[-1]), times[self.order]
+        """Return a mask of the grid's `times` in one run: True from its sample before a jump [s] to its sample after it."""
+        near, times = 1e-6 * float(samples[-1]), times[self.order]  # a jump this close to a sample is at the sample
         last = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
         first = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
-        count, found = np.zeros(len(times) + 1, int), np.empty(len(times), bool)
-        np.add.at(count, np.searchsorted(times, samples[np.minimum(first, last)]), 1)
-        np.add.at(count, np.searchsorted(times, samples[np.maximum(first, last)], side="right"), -1)
-        found[self.order] = np.cumsum(count[:-1]) > 0
+        changes, found = np.zeros(len(times) + 1, int), np.empty(len(times), bool)  # changes of the number of open intervals
+        np.add.at(changes, np.searchsorted(times, samples[np.minimum(first, last)]), 1)
+        np.add.at(changes, np.searchsorted(times, samples[np.maximum(first, last)], side="right"), -1)
+        found[self.order] = np.cumsum(changes[:-1]) > 0
         return found

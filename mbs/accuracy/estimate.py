@@ -4,9 +4,10 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
-A first pair does not show the order q. Of places 1/3 is assumed where nothing strikes or sticks: the error is then, for a
-ratio of 8, the difference. For orders from 1.46 down to 0.2 the true error is 0.05 to 2 times that. Otherwise 1/4 is assumed.
-Later pairs show the order where nothing strikes or sticks, of forces only where the steps resolve their vibrations.
+A first pair does not show the order q. It is assumed to be 1/3 for places in motions in which nothing strikes or sticks, and 1/4
+for all else. With 1/3 and tolerances in the ratio 8 the estimated error is the difference itself; for orders 1.46 down to 0.2 the
+true error is 0.05 to 2 times that. Where nothing strikes or sticks, later pairs show the order of places, and that of forces if
+the steps resolve their vibrations.
 This is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009; the run itself
 is not extrapolated.
 
@@ -25,7 +26,8 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 SEPARATED = 0.1
-"""Difference of places, over their range, beyond which runs are separate. At 1 a drift of the phase would pass for chaos."""
+"""Difference of places, over their range, beyond which runs are separate. A tenth of it would be the usual error allowed, and at
+ten times as much hardly any runs would separate: two motions within one range differ by the range at most."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5
@@ -51,14 +53,16 @@ def estimate_gains(
     ratios : ratios of tolerances, (r, s)
     orders : order q of each signal that is assumed of a first pair, and the least and the largest of later ones
     """
-    order, (ratio, ratio_before) = {key: orders(key[0])[0] for key in now}, ratios
+    gains, (ratio, ratio_before) = dict[Key, float](), ratios
     for key, difference in now.items():
+        order, least, largest = orders(key[0])
         if before is not None and difference > 0 and before.get(key, 0.0) > 0 and np.isfinite(difference):
             q = 0.5
             for _ in range(20):
                 q = log(1 + before[key] / difference * (1 - ratio**-q)) / log(ratio_before)
-            order[key] = float(np.clip(q, *orders(key[0])[1:]))
-    return {key: ratio**q for key, q in order.items()}
+            order = float(np.clip(q, least, largest))
+        gains[key] = ratio**order
+    return gains
 
 
 def estimate_errors(differences: Mapping[Key, float], gains: Mapping[Key, float]) -> dict[Key, float]:
@@ -67,10 +71,13 @@ def estimate_errors(differences: Mapping[Key, float], gains: Mapping[Key, float]
 
 
 class Separation:
-    """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors."""
+    """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors.
+
+    The allowed error is that of the root mean square. To compare the difference at each time with it is the stricter test.
+    """
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
-        self.time, self.end = pair.grid.a, pair.end
+        self.time, self.end = pair.grid.times_a, pair.end
         self.relative, self.over_allowed = np.zeros(len(self.time)), np.zeros(len(self.time))
         for names, relative in pair.places():
             np.maximum(self.relative, relative.max(axis=0), out=self.relative)
@@ -78,7 +85,7 @@ class Separation:
             np.maximum(self.over_allowed, relative.max(axis=0), out=self.over_allowed)
 
     @property
-    def is_intermittent(self) -> bool:
+    def is_ever_separate(self) -> bool:
         """True if the runs are separate at any time, though perhaps not later on."""
         return bool((self.relative > SEPARATED).any())
 

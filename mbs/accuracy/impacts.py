@@ -1,6 +1,6 @@
-"""Difference of two forces of one contact by their impacts: impulses, peaks and times of onset.
+"""Difference of the forces of one contact in two runs, impact by impact: impulses, peaks and times of onset.
 
-Pairs by number would all be wrong after a graze that only one run has. Impulses are compared by Levy's
+Impacts are not paired by number: after a graze that only one run has, all pairs would be wrong. Impulses are compared by Levy's
 distance, which hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
 
 References
@@ -11,6 +11,7 @@ P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, Paris
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,15 +20,29 @@ from ..record.errors import Norm
 from ..record.lookup import corrected_trapezoidal
 
 GRAZE = 1e-3
-"""Least impulse of an impact whose onset and peak are compared, over the largest; smaller ones add to the impulse. Ten times
-more would ignore small blows, ten times less match noise."""
+"""Least impulse of an impact whose onset and peak are compared, over the largest; of smaller ones only the impulse is. Ten times
+more would ignore small impacts, ten times less match noise."""
 SPLIT = 0.1
 """Gap, over the duration of the first impact, below which two impacts are one: the force of a bending strip touches zero within a
 blow."""
 LEAST_DISTANCE = -9.0
-"""Decimal logarithm of the least distance of two impulses, below the least error that is estimated, 1.5e-8."""
+"""Decimal logarithm of the least distance of two impulses, below the least error that is estimated (`estimate.LEAST_ERROR`)."""
 BISECTIONS = 10
 """Bisections of the logarithm of that distance, of 9 decades: it is then known to 2 %."""
+
+
+class Table(NamedTuple):
+    """Impacts in the order of time, each field (impacts,)."""
+
+    onset: Array  # [s]
+    end: Array  # [s]
+    impulse: Array  # [N s]
+    peak: Array  # highest sample [N]
+    missed: Array  # height of the parabola through three samples above the highest one [N]
+
+    def select(self, chosen: Array) -> Table:
+        """Return some of the impacts, by a mask (impacts,)."""
+        return Table(*(field[chosen] for field in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,61 +52,73 @@ class Impacts:
     time: Array  # [s], (times,)
     force: Array  # [N], 0 beyond the end, (times,)
     impulse: Array  # up to each time [N s], (times,)
-    table: Array  # columns: onset, end [s], impulse [N s], peak, what samples miss of the peak [N]; (impacts, 5)
+    table: Table
     end: float  # [s]
 
     @classmethod
     def of(cls, time: Array, force: Array, end: float) -> Impacts:
         """Find the impacts of a force >= 0 up to an end [s]; impacts closer than `SPLIT` are one."""
         impulse, force = corrected_trapezoidal(time, force), np.where(time <= end, force, 0.0)
-        edges = np.flatnonzero(np.diff(force > 0, prepend=False, append=False))
+        touches = np.concatenate([[False], force > 0, [False]])
+        edges = np.flatnonzero(touches[1:] != touches[:-1])
         if not len(edges):
-            return cls(time, force, impulse, np.empty((0, 5)), end)
-        first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)
-        distinct = time[np.maximum(first[1:] - 1, 0)] - time[after[:-1]] > SPLIT * (time[after] - time[first])[:-1]
-        first, after = first[np.append(True, distinct)], after[np.append(distinct, True)]
-        spans = np.stack([first, after + 1], axis=1).ravel()  # every second one is an impact, the others lie between impacts
-        peaks, tops = (np.maximum.reduceat(np.append(each, 0.0), spans)[::2] for each in (force, _find_tops(time, force)))
-        impulses = impulse[after] - impulse[np.maximum(first - 1, 0)]
-        return cls(time, force, impulse, np.stack([time[first], time[after], impulses, peaks, tops - peaks], axis=1), end)
+            return cls(time, force, impulse, Table(*np.empty((5, 0))), end)
+        first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)  # samples: first of an impact, first after it
+        before = np.maximum(first - 1, 0)
+        gap = time[before[1:]] - time[after[:-1]]  # time [s] of zero force between two impacts
+        is_distinct = gap > SPLIT * (time[after] - time[first])[:-1]
+        is_first, is_last = np.append(True, is_distinct), np.append(is_distinct, True)
+        first, before, after = first[is_first], before[is_first], after[is_last]
+        peaks, tops = (_find_maxima(values, first, after + 1) for values in (force, _find_tops(time, force)))
+        table = Table(time[first], time[after], impulse[after] - impulse[before], peaks, tops - peaks)
+        return cls(time, force, impulse, table, end)
 
     @property
     def total(self) -> float:
         """Impulse up to the end [N s]."""
         return float(np.interp(self.end, self.time, self.impulse))
 
-    def find_highest(self, impacts: Array, shift: float) -> Array:
-        """Return the highest force [N] during the impacts of another run, widened by a shift [s] at both ends."""
-        first = np.maximum(np.searchsorted(self.time, impacts[:, 0] - shift) - 1, 0)
-        after = np.minimum(np.searchsorted(self.time, impacts[:, 1] + shift, side="right") + 1, len(self.time))
-        spans = np.stack([np.minimum(first, after - 1), after], axis=1).ravel()
-        return np.asarray(np.maximum.reduceat(np.append(self.force, 0.0), spans)[::2])
+    def find_highest(self, impacts: Table, shift: float) -> Array:
+        """Return the highest force [N] during each impact of another run, widened by a shift [s] at both ends."""
+        first = np.maximum(np.searchsorted(self.time, impacts.onset - shift) - 1, 0)
+        after = np.minimum(np.searchsorted(self.time, impacts.end + shift, side="right") + 1, len(self.time))
+        return _find_maxima(self.force, np.minimum(first, after - 1), after)
 
 
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
-    """Compute relative differences of two contact forces, of which b gives the sizes: impulse, peak, onsets.
+    """Compute relative differences of two contact forces, of which b gives the sizes: impulse, peak, onsets."""
+    least = GRAZE * max(each.table.impulse.max(initial=0.0) for each in (a, b))
+    impacts_a, impacts_b = (each.table.select(each.table.impulse > least) for each in (a, b))
+    count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
+    if not count_a or not count_b:
+        return dict.fromkeys((Norm.IMPULSE, Norm.PEAK, Norm.ONSET), float(count_a != count_b))
+    i, j = match_times(impacts_a.onset, impacts_b.onset)
+    shift = float(np.abs(impacts_a.onset[i] - impacts_b.onset[j]).max(initial=0.0))
+    peak = _compare_peaks(impacts_a, impacts_b, b.find_highest(impacts_a, shift), a.find_highest(impacts_b, shift))
+    impulse = levy((a.time, a.impulse), (b.time, b.impulse), b.end, b.end / count_b)
+    return {Norm.IMPULSE: impulse, Norm.PEAK: peak, Norm.ONSET: shift / b.end}
 
-    The difference of peaks is the excess of the highest force of one run over the highest of the other during that impact. So an
-    impact in two parts makes no difference. The peaks of one impact may agree by chance. So the difference is at least the
-    root mean square of all relative excesses, weighted by the fourth powers of peaks. The excess of the parabola through three
-    samples of b over their peak is added.
+
+def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> float:
+    """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
+
+    The excess of a peak is taken over the highest force of the other run, so that an impact in two parts makes no difference.
+    The peaks of one impact may agree by chance. So every peak of b is uncertain by at least the root mean square of all relative
+    excesses. The weights are fourth powers of peaks: an impact half as high counts a sixteenth.
+
+    Parameters
+    ----------
+    highest_b : force of b at the impacts of a [N]
+    highest_a : force of a at the impacts of b [N]
     """
-    least = GRAZE * max(each.table[:, 2].max(initial=0.0) for each in (a, b))
-    impacts_a, impacts_b = (each.table[each.table[:, 2] > least] for each in (a, b))
-    if not len(impacts_a) or not len(impacts_b):
-        return dict.fromkeys((Norm.IMPULSE, Norm.PEAK, Norm.ONSET), float(len(impacts_a) != len(impacts_b)))
-    i, j = match_times(impacts_a[:, 0], impacts_b[:, 0])
-    shift = float(np.abs(impacts_a[i, 0] - impacts_b[j, 0]).max(initial=0.0))
-    peaks_a, peaks_b, missed = impacts_a[:, 3], impacts_b[:, 3], impacts_b[:, 4]
-    excess_a = np.maximum(0.0, peaks_a - b.find_highest(impacts_a, shift))
-    excess_b = np.maximum(0.0, peaks_b - a.find_highest(impacts_b, shift))
-    # relative excess times squared peak of b, which is peak - excess at impacts of a; without impacts of one run alone
-    weighted = np.append(excess_a * (peaks_a - excess_a), (excess_b * peaks_b)[excess_b < peaks_b])
-    scatter = np.sqrt(np.sum(weighted**2) / np.sum(peaks_b**4)) * peaks_b
-    peak, most = float(peaks_b.max()), max(peaks_a.max(), (peaks_b + scatter + missed).max())
-    largest = float(max(most - peak, peak - (peaks_b - np.maximum(excess_b, scatter) - missed).max()))
-    impulse = levy((a.time, a.impulse), (b.time, b.impulse), b.end, b.end / len(impacts_b))
-    return {Norm.IMPULSE: impulse, Norm.PEAK: largest / peak, Norm.ONSET: shift / b.end}
+    excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
+    # relative excesses times squares of the forces of b; an impact that only one run has counts 0
+    weighted = np.append(excess_a * highest_b, np.where(highest_a > 0, excess_b * b.peak, 0.0))
+    scatter = np.sqrt(np.sum(weighted**2) / np.sum(b.peak**4)) * b.peak
+    upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # bounds of the highest force [N]
+    lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()
+    peak = b.peak.max()
+    return float(max(upper - peak, peak - lower) / peak)
 
 
 def match_times(a: Array, b: Array) -> tuple[Array, Array]:
@@ -103,15 +130,21 @@ def match_times(a: Array, b: Array) -> tuple[Array, Array]:
     return np.flatnonzero(mutual), nearest_b[mutual]
 
 
+def _find_maxima(values: Array, first: Array, after: Array) -> Array:
+    """Return the largest of `values` >= 0 from each index `first` up to, without, the index `after`."""
+    spans = np.stack([first, after], axis=1).ravel()  # every second span goes from `after` to the next `first`
+    return np.asarray(np.maximum.reduceat(np.append(values, 0.0), spans)[::2])  # `after` may be one beyond the last index
+
+
 def _find_tops(time: Array, force: Array) -> Array:
     """Return the force [N] with each local maximum of a contact replaced by that of the parabola through its three samples."""
     left, right, tops = force[:-2], force[2:], force.copy()
     k = 1 + np.flatnonzero((force[1:-1] >= np.maximum(left, right)) & (np.minimum(left, right) > 0))
     h1, h2 = time[k] - time[k - 1], time[k + 1] - time[k]
-    before, after = (force[k] - force[k - 1]) / h1, (force[k + 1] - force[k]) / h2
-    second, slope = (after - before) / (h1 + h2), (before * h2 + after * h1) / (h1 + h2)
-    curved = second < 0
-    tops[k[curved]] -= slope[curved] ** 2 / (4 * second[curved])
+    secant1, secant2 = (force[k] - force[k - 1]) / h1, (force[k + 1] - force[k]) / h2
+    slope, square = (secant1 * h2 + secant2 * h1) / (h1 + h2), (secant2 - secant1) / (h1 + h2)  # force[k] + slope t + square t^2
+    curved = square < 0
+    tops[k[curved]] -= slope[curved] ** 2 / (4 * square[curved])
     return tops
 
 
@@ -124,8 +157,9 @@ def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float
     (time_a, impulse_a), (time_b, impulse_b) = a, b
     grid = np.append(time_a[time_a < end], end)
     impulse_a, total = np.interp(grid, time_a, impulse_a), float(np.interp(end, time_b, impulse_b))
-    changes = np.diff(impulse_a, prepend=np.nan, append=np.nan) != 0  # where J_a is constant, the ends decide
-    grid, impulse_a = (each[changes[1:] | changes[:-1]] for each in (grid, impulse_a))
+    changes = np.diff(impulse_a) != 0
+    needed = np.append(True, changes) | np.append(changes, True)  # of an interval with constant J_a, both ends suffice
+    grid, impulse_a = grid[needed], impulse_a[needed]
     low, high = LEAST_DISTANCE, 0.0
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

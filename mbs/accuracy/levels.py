@@ -6,7 +6,8 @@ tol^(3/4) at best: h^3 is the local error of the forces of Radau IIA with 3 stag
 Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps ~ tol^(1/3). Loop closure
 integrates nothing: only its samples can be too few.
 
-The degree of a strip follows from the last two terms of its deflection: two runs of neighbouring degrees may agree by chance.
+The degree of a strip is chosen by the last two terms of the polynomials in its deflection, which must be small enough. The
+difference of two runs is not enough: runs of neighbouring degrees may agree by chance.
 Where errors of forces or rates are limited, the terms at any time are compared with the largest deflection of their strip. Where
 errors of places are limited, the root mean square of the terms is compared with the allowed error [m].
 """
@@ -27,7 +28,7 @@ from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
 from .damping import Factor, radau
-from .demand import Deflections
+from .demand import PLACE, Deflections
 from .trajectory import TINY
 
 FIRST = 1e-3
@@ -38,8 +39,9 @@ STICKING = 1 / 128
 DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link. At 1e-10 the error of a double pendulum of 10 s is 4e-6, not 6e-5. A modal rocker with
-rattling pins then takes eight runs, to a peak known to 15 % only; at 5e-10 the answer is one trajectory up to 0.016 s."""
+"""Least tolerance over the longest link. A fifth of it would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6. But
+a modal rocker with rattling pins would take eight runs, and its peak would be known to 15 % only. With this value fewer runs show
+that its motion is one trajectory up to 0.016 s."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
@@ -51,7 +53,7 @@ LEAST_DECAY = 1e-3
 UNDAMPED = 0.9
 """Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
 PREFIX = 1 / 8
-"""Share of the duration that is compared first if pins rattle: most chaotic runs separate during this share. A sixteenth
+"""Share of the duration that the second run covers if pins rattle: most chaotic runs separate during this share. A sixteenth
 is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
 SHORT_RUN = 5000
 """Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
@@ -62,11 +64,11 @@ Runner = Callable[[Mechanism, float, Any], Run]
 
 
 class Orders(NamedTuple):
-    """Exponents q of errors that go as tol^q: assumed where runs cannot show them, and the limits of those that runs show."""
+    """Exponents q of errors that go as tol^q. Two runs do not show q, so that it is assumed; three may show it."""
 
-    least: float  # assumed where bodies strike, stick or slip, and of forces, rates and energies; the lower limit
-    place: float  # assumed of places of other motions in the first pair of runs
-    largest: float  # the upper limit of those that three runs show
+    least: float  # assumed of all signals but the following; also the least q that three runs may show
+    place: float  # assumed of places if bodies neither strike nor stick nor slip
+    largest: float  # the largest q that three runs may show
 
 
 class Level(NamedTuple):
@@ -83,16 +85,23 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    share: float = 1.0  # error allowed of a place, over the usual one; below 1 it scales the tolerance of the first level
+    place: float = PLACE  # error allowed of a place, over its range; below `PLACE` the first tolerance is smaller in proportion
 
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs then differ by 0.4 of the coarser one's error at the order 1/4, by 0.8
     at the order 3/4."""
     runs_at_most = 10
-    """Most runs for one result: the seven levels coarser than `FINEST`, and three to spare, as for shares of the duration."""
+    """Most runs for one result: the seven levels from `FIRST` to `FINEST`, and three for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
+    degrees = 1
+    """Degrees that one level has more than the one before."""
+
+    @property
+    def stricter(self) -> float:
+        """Factor of the first tolerance: 1, or less if a smaller error than usual is allowed."""
+        return min(1.0, self.place / PLACE)
 
     @property
     def damping(self) -> Factor | None:
@@ -107,18 +116,15 @@ class Levels:
         """Return mechanism and solver of a level."""
         raise NotImplementedError
 
-    degrees = 1
-    """Degrees that one level has more than the one before."""
-
     def runs(self, run: Runner) -> Callable[[Level, float], Run]:
         """Return the function that makes a run of a level up to a time [s]."""
 
-        def at(level: Level, end: float) -> Run:
+        def run_level(level: Level, end: float) -> Run:
             """Run the mechanism with the settings of a level until a time [s]."""
             mechanism, solver = self.settings(level)
             return run(mechanism, end, solver)
 
-        return at
+        return run_level
 
     def finer(self, level: Level, ratio: float) -> Level:
         """Return a level with the tolerance divided by a ratio, and degrees to match."""
@@ -142,8 +148,8 @@ class Levels:
         """True if pins rattle in their bushes, a motion that is often chaotic."""
         return bool(Scene.of(self.mechanism).clearances)
 
-    def prefix(self, run: Run) -> float:
-        """Return the share of the duration in which chaos is looked for first, once the first run is made."""
+    def choose_share(self, run: Run) -> float:
+        """Return the share of the duration that the second run covers, from the first run: whether runs separate shows early."""
         return PREFIX if self.rattles and len(run.record.time) > SHORT_RUN else 1.0
 
 
@@ -171,34 +177,34 @@ class SpectralLevels(Levels):
     def first(self) -> Level:
         """Return the coarsest level."""
         bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
-        return Level(FIRST * min(1.0, self.share) * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
+        return Level(FIRST * self.stricter * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; longest step and contact tolerance are the usual ones at `FIRST` over `ratio`."""
-        share = level.tolerance / FIRST * self.ratio
-        longest = self.duration / COARSEST * share ** (1 / 4)
+        over_usual = level.tolerance / FIRST * self.ratio  # tolerance over that at which the other settings are the usual ones
+        longest = self.duration / COARSEST * over_usual ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
-        contact = min(0.5, self.solver.contact_tolerance * share ** (2 / 3))  # convention: a quarter per level, at most 0.5
+        contact = min(0.5, self.solver.contact_tolerance * over_usual ** (2 / 3))  # convention: a quarter per level, at most 0.5
         meshed = any(link.body.meshed for link in self.mechanism.links)
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
     def raise_degree(self, level: Level, run: Run, allowed: Deflections) -> Level:
         """Return the level with the degrees that the errors allowed of deflections need, by the decay of their terms."""
-        excess, decay = _find_truncation(run, allowed)
-        if not excess:
+        truncation = _find_truncation(run, allowed)
+        if not truncation.excess:
             return level
-        pairs = ceil(log(max(1.0, SLOWER * excess)) / -log(decay) / 2)  # a symmetric deflection has every second term alone
-        enough = run.solver.degree + 2 * pairs
+        terms = log(max(1.0, SLOWER * truncation.excess)) / -log(truncation.decay)
+        enough = run.solver.degree + 2 * ceil(terms / 2)  # even: a symmetric deflection has every second term alone
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     def truncation(self, run: Run, allowed: Deflections) -> float:
         """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
-        return _find_truncation(run, allowed)[0]
+        return _find_truncation(run, allowed).excess
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn; at `share` 1 the second has the defaults, but twice the elements if a strip has one by default."""
+    """Levels of Exudyn. The second has the defaults if `place` is the usual one, but twice the elements if a strip has one."""
 
     orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
@@ -207,15 +213,15 @@ class ExudynLevels(Levels):
         """Return the coarsest level: half the elements, or all where a strip has one."""
         bodies: list[Any] = [link.body for link in self.mechanism.links]
         fewest = min([body.count for body in bodies if body.meshed], default=2)
-        return Level(self.ratio * min(1.0, self.share), -1 if fewest > 1 else 0)
+        return Level(self.ratio * self.stricter, -1 if fewest > 1 else 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; the tolerance is relative to the usual one, and each level doubles the elements."""
         finer, count = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))  # levels from the defaults
         steps = _shorten_steps(Controlled().longest(self.duration), finer)
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
-        keeps = Scene.of(self.mechanism).is_loose or count % 2 == 0  # loose: explicit steps, which have no spectral radius
-        radius = self.solver.spectral_radius if keeps else UNDAMPED
+        is_explicit = Scene.of(self.mechanism).is_loose  # explicit steps have no spectral radius
+        radius = self.solver.spectral_radius if is_explicit or count % 2 == 0 else UNDAMPED
         return _refine_mesh(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 
 
@@ -254,23 +260,32 @@ def _refine_mesh(mechanism: Mechanism, factor: float) -> Mechanism:
     return replace(mechanism, links=links) if factor != 1 else mechanism
 
 
-def _find_truncation(run: Run, allowed: Deflections) -> tuple[float, float]:
-    """Compute the larger of the last two terms of a deflection over the allowed error, and the mean ratio of successive terms.
+class _Truncation(NamedTuple):
+    """Last two terms of a strip's deflection, and the decay of its terms."""
 
-    Terms are coefficients normal to the chord times the largest value of their polynomial [m], of the strip with the largest
-    excess; the largest counts as the first. The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
+    excess: float = 0.0  # the larger of the last two terms over its limit
+    decay: float = 0.5  # mean ratio of successive terms; without a strip it has no effect
+
+
+def _find_truncation(run: Run, allowed: Deflections) -> _Truncation:
+    """Find the truncation of the strip with the largest excess.
+
+    Terms are coefficients normal to the chord times the largest value of their polynomial [m]; the largest counts as the first.
+    The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
     """
-    found, time = (0.0, 0.5), run.record.time  # the ratio without a strip, 0.5, has no effect
+    found, time = _Truncation(), run.record.time
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
-            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
+            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))  # (times, 2 + terms): both ends, then coefficients
             chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
             terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
             terms *= sqrt(2 / pi) / (np.arange(2, x.shape[1]) - 0.5)
-            mean, largest = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
-            deflection = max(float(largest.max()), RESTING * link.body.section.thickness)
-            excess = max(mean[-2:].max() / allowed.mean, largest[-2:].max() / (allowed.share * deflection))
-            decay = (max(mean[-2:].max(), TINY) / max(mean.max(), TINY)) ** (1 / max(1, len(mean) - 1))
-            found = max(found, (float(excess), float(np.clip(decay, LEAST_DECAY, 0.9))))  # at 1 no degree would be enough
+            rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
+            deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
+            last_rms = rms[-2:].max()
+            excess = max(last_rms / allowed.rms, peak[-2:].max() / (allowed.peak * deflection))
+            decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))
+            decay = np.clip(decay, LEAST_DECAY, 0.9)  # at 1 no degree would be enough
+            found = max(found, _Truncation(float(excess), float(decay)))
     return found

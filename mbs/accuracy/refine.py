@@ -21,12 +21,12 @@ from ..elements.signal import Kind
 from ..record.errors import Deferred, Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
-from .damping import damping_errors
+from .damping import estimate_damping_errors
 from .demand import BALANCE, STRIKE, Deflections, Demand, Worst, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels
-from .trajectory import Trajectory, energies_of, turn_of
+from .trajectory import Trajectory, compute_energies, find_drive_period
 
 PATIENCE = 3
 """Number of coarse runs that may fail before the failure is reported."""
@@ -38,8 +38,8 @@ CONFIRMED = 2
 """Refinements in a row that must delay the separation too little before a motion is chaotic; one where pins rattle, as each costs
 a run. One alone would call stick-slip chaotic, whose coarse runs do not resolve the bristles."""
 LATER = 0.5
-"""Share of the time after the separation that the refinements left must gain, at the mean delay of those made. Single delays
-vary: those of double pendulums promised shares of 0.84 and 0.48, and the next run reached the end. A whipping strip gains 0."""
+"""Share of the time from separation to end that the refinements left must gain, if each gains the mean delay of those made.
+It is below 1, as single delays vary: 0.84 was predicted for a double pendulum, whose next run reached the end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
@@ -78,7 +78,7 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
     try:
         coarse = refinement.run_first()
         refinement.best = partial(CheckedRun, coarse.run)
-        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.prefix(coarse.run))
+        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.choose_share(coarse.run))
         return refinement.refine(coarse, fine)
     except _FailedError as failure:
         failed = failure.trial.run
@@ -165,27 +165,35 @@ class _Refinement:
                 return found
             pair = self.complete(found)
         while True:
-            start = pair.separation.start
             estimate = self.choose_estimate(pair)
             now, _ = pair.difference.norms(pair.allowed)
-            farthest = find_worst(pair.allowed, estimate(now))
-            excess = farthest.ratio
+            worst = find_worst(pair.allowed, estimate(now))
+            excess = worst.ratio
             self.best = partial(self.finish, pair, estimate)
             deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
             if excess <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
                 answer = self.best()  # now with energies and their balance
-                if answer.worst.ratio <= 1:
-                    return answer
                 excess = answer.worst.ratio
-            intermittent = self.levels.rattles and pair.separation.is_intermittent
-            if self.count >= self.levels.runs_at_most or pair.fine.level.tolerance <= 2 * self.levels.finest:
-                return self.answer_until(pair, Status.SENSITIVE) if start < inf or intermittent else self.best()
-            is_smaller = self.before is None or now.get(farthest.key, 0.0) < self.before.get(farthest.key, inf)
-            if self.is_out_of_reach(pair) or (intermittent and not is_smaller):
-                return self.answer_until(pair, Status.CHAOTIC)
+                if excess <= 1:
+                    return answer
+            is_smaller = self.before is None or now.get(worst.key, 0.0) < self.before.get(worst.key, inf)
+            status = self.find_status(pair, is_smaller)
+            if status is not None:
+                return self.best() if status is Status.SUSPECT else self.answer_until(pair, status)
             self.before, self.ratio_before = now, pair.ratio
-            level = self.next_level(pair.fine, self.find_ratio(excess, start < inf))
+            level = self.next_level(pair.fine, self.find_ratio(excess, pair.separation.start < inf))
             pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
+
+    def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
+        """Return the status with which refinement ends at too large an error: SUSPECT, SENSITIVE or CHAOTIC; None if it goes on.
+
+        `is_smaller` is True if the last refinement reduced the difference of the signal whose error is worst.
+        """
+        separates_at_times = self.levels.rattles and pair.separation.is_ever_separate
+        is_finest = pair.fine.level.tolerance <= 2 * self.levels.finest  # the next tolerance could not be half of it
+        if is_finest or self.count >= self.levels.runs_at_most:
+            return Status.SENSITIVE if pair.separation.start < inf or separates_at_times else Status.SUSPECT
+        return Status.CHAOTIC if self.is_out_of_reach(pair) or (separates_at_times and not is_smaller) else None
 
     def complete(self, pair: _Pair) -> _Pair:
         """Return the pair with both runs made to the end of the motion."""
@@ -199,7 +207,7 @@ class _Refinement:
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
             required = self.required_start(last.separation.start, last.fine.level)
-            end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
+            end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))  # in the last windows no separation begins
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
             if last.separation.start == inf:
                 return last
@@ -220,10 +228,13 @@ class _Refinement:
         return refinements > 0 and delay < LATER * (self.duration - pair.separation.start) * refinements
 
     def find_ratio(self, excess: float, separate: bool) -> float:
-        """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one."""
-        ratio, order = self.levels.ratio, self.levels.orders.largest
+        """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
+
+        The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order.
+        """
+        ratio, gain = self.levels.ratio, 1 + 2 * excess
         largest = ratio**MOST_LEVELS
-        return float(largest if separate else np.clip((1 + 2 * excess) ** (1 / order), ratio, largest))
+        return float(largest if separate else np.clip(gain ** (1 / self.levels.orders.largest), ratio, largest))
 
     def choose_estimate(self, pair: _Pair) -> Callable[[Mapping[Key, float]], dict[Key, float]]:
         """Return the function that estimates errors of the finer run from differences of this pair and the one before."""
@@ -238,16 +249,16 @@ class _Refinement:
             return (place if is_place else least), least, largest
 
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
-            """Estimate errors, those that both runs have in common by numerical damping added."""
+            """Estimate errors: those by the differences, and those by numerical damping, which both runs have in common."""
             errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
-            return add(errors, damping_errors(run, self.levels.damping, differences))
+            return add(errors, estimate_damping_errors(run, self.levels.damping, differences))
 
         return estimate
 
     def finish(self, pair: _Pair, estimate: Callable[[Mapping[Key, float]], dict[Key, float]]) -> CheckedRun:
         """Return the finer run with the errors of its signals, energies and energy balance."""
         run, signals = pair.fine.trajectory, pair.difference
-        (coarse, _), (fine, balance) = (energies_of(trial.run) for trial in (pair.coarse, pair.fine))
+        (coarse, _), (fine, balance) = (compute_energies(trial.run) for trial in (pair.coarse, pair.fine))
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
@@ -303,7 +314,7 @@ class _Refinement:
         largest = max((known[key] for key in places if key in known), default=0.0)
         kind = f"the difference of the last two of {self.count} runs of {type(trial.run.solver).__name__}"
         every, every_size = Deferred(known, lambda: errors()[0]), Deferred(sizes, lambda: errors()[1])
-        found = Errors(largest, every, every_size, kind, until, turn_of(trial.run.record.mechanism), vibrating, notes)
+        found = Errors(largest, every, every_size, kind, until, find_drive_period(trial.run.record.mechanism), vibrating, notes)
         return CheckedRun(trial.run, found, find_worst(allowed, known), chaos, count=self.count)
 
 

@@ -14,7 +14,7 @@ from ..record.result import Result
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import Closure, Exudyn, Spectral
-from .demand import PLACE, STRIKE, Asked, Usual, Worst
+from .demand import STRIKE, Asked, Usual, Worst
 from .difference import Difference
 from .estimate import LEAST_ERROR, Separation
 from .levels import KINDS, Runner
@@ -40,7 +40,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST_ERROR
     demand = Asked(result.asked) if result.asked > 0 else Usual()
     try:
-        levels = KINDS[type(other)](first.record.mechanism, duration, other, demand.place / PLACE)
+        levels = KINDS[type(other)](first.record.mechanism, duration, other, place=demand.place)
         answer = refine(levels.runs(run), levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
@@ -61,14 +61,15 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
     Places, contacts and reactions are compared up to the time at which the runs separate. Allowed is the sum of both errors, at
-    least `least`; if one error is not known, `STRIKE`.
+    least `least`; if one error is not known, it is 5 % (`STRIKE`) for all signals, places included.
     """
     first, second = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(second)
     limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
     known = errors_a.known and errors_b.known
-    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]
-    may_be_chaotic = min(ends, default=inf) < first.time[-1] or bool(Scene.of(a.record.mechanism).clearances)
+    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # before the end of the run if it is chaotic
+    rattles = bool(Scene.of(a.record.mechanism).clearances)
+    may_be_chaotic = rattles or min(ends, default=inf) < first.time[-1]
     until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _ = Difference(first, second, until).norms()
     motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]

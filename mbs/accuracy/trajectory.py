@@ -1,8 +1,8 @@
 """A run as functions of time, and the sizes to which errors of its signals are relative.
 
-The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak; a component has the
-largest ones of its vector. No size is below a share of the largest of the same kind and unit; for places, of the mechanism's
-size. What is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
+The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak; a component has those of the
+largest component of its vector. No size is below `SMALL` times the largest of the same kind and unit, or for places below
+`RESTING`: what is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
 """
 
 from __future__ import annotations
@@ -44,22 +44,23 @@ class Trajectory:
     size: float  # length of the longest link [m]
     kinks: tuple[float, ...] = ()  # times [s] at which a drive or a load jumps or has a kink
     least_force: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, within the run
-    undetermined: frozenset[str] = frozenset()  # signals of forces that no equation determines, not among the others
+    undetermined: frozenset[str] = frozenset()  # names of forces that no equation determines; `signals` does not contain them
     mass: float = 1.0  # of all links, blocks and points [kg]
-    struts: frozenset[str] = frozenset()  # signals of the forces along struts
-    strips: frozenset[str] = frozenset()  # the same along strips with mass
+    strut_forces: frozenset[str] = frozenset()  # names of the signals of the forces along struts
+    strip_forces: frozenset[str] = frozenset()  # the same along strips with mass
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
-        """Take the signals of a run but counts, and forces that no equation determines."""
-        scene, end = Scene.of(run.record.mechanism), float(run.record.time[-1])
+        """Return a run's signals as functions of time, without counts and without forces that no equation determines."""
+        scene, end, links = Scene.of(run.record.mechanism), float(run.record.time[-1]), run.record.mechanism.links
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
-        least_force = scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2
-        shared = frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED)
-        links = run.record.mechanism.links
-        struts = frozenset(f"{link.name}.compression" for link in links if link.body.massless)
-        strips = frozenset(f"{link.name}.axial_force" for link in links if link.body.flexible and not link.body.massless)
-        return cls(run.record.time, found, scene.size, scene.kinks(end), least_force, shared, scene.mass, struts, strips)
+        return cls(
+            run.record.time, found, scene.size, scene.kinks(end), mass=scene.mass,
+            least_force=scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2,
+            undetermined=frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED),
+            strut_forces=frozenset(f"{link.name}.compression" for link in links if link.body.massless),
+            strip_forces=frozenset(f"{link.name}.axial_force" for link in links if link.body.flexible and not link.body.massless),
+        )  # fmt: skip
 
     @cached_property
     def strikes(self) -> bool:
@@ -68,76 +69,83 @@ class Trajectory:
 
     @cached_property
     def unresolved(self) -> list[str]:
-        """Forces that vibrate in periods too short for the steps, so that both runs lose the vibration by numerical damping."""
-        followed = {period: resolves(self.time, period) for period in {s.period for s in self.signals.values() if s.period > 0}}
-        return [signal.source for signal in self.signals.values() if not followed.get(signal.period, True)]
+        """Forces that vibrate in periods too short for the steps, so that numerical damping takes the vibration away."""
+        means = [signal for signal in self.signals.values() if signal.period > 0]  # running means of vibrating forces
+        resolved = {period for period in {mean.period for mean in means} if resolves(self.time, period)}
+        return [mean.source for mean in means if mean.period not in resolved]
 
     @cached_property
-    def own(self) -> dict[str, Array]:
-        """Sizes of each signal alone, (RMS, PEAK): its range for both norms if continuous, else root mean square and peak."""
-        found = {n: np.full(2, s.scale or np.ptp(s.values)) for n, s in self.signals.items() if s.kind in CONTINUOUS}
+    def own_sizes(self) -> dict[Key, float]:
+        """Sizes of each signal alone: its range in both norms, RMS and PEAK, if continuous; else root mean square and peak."""
         steps = np.diff(self.time)
-        weights = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2 / max(np.ptp(self.time), TINY)
+        weights = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2 / max(np.ptp(self.time), TINY)  # of the trapezoidal rule
+        found = dict[Key, float]()
         for name, signal in self.signals.items():
-            if name not in found:
-                values = signal.values
-                found[name] = np.array([np.sqrt(values @ (weights * values)), max(values.max(), -values.min())])
+            values = signal.values
+            if signal.kind in CONTINUOUS:
+                rms = peak = signal.scale or np.ptp(values)
+            else:
+                rms, peak = np.sqrt(values @ (weights * values)), max(values.max(), -values.min())
+            found[name, Norm.RMS], found[name, Norm.PEAK] = float(rms), float(peak)
         return found
 
     @cached_property
     def sizes(self) -> dict[Key, float]:
-        """Sizes of signals for RMS and PEAK, in the signals' units: at least those of the vector and a share of the family's."""
-        vectors, families = dict[str, Array](), dict[tuple[str, str], Array]()
+        """Sizes of signals in the norms RMS and PEAK, in the signals' units."""
+        return self._find_sizes(Norm.RMS) | self._find_sizes(Norm.PEAK)
+
+    def _find_sizes(self, norm: Norm) -> dict[Key, float]:
+        """Return the largest size in the vector of each signal, but at least a share of the largest of its kind and unit."""
+        vectors, families = dict[str, float](), dict[tuple[str, str], float]()
         for name, signal in self.signals.items():
-            group, family = signal.group or name, _family(signal)
-            vectors[group] = np.maximum(vectors.get(group, TINY), self.own[name])
-            families[family] = np.maximum(families.get(family, TINY), self.own[name])
-        force, torque = ("force", "N"), ("force", "N m")
-        least = np.maximum(families.get(torque, TINY) / self.size, self.least_force)
-        families[force] = np.maximum(families.get(force, self.least_force), least)
+            own, group, family = self.own_sizes[name, norm], signal.group or name, _family(signal)
+            vectors[group] = np.maximum(vectors.get(group, TINY), own)
+            families[family] = np.maximum(families.get(family, TINY), own)
+        force, torque = ("force", "N"), ("force", "N m")  # a torque counts as a force at the arm of the longest link
+        largest_torque = np.maximum(families.get(torque, TINY) / self.size, self.least_force)
+        families[force] = np.maximum(families.get(force, self.least_force), largest_torque)
         families[torque] = families[force] * self.size
         found = dict[Key, float]()
         for name, signal in self.signals.items():
             resting = RESTING * (self.size if signal.unit == "m" else 1.0)
-            least = resting if signal.trait.smooth else SMALL * families[_family(signal)]
-            size = self.own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
-            found[name, Norm.RMS], found[name, Norm.PEAK] = size.tolist()
+            least = resting if signal.kind in (Kind.PLACE, Kind.STRETCH) else SMALL * families[_family(signal)]
+            size = self.own_sizes[name, norm] if signal.scale else np.maximum(vectors[signal.group or name], least)
+            found[name, norm] = float(size)
         return found
 
     def until(self, end: float) -> Trajectory:
         """Return the run up to a time [s], and three samples more, from which slopes at the end are computed."""
-        some = int(np.searchsorted(self.time, end)) + 3
-        if some >= len(self.time):
+        count = int(np.searchsorted(self.time, end)) + 3
+        if count >= len(self.time):
             return self
-        cut = {name: s._replace(values=s.values[:some], depth=s.depth[:some]) for name, s in self.signals.items()}
-        return replace(self, time=self.time[:some], signals=cut)
+        cut = {name: s._replace(values=s.values[:count], depth=s.depth[:count]) for name, s in self.signals.items()}
+        return replace(self, time=self.time[:count], signals=cut)
 
     def integral(self, name: str, of: Callable[[Array], Array] = np.asarray) -> Array:
         """Integrate a signal, or a function of it, from the start to each sample."""
         return corrected_trapezoidal(self.time, of(self.signals[name].values))
 
 
-def energies_of(run: Run) -> tuple[Trajectory, float]:
-    """Return the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
+def compute_energies(run: Run) -> tuple[Trajectory, float]:
+    """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
-    What vibrations faster than the steps may store is taken off the imbalance.
-
-    Their size is the throughput and a hundred times the energy of unresolved vibrations. It is at least the work of the weight
-    over a displacement that counts as rest.
+    The energy that vibrations faster than the steps may store is taken off the imbalance. The size of all energies is the
+    throughput, and so much more that the energy of these vibrations is the share `SMALL` of it.
     """
-    record, energies = run.record, dict(run.ledger)
-    through, unresolved = compute_throughput(record, energies, run.values)
-    missing = float(np.abs(energies.pop("error")).max()) / through
+    record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
+    throughput, unresolved = compute_throughput(record, energies, run.values)  # [J], and the share of such vibrations in it
+    imbalance = float(np.abs(energies.pop("error")).max()) / throughput
     del energies["throughput"]
-    scene = Scene.of(record.mechanism)
-    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))  # square of the displacement
-    size = max(through * (1 + unresolved / SMALL), resting)
-    sticks = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all of the energy
+    # twice the energy of a pendulum of the mechanism's mass and size at the angle RESTING
+    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
+    size = max(throughput * (1 + unresolved / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    return Trajectory(record.time, found, 1.0), max(0.0, missing - (unresolved if sticks else min(unresolved, UNRESOLVED_MOST)))
+    has_friction = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all of the energy
+    stored = unresolved if has_friction else min(unresolved, UNRESOLVED_MOST)
+    return Trajectory(record.time, found, 1.0), max(0.0, imbalance - stored)
 
 
-def turn_of(mechanism: Mechanism) -> float:
+def find_drive_period(mechanism: Mechanism) -> float:
     """Return the longest period of a link that is driven at constant speed [s]; 0 if there is none."""
     links = {link.name for link in mechanism.links}
     speeds = [drive.speed for drive in mechanism.drives if drive.target in links and isinstance(drive.speed, int | float)]

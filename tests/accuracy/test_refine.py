@@ -46,7 +46,7 @@ def made_up(monkeypatch):
         return Trajectory(run.record.time, {"P.x": Signal("P.x", run.x, "m", Kind.PLACE)}, 1.0)
 
     monkeypatch.setattr(module, "Trajectory", SimpleNamespace(of=of))
-    monkeypatch.setattr(module, "energies_of", lambda run: (Trajectory(run.record.time, {}, 1.0), run.balance))
+    monkeypatch.setattr(module, "compute_energies", lambda run: (Trajectory(run.record.time, {}, 1.0), run.balance))
 
 
 def made(off, fails=(), balance=0.0):
