@@ -44,8 +44,8 @@ class Flexible(Body):
 
     section: Section | Profile
     meshed: ClassVar[bool] = True
-    carried_point_forms: ClassVar[tuple[str, ...]] = ("fraction",)
-    force_rounding: ClassVar[float] = 5e-12
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("fraction",)  # of the length
+    force_rounding: ClassVar[float] = 5e-12  # over the axial stiffness: ten times the rounding of the elements' forces
     elements: int | None
     imperfection: float
     shape: Shape | None
@@ -126,7 +126,7 @@ class Cable(Flexible):
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
-    has_angles: ClassVar[bool] = False
+    has_angles: ClassVar[bool] = False  # nodes have slopes
 
 
 @dataclass(frozen=True)

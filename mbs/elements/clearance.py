@@ -22,7 +22,7 @@ from .rows import Row, yield_pin
 from .signal import Depth, Energy, Kind, Signal
 
 PIERCED = 0.05
-"""Depth of a pin in its bush, over the pin's radius, beyond which a run is suspect if the depth is above the clearance, too."""
+"""Depth of a pin in its bush, over the pin's radius: a run is suspect if the depth exceeds both this and the clearance."""
 
 
 @declared
@@ -55,7 +55,7 @@ class Clearance(Joint):
 
     @property
     def friction_at(self) -> str:
-        """Name of the joint's point, by which messages say where friction acts; '' without friction."""
+        """Name of the joint's point if friction acts there, else ''."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
@@ -76,7 +76,7 @@ class Clearance(Joint):
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the names of normal force and depth."""
+        """Yield the name of the normal force, which must not be negative, and the name of its depth."""
         yield f"{self.point}.normal_force", f"{self.point}.penetration"
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
@@ -129,7 +129,7 @@ class Clearance(Joint):
         steps = np.diff(time)
         middle_memory = memory[1:].copy()
         middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
-        middle_memory[:, SINCE] = time[:-1] + steps / 2  # as if just accepted: the bristle keeps its mean
+        middle_memory[:, SINCE] = time[:-1] + steps / 2  # no time to bend the bristle further: it keeps its mean
         middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_memory[:, SINCE])
 
         def work(force: str, speed: str) -> Array:
@@ -205,8 +205,8 @@ def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time
     depth, rate, sliding, nx, ny = locate_contact(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
-    friction, mean_speed, elapsed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
-    bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean_speed, elapsed), 0.0)
+    friction, mean_speed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding)
+    bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean_speed, time - memory[:, SINCE]), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
     fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx
     return PinContact(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)

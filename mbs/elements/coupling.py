@@ -71,14 +71,19 @@ class Gear(Coupling):
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of equal speeds at the pitch point: r turn_1 + (distance - r) turn_2 = 0, with the first radius r."""
+        """Yield the row of equal speeds of both gears at the pitch point, along the tangent t of their pitch circles.
+
+        The pitch point lies r from the centre c1 towards c2, the centres a apart. Relative to the carrier,
+        t . c1 + r turn_1 = t . c2 - (a - r) turn_2. With turn_2 = ratio turn_1 this gives r = ratio a/(ratio - 1), which is
+        negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
+        """
         first, second, base = place(self.first), place(self.second), carrier_place(mechanism, self.carrier)
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
             return
         (x1, y1), (x2, y2) = mechanism.points[first.point], mechanism.points[second.point]
-        tangent, turns = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND
+        tangent, turns = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND  # turns: the tangent, with the carrier
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
             (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns)),
@@ -116,11 +121,15 @@ class Rack(Coupling):
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of equal speeds along the line at the pitch point: travel of the rack = radius times angle."""
+        """Yield the row of equal speeds of rack and pinion along the line at the pitch point: travel = radius times angle.
+
+        The rack's turn adds to its speed there, and the travel of the pinion's centre, which is zero unless the carrier bends.
+        """
         pinion, rack = place(self.first), place(self.second)
         base, turns, (dx, dy) = carrier_place(mechanism, self.carrier), self.carrier != GROUND, self.along
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
-        lever = dy * (x1 + self.radius * dy - x2) - dx * (y1 - self.radius * dx - y2)  # from the rack's point to the pitch point
+        pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
+        lever = (pitch_x - x2) * dy - (pitch_y - y2) * dx  # (pitch point - rack's point) x direction: speed over turning rate
         yield Row((
             (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns)),
             (lever, Turn(rack, base)),
@@ -207,7 +216,7 @@ class Rope(Coupling):
                 raise ValueError(f"{self.where}: '{a}' and '{b}' coincide, so the rope between them has no direction")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of a constant sum of the lengths between pulleys."""
+        """Yield the row of a constant sum of lengths; a length between two points of one body counts as constant."""
         parts = pairwise(self.path(mechanism))
         yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 

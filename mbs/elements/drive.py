@@ -141,10 +141,10 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
 
 
 class Speed(Either):
-    """Specification of a speed; a motion that was made from a formula or table is written as that formula or table."""
+    """Specification of a speed by one of several alternatives; files have the formula or table that `Drive` made a motion of."""
 
     def write(self, name: str, value: object) -> Any:
-        """Return the formula or table of the speed, if the motion was made from one."""
+        """Return the document of a speed for a file."""
         return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
 
 
@@ -189,7 +189,8 @@ class Drive(Element):
         """Yield the row of the prescribed angle of the link or travel of the point."""
         if self.target in mechanism.points:
             guide = mechanism.guide(self.target)
-            yield row(Along(Place(guide.link, self.target), Place(GROUND, self.target), guide.along), self.motion)
+            moving, start = Place(guide.link, self.target), Place(GROUND, self.target)
+            yield row(Along(moving, start, direction=guide.along), self.motion)
         else:
             yield row(Turn(Place(self.target, mechanism.link(self.target).start)), self.motion)
 

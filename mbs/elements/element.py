@@ -60,19 +60,20 @@ class Push(NamedTuple):
 def _fill(template: str, element: Element) -> str:
     """Fill in the fields in braces of a title or label, as `Element` defines them."""
 
-    def _write(match: re.Match[str]) -> str:
-        field_name, part = match.groups()
-        text = type(element).__name__ if field_name == "kind" else str(getattr(element, field_name))
-        return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[part]
+    def write_field(match: re.Match[str]) -> str:
+        name, form = match.groups()
+        text = type(element).__name__ if name == "kind" else str(getattr(element, name))
+        forms = {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}
+        return forms[form]
 
-    return re.sub(r"{(\w+):?(\w*)}", _write, template)
+    return re.sub(r"{(\w+):?(\w*)}", write_field, template)
 
 
 class Element(Declared):
     """Base of the elements of a mechanism.
 
-    The templates `title` and `label` contain fields in braces: `{a}` is the field `a`, `{a:point}` and `{a:body}` are the parts
-    of a point reference or link `a`, `{kind}` and `{kind:lower}` are the name of the class.
+    The templates `title` and `label` contain fields in braces. `{a}` stands for the text of the field `a`, `{a:point}` for the
+    point of this reference, and `{a:body}` for its text before the colon, or all of it. `{kind}` is the name of the class.
     """
 
     title: ClassVar[str] = ""
@@ -164,7 +165,7 @@ class Body(Declared):
     massless: ClassVar[bool] = False
     """True for a `Strut`, a mere force between the bodies at its ends; the force has kinks."""
     has_angles: ClassVar[bool] = True
-    """True if the body has an angle at each of its points, so that a torque can act there."""
+    """True if its nodes have an angle as coordinate; those of a `Cable` have a slope, a `Strut` has none of its own."""
     linear: ClassVar[bool] = False
     """True if deformations must be small, as a check of each run tests: modes of a solid are linear."""
     carried_point_forms: ClassVar[tuple[str, ...]] = ()
@@ -177,7 +178,7 @@ class Body(Declared):
         return self.section.bar(length)
 
     def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
-        """Return the place [m] in the link's frame at a fraction of the stress-free length; `chord` is the ends' distance [m]."""
+        """Return the stress-free place [m] in the link's frame at a fraction of its length; `chord` is the ends' distance [m]."""
         return chord * fraction, 0.0
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
@@ -271,7 +272,7 @@ class Recorded:
         return value
 
     def channel(self, element: str, name: str) -> Array:
-        """Return a recorded channel of an element; an array without columns if there is none."""
+        """Return a channel of an element (times, columns); an array (times, 0) if the solver recorded none."""
         return self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
 
     def point(self, at: str) -> tuple[Array, Array]:
@@ -288,13 +289,17 @@ class Recorded:
         return (np.zeros_like(self.time),) * 2 if motion is None else motion.turn(place(at).point)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the powers just before and after samples."""
+        """Return the work since t = 0 [J] of a power [W], each (times,).
+
+        For a power that jumps at samples, `sides` are the powers just before and just after each sample.
+        """
         raise NotImplementedError
 
     def _motion_at(self, at: str) -> MovingBody | None:
+        """Return the motion of the body at a point reference; None on the ground."""
         body, point = place(at)
         if body == GROUND:
             return None
         carriers = [link.name for link in self.mechanism.links if point in link.points]
-        motions: dict[str, MovingBody] = {**self.links, **self.blocks}
+        motions: dict[str, MovingBody] = {**self.links, **self.blocks}  # a block has the name of its point
         return next((motions[name] for name in (body, point, *carriers) if name in motions), None)

@@ -1,6 +1,8 @@
 """Forces on points, torques on links, and loads along a strip.
 
-Signals of loads are of the kind `INTERNAL`, and their work is energy 'supplied', as `signal` defines them.
+Signals of loads are of the kind `INTERNAL`, and their work is energy 'supplied', as `signal` defines them. A method with an
+argument `times` takes the motion from the samples of the record, but evaluates functions of time at `times` [s], one for each
+sample: at the sample itself or, where a function jumps, just before or just after it.
 """
 
 from __future__ import annotations
@@ -39,11 +41,12 @@ class Force(Stateful):
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), law)),
-        "the force, or a function of the time t (in s); jumps, kinks and pulses are searched at every 1e-5 of a run",
+        "the force, or a function of the time t (in s); its jumps and kinks are searched at every 1e-5 of a run, and shorter "
+        "pulses may be missed",
     )
     follows: str | None = names(
-        doc="a link with which the force turns: `value` is the force in the pose at t = 0; a flexible link has the angle at "
-        "the point, or at the link's start if the point is not on it; 'beam:B' names another point",
+        doc="a link with which the force turns: `value` is the force in the pose at t = 0; a flexible link turns it by its "
+        "angle at `point`, or at its start if it does not have `point`; 'beam:B' names another point of it",
         default=None,
     )
     through: Pair | None = field(
@@ -79,7 +82,8 @@ class Force(Stateful):
         """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
-        fx, fy = (component(*self.start_arguments(mechanism)) for component in self.functions()[: self.law.size])
+        components = self.functions()[: self.law.size]  # the rates of the states follow
+        fx, fy = (component(*self.start_arguments(mechanism)) for component in components)
         return fx, fy
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
@@ -92,7 +96,7 @@ class Force(Stateful):
         return None if self.follows is None else angle_reference(mechanism, self.follows, place(self.point).point)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the force (times, 2) [N], with the motion of the samples; the function of time is evaluated at `times` [s]."""
+        """Return the force (times, 2) [N]."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         followed = self.turns_with(record.mechanism)
         return values if followed is None else rotate(record.turn(followed)[0], values)
@@ -158,7 +162,7 @@ class Torque(Stateful):
         return angle_reference(mechanism, self.link)
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the torque (times,) [N m], with the motion of the samples; the function of time is evaluated at `times` [s]."""
+        """Return the torque (times,) [N m]."""
         return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:

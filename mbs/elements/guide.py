@@ -56,8 +56,10 @@ class GuideFriction(Declared):
         return 0.0 if self.static is None else self.static - self.dynamic
 
 
-RESOLVED = 20
-"""Least number of steps in a period of the block on its bristles for which the recorded friction power can be integrated."""
+STEPS_PER_PERIOD = 20
+"""Least number of steps in a period of a stuck block on its bristles for which its friction power is integrated.
+
+With fewer steps its dissipated energy counts as zero; a tenfold number would drop the losses of vibrations that are resolved."""
 STUCK = 1e-4
 """Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
 
@@ -77,14 +79,17 @@ class Guide(GuideBase):
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link that the point belongs to, as an end or a carried point")
-    along: tuple[float, float] = direction(doc="direction of the line; need not be a unit vector", default=(1.0, 0.0))
+    along: tuple[float, float] = direction(
+        doc="direction of the line, of any length; stored as a unit vector", default=(1.0, 0.0)
+    )
     mass: float = quantity("kg", low=0, doc="mass of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
     through: str | None = names(
-        doc="another point of the line; it fixes the line if `points` leaves out the guided point", default=None
+        doc="another point of the line; with it `points` may leave out the guided point, whose place is then solved for",
+        default=None,
     )
 
     def check(self, mechanism: Parts) -> None:
@@ -110,7 +115,7 @@ class Guide(GuideBase):
 
     @property
     def friction_at(self) -> str:
-        """Name of the guided point, by which messages say where friction acts; '' without friction."""
+        """Name of the guided point if friction acts there, else ''."""
         return self.point if self.friction is not None else ""
 
     @property
@@ -144,7 +149,7 @@ class Guide(GuideBase):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""
         reaction = record.channel(name, "reaction")
-        if reaction.size:
+        if reaction.size:  # the solver has recorded it
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
@@ -177,10 +182,11 @@ class Guide(GuideBase):
         The period is 2 pi sqrt(m/k), with the stiffness k = force/deflection of the bristles.
         """
         size = max(record.mechanism.length(link.name) for link in record.mechanism.links)
-        force, deflection = np.abs(self._drag(name, record)).max(), np.abs(self._reaction_and_bristle(name, record)[1]).max()
+        _, bristle = self._reaction_and_bristle(name, record)
+        force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
         period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * deflection / force) if force > 0 else 0.0
         travel = np.ptp(record.blocks[self.point].travel)
-        return bool(travel < STUCK * size and RESOLVED * np.diff(record.time).max() > period)
+        return bool(travel < STUCK * size and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
 
     def _bristle_energy(self, name: str, record: Recorded) -> Array:
         """Compute the elastic energy of the bristles [J], (times,)."""

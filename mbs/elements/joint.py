@@ -59,7 +59,7 @@ class Revolute(Joint):
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body [N]; none at the end of a strut, which is a point of its neighbour."""
+        """Yield the force on the second body [N]; none at the end of a strut, which has no coordinates to constrain."""
         force = record.channel(name, "force")
         if force.size:
             yield from vector(f"{name}.f", force, "N", Kind.REACTION, group=name)
@@ -111,9 +111,7 @@ class Slot(Joint):
     'P.pin-bar'
     """
 
-    title: ClassVar[str] = "{kind} at '{point}'"
-
-    keeps_angle: ClassVar[bool] = False
+    title: ClassVar[str] = "{kind} at '{point}'"  # kind: name of the class
 
     point: str = names(doc="a point of the first body; the line goes through its place at t = 0")
     first: str = names(doc="a link")
@@ -121,7 +119,7 @@ class Slot(Joint):
     along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the point is on the first body and a line can be fixed in the second."""
+        """Raise a ValueError unless the first body has the point, the second can have the line, and neither is a strut."""
         where = self.where
         check_known("point", self.point, mechanism.points, where)
         if self.first == GROUND:
@@ -139,7 +137,7 @@ class Slot(Joint):
         yield from yield_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the effort on the second body, (times, rows): normal force [N], moment [N m] if the joint keeps the angle."""
+        """Return the load on the second body, (times, rows): force to the left of `along` [N]; of a `Slider` the moment [N m]."""
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:
@@ -150,7 +148,7 @@ class Slot(Joint):
         return travel
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the force on the second body to the left of the line [N], and the travel along the line [m]."""
+        """Yield the component of the force on the second body to the left of `along` [N], and the travel along the line [m]."""
         yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
         yield Signal(f"{name}.travel", self.travel(record), "m", Kind.PLACE)
 
@@ -164,8 +162,6 @@ class Slider(Slot):
     >>> Slider("P", "block", "bar", along=(1, 0)).key
     'P.block-bar'
     """
-
-    keeps_angle: ClassVar[bool] = True
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the rows that keep the point on the line and the angle."""

@@ -166,9 +166,9 @@ class Link(LinkBase):
 def moving(name: str, *motion: Array) -> Iterator[Signal]:
     """Yield the signals of a motion: place, velocity [m/s] and perhaps acceleration [m/s^2], each (times, 2)."""
     letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
-    full_names = [f"{name}.{letter}" for letter in letters[: len(motion)]]
-    for full_name, rate, unit, kind, values in zip(full_names, [*full_names[1:], ""], units, kinds, motion, strict=False):
-        yield from vector(full_name, values, unit, kind, rate=rate)
+    for k, values in enumerate(motion):
+        rate = f"{name}.{letters[k + 1]}" if k + 1 < len(motion) else ""
+        yield from vector(f"{name}.{letters[k]}", values, units[k], kinds[k], rate=rate)
 
 
 def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:

@@ -62,7 +62,7 @@ class States(Declared):
     """
 
     rates: Callable[..., object] = field(
-        Rates("t"),
+        Rates("t"),  # the load, which knows all arguments, checks the rates
         "of the states, 1/s: functions of the load's arguments, or one function that returns all rates",
     )
     initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
@@ -173,9 +173,10 @@ class Stateful(Load):
         return values[:, 0] if self.law.size == 1 else values
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the functions with their arguments over a run; none for a function of time alone: its edges are known."""
-        depends_on_time = isinstance(self.value, Table) or tuple(getattr(self.value, "variables", self.variables)) == ("t",)
-        if not callable(self.value) or (depends_on_time and self.states is None):
+        """Yield the functions with the arguments that follow the time; none for a function of time alone: its edges are known."""
+        variables = tuple(getattr(self.value, "variables", self.variables))  # a formula may have fewer than the load
+        is_of_time_alone = isinstance(self.value, Table) or variables == ("t",)
+        if not callable(self.value) or (is_of_time_alone and self.states is None):
             return
         measures = self.measures(record)
         half = len(measures) // 2  # coordinates, then their rates

@@ -28,7 +28,7 @@ COUNTED = (
 )
 NUMBERS = Several(Whole(1, 1000), least=1, distinct=True)
 MOST_BAR_MODES = 13
-"""Largest number of bending or of axial modes: some three polynomials for each, of degree 40 at most."""
+"""Most bending modes, and most axial modes: each mode needs some three polynomials, and their degree is 40 at most."""
 Point3 = tuple[float, float, float]
 
 
@@ -91,7 +91,7 @@ class CraigBampton(Declared):
     """Craig-Bampton modes with rigid interfaces: `fixed` vibrations and 6 static modes (12 motions of interfaces, 6 rigid)."""
 
     numbers: tuple[int, ...] | None = field(
-        NUMBERS, "as in `FreeModes`; by default all that move in the plane: without any of them statics is not exact",
+        NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",
         default=None,
     )  # fmt: skip
     fixed: int = whole(0, 1000, doc="number of vibrations with fixed interfaces, out-of-plane ones included", default=12)
@@ -144,7 +144,7 @@ class Interfaces(Part):
     """Specification of an interface: `EndFace`, `PinHole` or an `Interface` function."""
 
     def fits(self, raw: object) -> bool:
-        """Return True for any function."""
+        """Return True for an interface or its document, and for a user's function, which is no class."""
         return super().fits(raw) or (callable(raw) and not isinstance(raw, type))
 
 
@@ -158,7 +158,7 @@ class Modal(Body):
     (16, 2, 1)
     """
 
-    linear: ClassVar[bool] = True
+    linear: ClassVar[bool] = True  # the modes describe small deformations only
 
     section: Section = part(Section, doc="thickness in the plane, width normal to it, material")
     modes: FreeModes | CraigBampton | BarModes = part(
@@ -180,7 +180,7 @@ class Modal(Body):
 
     def agree(self) -> None:
         """Raise a ValueError unless each mode has a damping ratio and Poisson's ratio suits solid elements."""
-        if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):
+        if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):  # without numbers: not known
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")  # solids with -1 or 0.5 are singular
@@ -197,7 +197,7 @@ class Modal(Body):
         return import_late("modal.bar:planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
-        """Return one damping ratio for all modes, or a ratio for each mode from the angular frequencies [rad/s]."""
+        """Return one damping ratio for all modes, or (modes,) ratios; `omega` (modes,) [rad/s] are those of the chosen modes."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:

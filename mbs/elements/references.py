@@ -20,7 +20,7 @@ class UnknownError(ValueError):
         self.name = name
 
     def field_of(self, element: Element) -> str:
-        """Return the field of an element whose text contains the name; '' if none does."""
+        """Return the field of an element that has the name as text, or as body or point of a reference; '' if none does."""
         texts = {key: value for key in declarations(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 
@@ -71,13 +71,14 @@ def holder(mechanism: Parts, at: str) -> str:
         carriers = [link for link in mechanism.links if point in link.points]
         body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
     pins = [{joint.first, joint.second} for joint in mechanism.joints if joint.point == point]
-    candidates = [body]  # grows within the loop: a breadth-first search through pinned struts
-    for each in candidates:
-        if each == GROUND or not links[each].body.massless:
-            return each
-        if any(guide.point == point and guide.link == each for guide in mechanism.guides):
-            return point
-        candidates += sorted({other for pair in pins if each in pair for other in pair}.difference(candidates))
+    candidates = [body]  # links, or the ground; grows within the loop: a breadth-first search through pinned struts
+    for candidate in candidates:
+        if candidate == GROUND or not links[candidate].body.massless:
+            return candidate
+        if any(guide.point == point and guide.link == candidate for guide in mechanism.guides):
+            return point  # by which the guide's block is named
+        pinned = {other for pair in pins if candidate in pair for other in pair}
+        candidates += sorted(pinned.difference(candidates))
     needed = "a link with mass, a guide or ground"
     raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 

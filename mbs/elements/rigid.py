@@ -35,12 +35,12 @@ class Rigid(Body):
     )
 
     flexible: ClassVar[bool] = False
-    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")  # (x, y), or a fraction of the length
 
     def agree(self) -> None:
         """Raise a ValueError unless either a section alone, or mass and inertia and possibly a centre are given."""
-        needs_mass = self.section is None
-        if (self.mass is not None, self.inertia is not None) != (needs_mass,) * 2 or (self.centre and not needs_mass):
+        has_section, has_mass, has_inertia = (each is not None for each in (self.section, self.mass, self.inertia))
+        if has_mass == has_section or has_inertia == has_section or (self.centre and has_section):
             raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
 
     @classmethod

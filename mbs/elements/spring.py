@@ -30,6 +30,7 @@ def potential(law: Law, values: Array) -> Array:
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
+    # `search` finds the edges of a function of time from 0 on: the value above `low` takes the place of the time
     edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
     both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # an edge is the last value before a jump
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))

@@ -18,7 +18,7 @@ from .signal import Depth, Energy, Kind, Signal
 NEAREST = 1e-9
 """Least initial distance of a point from the face, over the extent of the mechanism; below it rounding would decide the side."""
 PIERCED = 0.2
-"""Depth in a stop, over the size of the mechanism, beyond which a run is suspect; soft buffers stay below this depth."""
+"""Depth in a stop, over the largest length of `Stop.depths`, beyond which a run is suspect; soft buffers stay below."""
 
 
 @declared
@@ -43,7 +43,7 @@ class Stop(Element):
     )
     law: NormalLaw = part(NormalLaw, example="CarvalhoMartins(...)", doc="contact law of `buckler.mbs.laws`")
     along: tuple[float, float] | None = direction(
-        doc="normal to the face at t = 0; need not be a unit vector; the direction of the point's guide by default", default=None
+        doc="normal to the face at t = 0, stored as a unit vector; by default the direction of the point's guide", default=None
     )
     link: str | None = names(doc="link of the point; by default the guided link, or the first that has the point", default=None)
     on: str = names(
@@ -57,7 +57,7 @@ class Stop(Element):
 
     @property
     def friction_at(self) -> str:
-        """Name of the point, by which messages say where friction acts; '' without friction."""
+        """Name of the point if friction acts there, else ''."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     @property
@@ -86,7 +86,7 @@ class Stop(Element):
                 )
             return
         check_point_of(mechanism, self.body(mechanism), self.point, where)
-        check_moments(mechanism, (self.body(mechanism), self.carrier), where)
+        check_moments(mechanism, (self.body(mechanism), self.carrier), where)  # neither may be a strut
         if self.carrier == GROUND:
             return
         check_link(mechanism, self.carrier, f"{where}: on")
@@ -116,7 +116,10 @@ class Stop(Element):
         return str(names[0]) if names else ""
 
     def origin(self, mechanism: Parts) -> str:
-        """Return a point reference of the body with the face: the section of a flexible link, or the start of a rigid one."""
+        """Return the reference of a point fixed in the face's body; on the ground, the place of `point` at t = 0.
+
+        On a flexible link it is the point of the section that has the face, on a rigid link the start.
+        """
         if self.carrier == GROUND:
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
@@ -129,11 +132,11 @@ class Stop(Element):
         """Return +1 if the normal leads from the point's start to the face, -1 if it leads away from the face."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
-    def face(self, mechanism: Parts) -> float:
-        """Return the distance [m] along the normal from the point's start to the face; ValueError if it starts on the face."""
+    def distance_to_face(self, mechanism: Parts) -> float:
+        """Return the distance [m] from the point's start to the face, with the sign of `side`; ValueError if it starts there."""
         distance = self.at - self._start(mechanism)
-        size = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
-        if abs(distance) <= NEAREST * max(size, abs(self.at)):
+        extent = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
+        if abs(distance) <= NEAREST * max(extent, abs(self.at)):
             raise ValueError(
                 f"stop at '{self.point}': at = {self.at:g} m is where the point starts, to rounding; it must lie to one side, "
                 f"by {NEAREST:g} of the mechanism's extent at least"
@@ -141,17 +144,19 @@ class Stop(Element):
         return distance
 
     def _start(self, mechanism: Parts) -> float:
+        """Return the coordinate of the point along the normal at t = 0 [m]."""
         return float(np.dot(self.face_normal(mechanism), mechanism.points[self.point]))
 
     def approach(self, record: Recorded) -> tuple[Array, Array]:
         """Return depth [m], positive in contact, and its rate [m/s], each (times,)."""
         mechanism = record.mechanism
-        side, face = self.side(mechanism), self.face(mechanism)
+        side, distance = self.side(mechanism), self.distance_to_face(mechanism)
         if self.is_in_guide:
             block = record.blocks[self.point]
-            return side * (block.travel - face), side * block.speed
-        travel, rate = self._travel(record, self.face_normal(mechanism))
-        return side * (travel - face), side * rate
+            travel, rate = block.travel, block.speed
+        else:
+            travel, rate = self._travel(record, self.face_normal(mechanism))
+        return side * (travel - distance), side * rate
 
     def sliding(self, record: Recorded) -> Array:
         """Return the speed of the point along the face, positive to the left of the normal, (times,) [m/s]."""
@@ -173,7 +178,7 @@ class Stop(Element):
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
         normal = rotate(angle, self.face_normal(mechanism))
-        force = normal * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        force = -self.side(mechanism) * normal * record.channel(name, "force")  # (times, 1): the contact force
         if self.friction_at:
             force = force - rotate_left(normal) * self._drag(name, record)[0][:, None]
         yield Push(at, force, np.zeros(len(force)))
@@ -187,13 +192,16 @@ class Stop(Element):
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth: `PIERCED` times the mechanism's size or, if longer, the distance to the face."""
+        """Yield the largest allowed depth: `PIERCED` times the longest link, distance to the face or extent of all points."""
         lengths = [mechanism.length(link.name) for link in mechanism.links]
-        size = max(abs(self.face(mechanism)), *lengths, *np.ptp(list(mechanism.points.values()), axis=0))
-        yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
+        extents = np.ptp(list(mechanism.points.values()), axis=0)
+        longest = max(abs(self.distance_to_face(mechanism)), *lengths, *extents)
+        yield Depth(
+            f"{name}.penetration", PIERCED * longest, f"'{name}'", "inside its stop; the stop is too soft for this motion"
+        )
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the names of force and depth."""
+        """Yield the name of the contact force, which must not be negative, and the name of its depth."""
         yield f"{name}.contact_force", f"{name}.penetration"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -35,13 +35,13 @@ class Strut(Body):
     load: Callable[[Reals], Reals] = field(
         Function("u", "1", named={"fast": law.fast, "quartic": law.quartic, "exact": pinned.load}),
         "normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast`, exact to "
-        "1e-12 for u <= 1, `elastica.pinned.load`, to u = 1.5, or the published `elastica.law.quartic`",
+        "1e-12 for u <= 1, `elastica.pinned.load`, for u <= 1.7, or the published `elastica.law.quartic`",
         default=law.fast,
     )
 
     massless: ClassVar[bool] = True
     has_angles: ClassVar[bool] = False
-    force_rounding: ClassVar[float] = 5e-15
+    force_rounding: ClassVar[float] = 5e-15  # over the axial stiffness: some twenty roundings of a float
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening [m], and the compressive force without damping [N]."""
@@ -71,8 +71,8 @@ class StrutLaw:
 
     Down to the elongation `kink` < 0 [m], at which the Euler load is reached, the strut is straight and has the axial stiffness
     `rigidity` E A/L [N/m]. Beyond it the end shortening is the sum of bending, u L, and compression, P L/(E A), with
-    P = p(u) E I/L^2. The compression is about 1e-7 of the sum, so one step of fixed-point iteration for u is enough. A taut
-    strut also has the material's axial damping.
+    P = p(u) E I/L^2. One step of fixed-point iteration gives u, from the P of the Euler load. At u = 0.1 its relative error is
+    2e-13 for a thickness of L/1000 and 2e-9 for L/100. A taut strut also has the material's axial damping.
     """
 
     def __init__(self, strut: Strut, length: float) -> None:
@@ -102,7 +102,8 @@ class StrutLaw:
     def damping_power(self, elongation: Reals, rate: Reals) -> Reals:
         """Return the power dissipated by axial damping of the taut strut [W]."""
         force = np.where(elongation > 0, self.damping * rate, 0.0)
-        return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
+        elastic = self.rigidity * np.maximum(elongation, 0.0)
+        return np.maximum(force, -elastic) * rate  # as in `force`, the sum of both forces is not negative
 
     def stored_energy(self, elongation: Array) -> Array:
         """Compute the work of the elastic force [J]: in closed form if straight, by a cubic spline of the force if buckled."""

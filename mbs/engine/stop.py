@@ -19,7 +19,10 @@ from .scene import EngineScene
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     """Make the contact of a stop: of a guide's block with a fixed face, or of a point of a body with a face of another."""
     mechanism = scene.mechanism
-    distance, side = stop.face(mechanism), stop.side(mechanism)  # from the point's start along the normal [m], and its sign
+    distance, side = (
+        stop.distance_to_face(mechanism),
+        stop.side(mechanism),
+    )  # from the point's start along the normal [m], and its sign
     if stop.is_in_guide:
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)

@@ -38,7 +38,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
     for stop in mechanism.stops:
-        if stop.carrier == GROUND and abs(stop.face(mechanism)) > reach:
+        if stop.carrier == GROUND and abs(stop.distance_to_face(mechanism)) > reach:
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
     return found
 

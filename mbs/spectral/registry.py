@@ -54,7 +54,7 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     """Add the contact of a point with a face, and friction along it; the point stays on the side on which it starts."""
     mechanism = builder.mechanism
-    side, face, across = stop.side(mechanism), stop.face(mechanism), stop.face_normal(mechanism)
+    side, face, across = stop.side(mechanism), stop.distance_to_face(mechanism), stop.face_normal(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
     b = marker_of(builder, origin.body, origin.point)
     arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]

@@ -208,7 +208,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     (x, y), (x0, y0) = mechanism.points[stop.point], start
     is_block = stop.point in {guide.point for guide in mechanism.guides}
     clearance, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
-    front = stop.face(mechanism) + side * clearance
+    front = stop.distance_to_face(mechanism) + side * clearance
     back = front + side * 0.6 * u
     wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
