@@ -31,7 +31,8 @@ class NewtonDivergedError(RodError):
 class Grid(NamedTuple):
     """Collocation points of both pieces, in one array of shape (2 nodes,); the point of the load occurs twice.
 
-    `J @ f` is the integral of f from 0 to each point; `beyond` is 0 in the first piece and 1 in the second.
+    `s` is the stress-free arc length over L, `angle` the stress-free tangent angle [rad]. `J @ f` is the integral of f from s = 0
+    to each point. `beyond` is 1 at the points beyond the load, which are those of the second piece, and 0 at the others.
     """
 
     s: Array
@@ -41,7 +42,11 @@ class Grid(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Fields at the collocation points, as equations (1) to (4) of `strip` name them; dx, dy are x', y'."""
+    """Fields at the collocation points, (2 nodes,), in the units of equations (1) to (4) of `strip`.
+
+    They are sine and cosine of the section's rotation, the internal force (nx, ny), the derivatives (dx, dy) of the centreline
+    by s, and the bending moment m. The number phi is the rotation of the start against the stress-free shape [rad].
+    """
 
     sin: Array
     cos: Array
@@ -70,7 +75,8 @@ def make_grid(load_point: float, nodes: int, angle: Angle | None) -> Grid:
     s = np.concatenate((left * unit, left + right * unit))
     s[-1] = 1.0
     both = np.zeros((2 * nodes, 2 * nodes))
-    both[:nodes, :nodes], both[nodes:, nodes:], both[nodes:, :nodes] = left * J, right * J, left * J[-1]
+    both[:nodes, :nodes], both[nodes:, nodes:] = left * J, right * J
+    both[nodes:, :nodes] = left * J[-1]  # integral over the whole first piece
     angles = np.zeros_like(s) if angle is None else np.asarray(angle(s), dtype=float)
     return Grid(s, both, angles, np.repeat((0.0, 1.0), nodes))
 
@@ -101,9 +107,9 @@ def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
 
 def resample(values: Array, nodes: int) -> Array:
     """Interpolate values at Chebyshev-Lobatto points to a larger number of such points."""
-    coarse = 2.0 * integration(values.size)[0] - 1.0
-    coefficients = np.linalg.solve(chebyshev.chebvander(coarse, values.size - 1), values)
-    return chebyshev.chebval(2.0 * integration(nodes)[0] - 1.0, coefficients)
+    (coarse, _), (fine, _) = integration(values.size), integration(nodes)
+    coefficients = np.linalg.solve(chebyshev.chebvander(2.0 * coarse - 1.0, values.size - 1), values)
+    return chebyshev.chebval(2.0 * fine - 1.0, coefficients)
 
 
 def require(name: str, value: object, valid: bool, allowed: str) -> None:

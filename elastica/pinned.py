@@ -94,7 +94,8 @@ def shortening(load: ArrayLike) -> Reals:
 
     def step(w: Array) -> Array:
         at = _integrals(w)
-        return 2.0 * (at.K - target) / at.B
+        slope = at.B / 2.0  # dK/dw
+        return (at.K - target) / slope
 
     start = (target - np.pi / 2.0) * 8.0 / np.pi  # tangent at w = 0, above the root
     return _plain(_integrals(_newton(step, start)).shortening)

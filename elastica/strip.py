@@ -13,9 +13,10 @@ Let J[f](s) be the integral of f from 0 to s. Integrated twice:
 
     theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'].                                           (4)
 
-These are collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds the unknowns theta at
-all points, b, nx(0) and ny(0), in this order in every array of unknowns. The start decides b: its rotation phi where it is
-pinned, its moment m0 where it is clamped. At s = 1 each of x, y and theta is prescribed, or else the force or moment on it.
+phi is the rotation of the start, 0 where it is clamped; m0 is the moment there, 0 where it is pinned. The other one of the two
+is the unknown b. Equation (4) is collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds
+the unknowns: theta at all points, b, nx(0) and ny(0), in this order in every array of unknowns. At s = 1 each of x, y and theta
+is prescribed, or else the force or moment on it.
 
 References
 ----------
@@ -155,7 +156,10 @@ class Strip:
 
     @cached_property
     def finer(self) -> Strip:
-        """Copy of the strip with 1.5 times as many points, at most 200, for the residual."""
+        """Copy of the strip with 1.5 times as many points, at most 200, at which the residual is evaluated.
+
+        With 200 points itself a strip has no finer copy: its residual then shows the convergence of Newton's method alone.
+        """
         return replace(self, nodes=min(3 * self.nodes // 2, 200))
 
     @cached_property
@@ -189,7 +193,7 @@ class Strip:
             found = self._follow(load, factor * reached, factor * min(reached + step, 1.0), unknowns)
             if found is not None:
                 reached, step, unknowns = reached + step, 1.5 * step, found
-            elif step < 1e-6:  # of the load
+            elif step < 1e-6:  # halved twenty times, and still no equilibrium near the tangent to the path
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0
@@ -213,6 +217,7 @@ class Strip:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
         a, g, grid = 1.0 / self.axial, 1.0 / self.shear, self.grid
         theta, (b, start_nx, start_ny) = unknowns[:-3], unknowns[-3:]
+        # n is the sum of the forces on the part beyond s, so that the point load does not count beyond its point
         nx, ny = start_nx - factor * load.inner[0] * grid.beyond, start_ny - factor * load.inner[1] * grid.beyond
         sin, cos = np.sin(theta), np.cos(theta)
         dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
@@ -274,8 +279,9 @@ class Strip:
             found = self._newton(load, after, unknowns + change)
         except (np.linalg.LinAlgError, NewtonDivergedError):
             return None
-        rotation, correction = np.max(np.abs(change[:-3])), np.max(np.abs((found - unknowns - change)[:-3]))
-        return found if correction <= MOST_CORRECTION * rotation + 1e-9 and rotation <= MOST_ROTATION else None
+        rotation, correction = np.max(np.abs(change[:-3])), np.max(np.abs((found - unknowns - change)[:-3]))  # of theta
+        is_near = correction <= MOST_CORRECTION * rotation + 1e-9  # 1e-9 is Newton's tolerance
+        return found if is_near and rotation <= MOST_ROTATION else None
 
     def _residual(self, load: Load, factor: float, unknowns: Array) -> float:
         """Compute the largest defect of the interpolated solution on a grid of 1.5 times as many points."""
@@ -287,14 +293,15 @@ class Strip:
 def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
     """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
     a, g, n = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size
-    _, nx, ny, load_factor = range(n, n + 4)
+    _, start_nx, start_ny, load_factor = range(n, n + 4)  # numbers of columns
     sin_2theta, cos_2theta = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
     columns = np.zeros((2, n, n + 4))
     diagonal = np.arange(n)
     columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * sin_2theta - f.ny * cos_2theta)
     columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * cos_2theta + f.ny * sin_2theta)
     cross = (a - g) * f.sin * f.cos
-    columns[0, :, nx], columns[0, :, ny] = a * f.cos**2 + g * f.sin**2, cross
-    columns[1, :, nx], columns[1, :, ny] = cross, a * f.sin**2 + g * f.cos**2
-    columns[:, :, load_factor] = -strip.grid.beyond * (columns[:, :, nx] * load.inner[0] + columns[:, :, ny] * load.inner[1])
+    columns[0, :, start_nx], columns[0, :, start_ny] = a * f.cos**2 + g * f.sin**2, cross
+    columns[1, :, start_nx], columns[1, :, start_ny] = cross, a * f.sin**2 + g * f.cos**2
+    by_nx, by_ny = columns[:, :, start_nx], columns[:, :, start_ny]
+    columns[:, :, load_factor] = -strip.grid.beyond * (by_nx * load.inner[0] + by_ny * load.inner[1])
     return columns

@@ -185,6 +185,6 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     scene.starts_smooth |= not friction.has_memory
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     markers = [scene.ground, scene.coordinate(guide.point, 0)]
-    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, stiffness=1.0, springForceUserFunction=force)
+    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
     scene.reads(name, "memory", lambda run, _record: run.memory[g][:, 0])

@@ -118,7 +118,7 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
         return -float(torque(t, t, angle, speed))
 
     markers = [scene.ground, marker]
-    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, stiffness=1.0, springForceUserFunction=spring_torque)
+    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=spring_torque)
     scene.system.AddObject(item)
 
 
@@ -153,7 +153,7 @@ def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSprin
         """Return the force [N] or torque [N m] of the law."""
         return law(t, value, rate)
 
-    return {"stiffness": 1.0, "springForceUserFunction": force}
+    return {"springForceUserFunction": force}
 
 
 def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> None:
@@ -179,7 +179,7 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
         scene.struts[name] = spring
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(
             markerNumbers=[_find_end_marker(scene, link, link.start), _find_end_marker(scene, link, link.end)],
-            referenceLength=spring.length, stiffness=1.0,
+            referenceLength=spring.length,
             springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
         ))  # fmt: skip
 
