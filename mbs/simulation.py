@@ -55,7 +55,7 @@ def _run_compiled(*arguments: object, **scene: object) -> Run:
 def _run_engine(*arguments: object) -> Run:
     """Load the engine and run it; raise an ImportError with advice if it does not load."""
     try:
-        run = import_late("engine.solve:once")
+        run = import_late("engine.solve:run_once")
     except ImportError as error:
         raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; the other solvers run without it") from error
     return run(*arguments)

@@ -55,11 +55,12 @@ def connect(scene: EngineScene) -> None:
     by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         kind = type(element.body if isinstance(element, elements.Link) else element)
-        if kind not in BODIES or kind in CONNECTORS:  # a strut is a link, and connects other bodies
+        is_body_alone = kind in BODIES and kind not in CONNECTORS  # a strut is a link, and connects other bodies
+        if not is_body_alone:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
         function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
-        if function is None and not all(any(element.rows(scene.mechanism)) for element in named.values()):
+        if function is None and not all(list(element.rows(scene.mechanism)) for element in named.values()):
             raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
         (function or rows.connect)(scene, named)
 
@@ -95,8 +96,8 @@ def build(mechanism: Mechanism) -> EngineScene:
     connect(scene)
     _add_gravity(scene)
     scene.system.Assemble()
-    for group in scene.with_memory:
-        group.locate(scene.system)
+    for force in scene.with_memory:  # the assembled system has indices of coordinates
+        force.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene.system, scene.placed)
     return scene

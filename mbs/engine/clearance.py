@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PATIENCE = 1_000_000
 """Number of calls without progress in time after which the run is ended; they take some 10 s.
 
-The engine's explicit integrator can reject one step for ever, and calls nothing but the forces meanwhile."""
+The engine's explicit integrator can reject one step for ever. Meanwhile it calls nothing but the forces."""
 PYTHON_PATIENCE = PATIENCE // 10
 """`PATIENCE` for laws in plain Python, whose calls are slower."""
 
@@ -44,7 +44,7 @@ class ClearanceGroup:
 
     `offsets` and `numbers` come from `tables`. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
     `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends
-    on it. `latest` (2,) is the latest time of all calls [s] and the number of calls since that grew, infinite above `PATIENCE`.
+    on it. `is_stuck` is true if the engine repeats one step for ever.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -54,7 +54,7 @@ class ClearanceGroup:
         self.offsets, self.numbers = tables(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
-        self.latest = np.zeros(2)
+        self.is_stuck = False
         self.columns = np.empty((0, 3), dtype=int)
         depends_on_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)  # depth, rate, onset speeds 1 and 2 m/s
         self.has_memory = isinstance(friction, BristleLaw) or depends_on_onset
@@ -74,7 +74,7 @@ class ClearanceGroup:
         is_free = depth <= 0
         memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
         if self._previous is not None:
-            h, previous = t - memory[0, SINCE], self._previous
+            h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
             for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
                 speed = _compute_onset_speed(h, [previous["depth"][j], depth[j]], [previous["rate"][j], rate[j]])
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
@@ -115,7 +115,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)
         for k, name in enumerate(names):
-            scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])  # type: ignore[misc]
+            scene.add_reader(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])  # type: ignore[misc]  # (times, 4)
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
@@ -143,13 +143,15 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
 
 def user_function(group: ClearanceGroup, out: Array) -> Callback:
     """Make the engine's function of time, coordinates and rates of a group; `out` is the array for generalised forces."""
-    most_calls, latest = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE, group.latest
+    most_calls = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE
+    latest, calls = 0.0, 0  # latest time of all calls [s], and number of calls that brought no later time
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
         """Compute the generalised forces, unless the engine repeats one step for ever."""
-        latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
-        if latest[1] > most_calls:
-            latest[1] = np.inf
+        nonlocal latest, calls
+        latest, calls = (t, 0) if t > latest else (latest, calls + 1)
+        if calls > most_calls:
+            group.is_stuck = True
             raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
         group.kernel.forces(t, np.array(q), np.array(q_t), group.memory, group.offsets, group.numbers, out)
         return out

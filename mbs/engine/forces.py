@@ -17,11 +17,12 @@ from .placed import EngineBody
 
 @dataclass
 class StopContact(Striking):
-    """Contact of a guide's block with a stop.
+    """Contact of a guide's block with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
 
     The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
-    `mass` [kg] is a lower bound of the point's effective mass, without joined bodies. `columns` are indices of the coordinates
-    in the engine's vector. `is_touching` and `last_force` [N] are of the last accepted step.
+    `mass` [kg] is the effective mass that the point would have if its body had no joints: a lower bound, from which the duration
+    of impacts is estimated. `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N]
+    are of the last accepted step.
     """
 
     face: float = 0.0
@@ -41,7 +42,7 @@ class StopContact(Striking):
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
 
     def step(self, q: Array, q_t: Array) -> float:
-        """Update the state after an accepted step; return the contact force [N]."""
+        """Update the contact and its speed at onset after an accepted step; return the contact force [N]."""
         depth, rate = self.state(q, q_t)
         self.is_touching = self.accept(depth, rate)
         self.last_force = self.force(depth, rate) if self.is_touching else 0.0
@@ -97,6 +98,7 @@ class FreeContact(StopContact):
     def travel(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
         """Compute u . (p - o) with u = R(phi) line, its rate, and its gradient by the coordinates.
 
+        A node has the coordinates x, y, theta. That of a cable has x, y and slopes; its arm is zero, so that q[2] has no effect.
         Below, (bx, by) is the arm to p; (px, py) and (wx, wy) become position and velocity of p relative to o.
         """
         ax, ay = self.first.arm
@@ -124,7 +126,7 @@ class FreeContact(StopContact):
         """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
         depth, rate, normal = self.depth(q, q_t)
         force = self.force(depth, rate)
-        if not (force and self.stop.friction_at):
+        if not (force and self.stop.friction_at):  # no contact, or no friction
             return [-force * n for n in normal]
         _, speed, tangential = self.travel(q, q_t, (-self.along[1], self.along[0]))
         friction = float(self.stop.friction.coefficient(speed)) * force

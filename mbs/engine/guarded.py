@@ -1,6 +1,6 @@
 """Guards of users' functions: an exception, or a value that is no finite number, ends the run with a message.
 
-The engine replaces exceptions of callbacks by its own; therefore they are stored here, in `scene.stopped`.
+The engine replaces exceptions of callbacks by its own. Therefore the first one is stored in `scene.stopped`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,19 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
     """Return a callback (system, time, ...) that calls a function and stores its first exception; see `describe_failure`."""
 
     def call(system: System, t: float, *arguments: float) -> object:
-        """Call the function, and store its exception."""
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:
-            if scene.stopped is None:
-                scene.stopped = describe_failure(t, what, error, out_of_range)
+            scene.stopped = scene.stopped or describe_failure(t, what, error, out_of_range)
             raise
 
     return call
 
 
 def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
-    """Return a function (t, *arguments) that calls a function of the arguments, with t [s] for messages; see `watch`.
+    """Wrap a user's function of some arguments as (t, *arguments), where the time t [s] is for messages alone; see `watch`.
 
-    The value of the function must be `size` finite numbers. A constant is returned as it is.
+    The value of the user's function must be `size` finite numbers. A constant is wrapped as a function that returns it.
     """
     if not callable(function):
         return lambda _t, *_: function
@@ -46,7 +44,6 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     watched = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
-        """Call the function, and check its value."""
         value = watched(None, t, *arguments)
         try:
             numbers = (value,) if size == 1 else tuple(value)
@@ -54,7 +51,8 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
                 return float(value) if size == 1 else [float(number) for number in numbers]
         except (TypeError, ValueError):
             pass
-        scene.stopped = Failure(Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} returned {value!r}")
-        raise ValueError(scene.stopped.message)
+        message = f"at t = {t:.6g} s {what} returned {value!r}"
+        scene.stopped = scene.stopped or Failure(Status.FUNCTION_FAILED, message)
+        raise ValueError(message)
 
     return call

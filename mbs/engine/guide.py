@@ -14,12 +14,15 @@ from ..geometry import Array
 from ..laws import BristleLaw
 from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
+from ..mechanism import Mechanism
 from ..record.record import BlockMotion, Record
 from . import System
 from .guarded import watch
 from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
+TRAVEL = SLIDING
+"""Column of the travel [m] in the memory of a guide, which a joint with clearance uses for the sliding speed."""
 SMALLEST_FACTOR = 0.1
 """Least relaxation factor of Aitken's method in `ReactionFriction.normal`, so that the iteration goes on."""
 LARGEST_FACTOR = 5.0
@@ -43,7 +46,7 @@ class PlacedBlock(EngineBody):
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
         return True
 
-    def weights(self) -> Array:
+    def error_scales(self) -> Array:
         """Return 1: the coordinate is a displacement."""
         return np.ones((1, 1))
 
@@ -61,15 +64,18 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
-    """Pin each block to its link, and add friction."""
+    """Pin each block to its link, and add friction.
+
+    A strut, a force element without coordinates, pushes the block instead: then the block is a body of its own, with mass.
+    """
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
             scene.constrain(name, scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point))
-            scene.reads(name, "reaction", partial(_compute_reaction, scene, name, guide))
+            scene.add_reader(name, "reaction", partial(_compute_reaction, scene, name, guide))
         elif guide.mass == 0:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")
         else:
-            scene.reads(name, "reaction", partial(_compute_reaction_under_strut, guide))
+            scene.add_reader(name, "reaction", partial(_compute_reaction_under_strut, guide))
         if guide.friction is None:
             continue
         if isinstance(guide.friction, GuideFriction):
@@ -78,16 +84,16 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
             _add_reaction_friction(scene, name, guide)
 
 
-def _compute_weight(scene: EngineScene, guide: Guide) -> float:
+def _compute_weight(mechanism: Mechanism, guide: Guide) -> float:
     """Compute the component of the block's weight to the left of the guide's direction [N]."""
-    gx, gy = scene.mechanism.gravity
+    gx, gy = mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
 
 def _compute_reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
     """Return the force of the guide on the block, to the left of the guide [N], (times, 1), from the forces of pin and weight."""
-    force = run.multipliers[:, scene.multipliers(name)]
-    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _compute_weight(scene, guide)
+    force = run.multipliers[:, scene.multiplier_indices(name)]
+    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _compute_weight(scene.mechanism, guide)
 
 
 def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -> Array:
@@ -100,8 +106,7 @@ def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -
     pull = record.point(other)[0] - record.point(guide.point)[0]
     pull *= (tension / np.hypot(*pull.T))[:, None]
     ax, ay = guide.along
-    gx, gy = mechanism.gravity
-    return (ay * pull[:, 0] - ax * pull[:, 1] - guide.mass * (ax * gy - ay * gx))[:, None]
+    return (ay * pull[:, 0] - ax * pull[:, 1] - _compute_weight(mechanism, guide))[:, None]
 
 
 def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
@@ -117,16 +122,16 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 class ReactionFriction:
     """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
-    `memory` (1, 4) has the columns `laws.journal.MEMORY`, with the travel instead of the sliding speed; `has_memory` is true for
+    `memory` (1, 4) has the columns `BRISTLE`, `TRAVEL` and `SINCE` (time [s]) at the last accepted step; `has_memory` is true for
     a law with a bristle. `column` is the index of the block's coordinate, `rows` has those of the pin's two multipliers.
     """
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
-        self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
+        self.memory, self.is_stuck = np.zeros((1, len(MEMORY))), False
         self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
-        self.time, self.reaction, self.relaxed, self.residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # Aitken's
+        self.time, self.reaction, self.relaxed, self.last_residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # of `normal`
 
     def normal(self, t: float, reaction: float) -> float:
         """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
@@ -136,13 +141,14 @@ class ReactionFriction:
         iteration, in which relaxed += factor (reaction - relaxed).
         """
         if t != self.time:
-            self.time, self.reaction, self.relaxed, self.residual = t, reaction, reaction, 0.0
+            self.time, self.reaction, self.relaxed, self.last_residual = t, reaction, reaction, 0.0
         elif reaction != self.reaction:
             residual = reaction - self.relaxed
-            if self.residual not in (0.0, residual):
-                factor = self.factor * self.residual / (self.residual - residual)
+            has_secant = self.last_residual != 0.0 and self.last_residual != residual  # 0.0: the first residual of the step
+            if has_secant:
+                factor = self.factor * self.last_residual / (self.last_residual - residual)
                 self.factor = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, factor))
-            self.reaction, self.residual = reaction, residual
+            self.reaction, self.last_residual = reaction, residual
             self.relaxed += self.factor * residual
         return abs(self.relaxed)
 
@@ -150,15 +156,15 @@ class ReactionFriction:
         """Find the indices of coordinate and multipliers in the assembled system."""
         self.data = system.systemData
         self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])
-        self.rows = self.scene.multipliers(self.name)
-        self.weight = _compute_weight(self.scene, self.guide)
+        self.rows = self.scene.multiplier_indices(self.name)
+        self.weight = _compute_weight(self.scene.mechanism, self.guide)
 
     def bristle(self, t: float, travel: float, speed: float) -> float:
         """Return the deflection of the bristle [m], by the mean speed since the last accepted step.
 
         With the mean speed, a block that returns to its place also returns to the same deflection.
         """
-        _, deflection, last_travel, last_time = self.memory[0]
+        deflection, last_travel, last_time = self.memory[0, [BRISTLE, TRAVEL, SINCE]]
         h = t - last_time
         mean_speed = (travel - last_travel) / h if h > 0 else speed
         return float(self.law.after(deflection, mean_speed, max(h, 0.0)))
@@ -172,7 +178,7 @@ class ReactionFriction:
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update the memory after an accepted step; return a copy."""
         travel, speed = float(q[self.column]), float(q_t[self.column])
-        self.memory[0, [BRISTLE, SLIDING, SINCE]] = self.bristle(t, travel, speed), travel, t
+        self.memory[0, [BRISTLE, TRAVEL, SINCE]] = self.bristle(t, travel, speed), travel, t
         return self.memory.copy()
 
 
@@ -182,9 +188,9 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     friction, g = ReactionFriction(scene, name, guide), len(scene.with_memory)
     scene.with_memory.append(friction)
-    scene.starts_smooth |= not friction.has_memory
+    scene.starts_without_friction |= not friction.has_memory
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     markers = [scene.ground, scene.coordinate(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
-    scene.reads(name, "memory", lambda run, _record: run.memory[g][:, 0])
+    scene.add_reader(name, "memory", lambda run, _record: run.memory[g][:, 0])

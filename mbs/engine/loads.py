@@ -57,7 +57,6 @@ def _make_moment(
     """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
 
     def moment(_time: float, t: float, *_: float) -> float:
-        """Return the moment about the point [N m]."""
         fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
         x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
@@ -66,7 +65,7 @@ def _make_moment(
 
 
 def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    """Make the callback of a force [N] that turns with the section at the point reference `follows`, if any."""
+    """Make the callback of a force [N]; its value is that in the pose at t = 0 if it turns with the section at `follows`."""
     value = guard(scene, name, load.value, 2)  # called as value(time for messages, argument of the user's function)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
@@ -74,7 +73,7 @@ def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None)
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
-        angle = scene.angle(*place(follows))
+        angle = scene.angle(*place(follows))  # since t = 0
         c, s = cos(angle), sin(angle)
         return [c * fx - s * fy, s * fx + c * fy, 0.0]
 
@@ -90,6 +89,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
             fx, fy = (length * component for component in load.force)
             c, s = (cos(angle), sin(angle)) if load.turns else (1.0, 0.0)
             marker = scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node))
+            # in the axes of the node, from those of the ground at t = 0
             vector = [c * fx + s * fy, -s * fx + c * fy, 0.0]
             scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=vector, bodyFixed=load.turns))
             if load.moment:
@@ -114,7 +114,7 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
     """
 
     def spring_torque(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
-        """Return the torque with the engine's sign, positive against the rotation [N m]."""
+        # the engine's sign is positive against the rotation
         return -float(torque(t, t, angle, speed))
 
     markers = [scene.ground, marker]
@@ -128,7 +128,6 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         voltage = guard(scene, name, load.voltage)
 
         def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
-            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
@@ -150,7 +149,6 @@ def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSprin
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
-        """Return the force [N] or torque [N m] of the law."""
         return law(t, value, rate)
 
     return {"springForceUserFunction": force}
@@ -206,14 +204,15 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     With the explicit integrator, which has no constraints, a huge inertia keeps the speed of the driven link constant.
     """
     for name, drive in drives.items():
-        if scene.source.is_loose:
+        has_no_constraints = scene.source.is_loose
+        if has_no_constraints:
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
-            scene.reads(name, "effort", partial(_compute_effort, drive))
+            scene.add_reader(name, "effort", partial(_compute_effort, drive))
         else:
             is_block = drive.target in scene.mechanism.points
             coordinate = scene.coordinate(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
             scene.constraints[name] = _add_drive(scene, drive, coordinate)
-            scene.reads(name, "effort", scene.multiplier(name))
+            scene.add_reader(name, "effort", scene.make_force_reader(name))
 
 
 def _compute_effort(drive: Drive, _run: History, record: Record) -> Array:

@@ -51,7 +51,7 @@ class PlacedModal(EngineBody):
         modal = self.system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
-    def weights(self) -> Array:
+    def error_scales(self) -> Array:
         """Return the largest displacement of the link per unit of each coordinate [m], shape (1, 3 + m)."""
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]

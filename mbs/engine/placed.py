@@ -54,27 +54,27 @@ class EngineBody:
         """Return the motion for the record."""
         raise NotImplementedError
 
-    def weights(self) -> Array:
-        """Return the displacement of the link by a unit of each coordinate [m], to weight errors of steps; shape as `columns`."""
+    def error_scales(self) -> Array:
+        """Return the displacement of the link by a unit of each coordinate [m], shape as `columns`: errors of steps are in m."""
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; return False if the body includes them already."""
+        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; rigid links have it already: False."""
         if inertia:
             node, size = self.contact_node(point)[0], 3
         else:
             node, size, _ = self.place_node(point)
-        attached = np.diag([mass, mass, inertia, 0.0][:size])  # a block has 1 coordinate, a beam 3, a cable 4
+        attached = np.diag([mass, mass, inertia, 0.0][:size])  # of (x, y, theta), or of a cable's (x, y, dx/ds, dy/ds)
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
         return True
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node that moves with a point, its number of coordinates (x, y first), and its position at t = 0 [m]."""
+        """Return the node that moves with a point, the number of its coordinates (x, y first), and its position at t = 0 [m]."""
         node, place = self.contact_node(point)
         return node, 3, place
 
     def mobility(self, _point: str, _along: Pair) -> float:
-        """Return the inverse of the effective mass [1/kg] of a point along a unit vector, without joined bodies."""
+        """Return the inverse of the effective mass [1/kg] of a point along a unit vector, as if the body had no joints."""
         raise NotImplementedError
 
     def contact_node(self, point: str) -> tuple[int, Array]:
@@ -97,12 +97,14 @@ class History:
 
 
 class WithMemory(Protocol):
-    """Protocol of forces that depend on the last accepted step, if `has_memory`, by the `memory`; see `History`."""
+    """Protocol of forces that may depend on values of the last accepted step, the `memory`; see `History`.
+
+    If `has_memory` is false they do not, and the memory is not updated. `is_stuck` is true if the engine repeats a step for ever.
+    """
 
     memory: Array
     has_memory: bool
-    latest: Array
-    """Latest time of all calls [s], and number of calls since it grew, infinite if so many that the run must end."""
+    is_stuck: bool
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""

@@ -56,7 +56,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
     scene = build(mechanism)
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
     settings, data = _make_static_settings(scene), scene.system.systemData
-    unit, row, loads = body.section.bending_stiffness / length**2, int(scene.multipliers("drive")[0]), np.empty(len(u))
+    unit, row, loads = body.section.bending_stiffness / length**2, int(scene.multiplier_indices("drive")[0]), np.empty(len(u))
     for k, guess in enumerate(_compute_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length
         data.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite, nan
+from math import nan
 from time import perf_counter
 
 import numpy as np
@@ -37,16 +37,16 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack the values as arrays; if the scene `starts_smooth`, the multipliers of the first step replace those at t = 0."""
+        """Stack the values as arrays; multipliers at t = 0 that lack friction are replaced by those of the first step."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
-        if scene.starts_smooth and count > 1:
+        if scene.starts_without_friction and count > 1:
             forces[0] = forces[1]
         stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))
-        memory = [next(stacked) if group.has_memory else np.tile(group.memory, (count, 1, 1)) for group in scene.with_memory]
+        memory = [next(stacked) if force.has_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         time = np.array(self.time)
         for part in memory:
-            part[:, :, SINCE] = time[:, None]
+            part[:, :, SINCE] = time[:, None]  # memory after the step of this row, also where it is constant
         return History(time, EngineStates(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
 
 
@@ -58,7 +58,7 @@ class Recorder:
     ) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = list(scene.stops.values())
-        self.groups: list[WithMemory] = [group for group in scene.with_memory if group.has_memory]
+        self.with_memory: list[WithMemory] = [force for force in scene.with_memory if force.has_memory]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()
         self.deadline = perf_counter() + timeout if timeout else None
@@ -78,7 +78,7 @@ class Recorder:
             return False
 
     def _accept(self, t: float) -> None:
-        """Record a step; read multipliers, stops and memories only if there are any: that costs a step of rigid links."""
+        """Record a step; read multipliers, stops and memories only if there are any, as that takes as long as a small step."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)
@@ -89,8 +89,8 @@ class Recorder:
             record.multipliers.append(data.GetAECoordinates())
         if self.stops:
             record.contact.append([self._contact(stop, q, q_t, t) for stop in self.stops])
-        if self.groups:
-            record.memory.append([group.accept(q, q_t, t) for group in self.groups])
+        if self.with_memory:
+            record.memory.append([force.accept(q, q_t, t) for force in self.with_memory])
         if self.progress is not None:
             self.progress(t / self.duration)
         self.next_step(q, q_t)
@@ -118,6 +118,6 @@ class Recorder:
             self.failure = Failure(Status.TOO_MANY_STEPS, f"more than max_steps = {most} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = Failure(Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
-        elif not isfinite(self.record.q[-1][-1]):
+        elif not np.isfinite(self.record.q[-1]).all():
             self.failure = Failure(Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
         return self.failure is None

@@ -20,7 +20,8 @@ class PlacedRigid(EngineBody):
     """A rigid link in the engine.
 
     `mass` [kg], `inertia` [kg m^2] and the centre of mass are recorded without added masses. `arms` lead from this centre to all
-    points at t = 0 [m], `to_centre` leads from the node to this centre [m]. `half_length` is in m.
+    points of the mechanism at t = 0 [m], as a point of another body may touch this link. `to_centre` leads from the node to this
+    centre [m]. `half_length` is in m.
     """
 
     mass: float
@@ -42,7 +43,7 @@ class PlacedRigid(EngineBody):
             q_t = np.column_stack([q_t[:, :2] + spin * rotate_left(arm), q_t[:, 2]])
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
-    def weights(self) -> Array:
+    def error_scales(self) -> Array:
         """Return 1 for x and y, and half the length of the link for the angle."""
         return np.array([[1.0, 1.0, self.half_length]])
 
@@ -51,7 +52,7 @@ class PlacedRigid(EngineBody):
         return False
 
     def mobility(self, point: str, along: Pair) -> float:
-        """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia."""
+        """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia, without added masses."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 

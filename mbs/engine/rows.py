@@ -28,32 +28,34 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
         rows = list(element.rows(scene.mechanism))
         if any(row.bodies & scene.strut_links for row in rows):
             continue
-        items = _add(scene, rows)
-        scene.constraints |= {f"{name}: {k}" if k else name: item for k, item in enumerate(items)}
+        constraints = {f"{name}: {k}" if k else name: item for k, item in enumerate(_add(scene, rows))}
+        scene.constraints |= constraints
         for channel in element.reactions(np.zeros((0, len(rows)))) or ():
-            scene.reads(name, channel, _make_reader(scene, items, element, channel))
+            scene.add_reader(name, channel, _make_reader(scene, list(constraints), element, channel))
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
-    """Add rows as native constraints, one for a pin and one for each turn, if possible, else as one item; return item numbers."""
+    """Add rows as native constraints, one for a pin and one for each turn, if possible, else as one item; return item numbers.
+
+    A measure is first end less second; the constraint of the engine is second marker less first. Hence the order of markers.
+    """
     pin = find_pin(rows)
     if pin is None:
         return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` returned a pin: the rows after its two are turns
-        ((_, turn),) = row.terms
+        ((_one, turn),) = row.terms  # the coefficient is 1
         markers = [scene.turning(*end) for end in (turn.second, turn.first)]
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
 
 
-def _make_reader(scene: EngineScene, items: list[int], element: Element, channel: str) -> Reader:
-    """Make the reader of a channel from the multipliers of the engine's constraints."""
+def _make_reader(scene: EngineScene, constraints: list[str], element: Element, channel: str) -> Reader:
+    """Make the reader of a channel from the multipliers of an element's constraints."""
 
     def read(run: History, _record: Record) -> Array:
-        """Return a channel over the run."""
-        columns = np.concatenate([scene.system.systemData.GetObjectLTGAE(item) for item in items])
+        columns = np.concatenate([scene.multiplier_indices(name) for name in constraints])
         return (element.reactions(-run.multipliers[:, columns]) or {})[channel]
 
     return read
@@ -62,7 +64,8 @@ def _make_reader(scene: EngineScene, items: list[int], element: Element, channel
 class RowConstraint:
     """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
 
-    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to nodes; `forms` has residual and Jacobian.
+    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to nodes. `forms.system` computes residuals
+    (rows,) and their Jacobian (rows, 3 nodes) from x, y and angle since t = 0 of each node.
     """
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
@@ -76,7 +79,7 @@ class RowConstraint:
                         node, position = scene.placed[end.body].contact_node(end.point)
                         self.nodes[node], self.at[end] = position, node
         self.order = list(self.nodes)
-        self.forms = Forms(rows, len(self.order), Ends(self._number, self._arm, self._place))
+        self.forms = Forms(rows, bodies=len(self.order), ends=Ends(number=self._number, arm=self._arm, place=self._place))
         self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
 
     def _number(self, end: Place) -> int:
@@ -94,13 +97,14 @@ class RowConstraint:
         """Add the constraint: native if linear in the coordinates, else with callbacks."""
         system, forms = self.scene.system, self.forms
         reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
-        angle = reference * (0.0, 0.0, 1.0)  # forms count angles from t = 0
-        element = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
+        angle = reference * (0.0, 0.0, 1.0)  # angles at t = 0, which the engine includes and forms do not
+        # an object without mass collects the coordinates of all nodes for one marker; the other marker of the constraint has none
+        collector = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
         ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
-        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=element))]
+        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=collector))]
         if self.is_linear:
             _, matrix = forms.system(reference - angle)
-            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
+            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}  # of the second marker
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
@@ -109,10 +113,9 @@ class RowConstraint:
             return gradient @ np.asarray(q_t) if on_speeds else residual
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
-            """Return the derivative of the rows by the coordinates."""
             _, gradient = forms.system(np.reshape(q, angle.shape) - angle)
             return gradient
 
         options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        shape = np.zeros((forms.count, reference.size))  # tells the engine the number of equations
+        shape = np.zeros((forms.count, reference.size))  # beside user functions, the engine reads the number of equations from it
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))

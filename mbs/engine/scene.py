@@ -34,10 +34,10 @@ class EngineScene:
 
     `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) and points of blocks to bodies,
     `constraints` maps elements to object numbers. `with_memory` are forces that depend on the last accepted step: joints with
-    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_smooth` is true if the
-    friction of such a guide has no bristle: the engine's multipliers at t = 0 then lack this friction. `notes` are sentences for
-    the result, `start` has the velocities at t = 0, `stopped` is a user function's failure, `readers` are (element, channel,
-    function).
+    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_without_friction` is true
+    if such a guide has no bristle: the engine finds its multipliers at t = 0 without this friction, which needs multipliers. A
+    bristle, unbent at t = 0, lets friction grow from there. `notes` are sentences for the result, `start` has the velocities at
+    t = 0, `stopped` is the first failure of a user's function, `readers` are (element, channel, function).
     """
 
     mechanism: Mechanism
@@ -50,7 +50,7 @@ class EngineScene:
     with_memory: list[WithMemory] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
-    starts_smooth: bool = False
+    starts_without_friction: bool = False
     notes: list[str] = field(default_factory=list)
     stopped: Failure | None = None
     readers: list[tuple[str, str, Reader]] = field(default_factory=list)
@@ -110,16 +110,16 @@ class EngineScene:
         """Pin two position markers to each other."""
         self.constraints[name] = int(self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[first, second])))
 
-    def reads(self, element: str, channel: str, reader: Reader) -> None:
-        """Register the reader of an element's channel."""
+    def add_reader(self, element: str, channel: str, reader: Reader) -> None:
+        """Add the function that computes an element's channel after the run."""
         self.readers.append((element, channel, reader))
 
-    def multiplier(self, name: str) -> Reader:
+    def make_force_reader(self, name: str) -> Reader:
         """Make the reader of the force of a constraint on its second body, which is the multipliers with opposite sign."""
-        return lambda run, _record: -run.multipliers[:, self.multipliers(name)]
+        return lambda run, _record: -run.multipliers[:, self.multiplier_indices(name)]
 
-    def multipliers(self, name: str) -> Array:
-        """Return the indices of a constraint's Lagrange multipliers in the engine's vector."""
+    def multiplier_indices(self, name: str) -> Array:
+        """Return the indices of a constraint's Lagrange multipliers in the engine's vector of all multipliers."""
         return np.array(self.system.systemData.GetObjectLTGAE(self.constraints[name]))
 
     def record(self, run: History) -> Record:

@@ -7,7 +7,6 @@ from time import perf_counter
 from typing import Any
 
 import exudyn as exu
-import numpy as np
 
 from ..kinematics.diagnosis import diagnose_last_pose
 from ..kinematics.exact import sample_times
@@ -27,12 +26,17 @@ UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 SMALLEST_STEP = 1e-15
 """Smallest step of the explicit integrator [s], too small to be reached: there the engine would repeat a step for ever."""
+NEWTON = 1e-10
+"""Tolerance of Newton's residual, relative to the residual at the start of a step."""
+UNFINISHED = 1e-9
+"""Share of the duration by which a finished run may end early: rounding of the sum of its steps."""
 
 
 def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> Failure | None:
     """Integrate with the engine; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
-    if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
+    keeps_jacobian = not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep
+    if isinstance(control, StepControl) and keeps_jacobian:  # then a repeated step must ask for a new one
         scene.system.SetPreStepUserFunction(control.before_step)
     raised: Exception | None = None
     finished = False
@@ -45,10 +49,10 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
         raise control.raised
     last = control.record.time[-1] if control.record.time else 0.0
     diverged = f"no convergence after t = {last:.6g} s"
-    if any(np.isinf(group.latest[1]) for group in scene.with_memory):
+    if any(force.is_stuck for force in scene.with_memory):
         reason = "a step is rejected again and again, however short: look at the contact law"
         return Failure(Status.NEWTON_DIVERGED, f"{diverged}: {reason}")
-    failure = control.failure or scene.stopped
+    failure = control.failure or scene.stopped  # of the run or its stops, or of a user's function
     if failure is not None or finished:
         return failure
     if raised is None or isinstance(raised, exu.SolverError):
@@ -72,10 +76,10 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = integration.adaptiveStep = solver.steps.adaptive
-    integration.initialStepSize = 1e-6  # s; the error control enlarges it
     integration.explicit.computeEndOfStepAccelerations = False  # the last stage is at the end of the step
     integration.absoluteTolerance = UNLIMITED
     if solver.steps.adaptive:
+        integration.initialStepSize = 1e-6  # s; the error control enlarges it
         integration.absoluteTolerance = EXPLICIT_TOLERANCE * position_error(scene.source, solver.steps.tolerance)
     integration.relativeTolerance = 0.0
     integration.minimumStepSize = SMALLEST_STEP
@@ -110,13 +114,7 @@ def _find_reachable_residual(scene: EngineScene) -> float:
     return max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in bodies)])
 
 
-NEWTON = 1e-10
-"""Relative tolerance of Newton's residual: ten times the rounding error of the forces in a step."""
-UNFINISHED = 1e-9
-"""Share of the duration by which a finished run may end early: rounding of the sum of its steps."""
-
-
-def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:
+def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:
     """Assemble a mechanism, integrate it with the engine, and record its motion."""
     scene = build(mechanism)
     steps = solver.steps

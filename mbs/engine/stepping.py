@@ -46,19 +46,20 @@ class StepControl(Recorder):
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
-        self.weights = _collect_weights(scene)
+        self.scales = _collect_error_scales(scene)
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
         stops = [_StopSteps(contact, steps) for contact in self.stops]
         struts = [_StrutSteps(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.controls: list[_StopSteps | _StrutSteps] = [*stops, *struts]
-        self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, Controlled().longest(duration)), np.inf]
+        default_longest = Controlled().longest(duration)  # a refined run has a shorter one, and in proportion more ends of steps
+        self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, default_longest), np.inf]
         self.accelerations: Array | None = None
         self.new_accelerations: Array | None = None
         self.error = self.last_trial = 0.0
 
     def before_step(self, _system: System, _time: float) -> bool:
-        """Request a new Jacobian if a step is repeated with a smaller size; the engine's callback if Jacobians are kept."""
+        """Request a new Jacobian if a step is repeated with a smaller size; registered only if Jacobians are kept over steps."""
         h = self.engine.it.currentStepSize
         if h < self.last_trial:
             self.engine.conv.jacobianUpdateRequested = True
@@ -67,7 +68,7 @@ class StepControl(Recorder):
 
     def after_newton(self, _system: System, _time: float) -> list[float]:
         """Return [error, recommended step] as the engine's callback: [0, -1] accepts the step, a large error rejects it."""
-        self.new_accelerations = self.data.GetODE2Coordinates_tt() * self.weights
+        self.new_accelerations = self.data.GetODE2Coordinates_tt() * self.scales
         h = self.engine.it.currentStepSize
         if self.accelerations is None:
             return [0.0, -1.0]
@@ -85,7 +86,7 @@ class StepControl(Recorder):
         """Set the size of the next step from the error of this one, the contacts ahead and the next kink."""
         h = self.engine.it.currentStepSize
         if self.accelerations is None:  # no error is known at the start
-            self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
+            self.accelerations = self.data.GetODE2Coordinates_tt() * self.scales
             self.engine.it.currentStepSize = max(MIN_STEP, FIRST_STEP * self.max_step)
             return
         self.accelerations = self.new_accelerations
@@ -97,7 +98,7 @@ class StepControl(Recorder):
         if ends_at_kink:
             step = time_to_kink
         is_about_equal = 0.8 * h < step < 1.25 * h  # then the size of the step is kept, and with it the Jacobian
-        if ends_at_kink or not is_about_equal or step > self.max_step:
+        if ends_at_kink or not is_about_equal:
             self.engine.it.currentStepSize = max(MIN_STEP, step)
             self.engine.conv.jacobianUpdateRequested = True
 
@@ -115,6 +116,7 @@ class _StopSteps:
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution
         self.mass, self.shortest = max(contact.mass, LIGHTEST), 0.0
+        # finer runs allow slower impacts, so that the difference of two runs shows what `GRAZE` changes
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
@@ -153,7 +155,10 @@ class _StrutSteps:
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
-        """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration."""
+        """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration.
+
+        The engine calls it after an accepted step, whose elongation is stored.
+        """
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         shortest = self.half_period / self.resolution
@@ -163,7 +168,10 @@ class _StrutSteps:
         return min(step, shortest) if vibrates else step
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Return the change of a straight strut's force in the step over the Euler load; a straight strut is very stiff."""
+        """Return the change of a straight strut's force in the step over the Euler load; a straight strut is very stiff.
+
+        A straight strut's force is proportional to its elongation; at the elongation `kink` < 0 it is the Euler load.
+        """
         before, after = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, after) < self.spring.kink:
             return 0.0
@@ -186,9 +194,9 @@ def _compute_factor(error: float) -> float:
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
-def _collect_weights(scene: EngineScene) -> Array:
-    """Return the weights of all coordinates in the error norm: 1 for positions, half the length [m] for angles of rigid links."""
-    weights = np.zeros(scene.system.systemData.ODE2Size())
+def _collect_error_scales(scene: EngineScene) -> Array:
+    """Return the displacement [m] by a unit of each coordinate: 1 for positions, half the length for angles of rigid links."""
+    scales = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():
-        weights[placed.columns()] = placed.weights()
-    return weights
+        scales[placed.columns()] = placed.error_scales()
+    return scales

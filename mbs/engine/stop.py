@@ -19,10 +19,8 @@ from .scene import EngineScene
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     """Make the contact of a stop: of a guide's block with a fixed face, or of a point of a body with a face of another."""
     mechanism = scene.mechanism
-    distance, side = (
-        stop.distance_to_face(mechanism),
-        stop.side(mechanism),
-    )  # from the point's start along the normal [m], and its sign
+    distance = stop.distance_to_face(mechanism)  # [m], along the normal, from the point's position at t = 0 to the face
+    side = stop.side(mechanism)  # sign of the distance
     if stop.is_in_guide:
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
@@ -33,9 +31,13 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].contact_node(origin)
         second = StopEnd(node, 3, np.array(position))  # coordinates x, y, theta
-        contact_point = stop.point if stop.carrier == stop.on else origin  # a rigid link, or the section `on` = 'link:point'
+        is_link = (
+            stop.carrier == stop.on
+        )  # a rigid link carries the face; else `on` = 'link:point', the section of a flexible link
+        contact_point = stop.point if is_link else origin
         inverse_mass += scene.placed[stop.carrier].mobility(contact_point, normal)
-    reach = stop.at - float(np.dot(normal, second.place))  # along the normal, from the node of `second` to the face
+    # `stop.at` leads along the normal from the origin of the plane to the face, `reach` from the node of `second`
+    reach = stop.at - float(np.dot(normal, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
     return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, along=normal, reach=reach)
 
@@ -48,14 +50,14 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
             _add_free(scene, contact)
         else:
             _add_guided(scene, contact)
-        scene.reads(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])  # type: ignore[misc]
+        # `run.contact` has one column for each of `scene.stops`
+        scene.add_reader(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])  # type: ignore[misc]
 
 
 def _add_guided(scene: EngineScene, contact: StopContact) -> None:
     """Add a stop on the coordinate of its guide's block."""
 
     def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
-        """Return the force along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)

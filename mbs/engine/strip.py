@@ -40,11 +40,11 @@ class PlacedStrip(EngineBody):
         motion = BeamMotion if self.body.has_angles else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
-    def weights(self) -> Array:
+    def error_scales(self) -> Array:
         """Return 1 for x and y, 0 for angles and slopes."""
-        weights = np.zeros_like(self.reference)
-        weights[:, :2] = 1.0
-        return weights
+        scales = np.zeros_like(self.reference)
+        scales[:, :2] = 1.0
+        return scales
 
     def contact_node(self, point: str) -> tuple[int, Array]:
         """Return the node of a beam; for a cable, whose nodes have slopes, a node without mass that turns with the cable."""

@@ -29,7 +29,7 @@ from buckler.mbs.accuracy.demand import STRIKE
 from buckler.mbs.accuracy.refine import CheckedRun
 from buckler.mbs.accuracy.second_opinion import compare_solvers
 from buckler.mbs.accuracy.trajectory import Trajectory
-from buckler.mbs.engine.solve import once
+from buckler.mbs.engine.solve import run_once
 from buckler.mbs.library import slider_crank
 from buckler.mbs.record.errors import Errors, Norm
 from buckler.mbs.solvers import Spectral
@@ -59,7 +59,7 @@ def flipped(monkeypatch, kind, **values):
 
 def test_the_difference_allowed_is_the_sum_of_both_errors():
     """Signal by signal; of one that is not known, 5 %, and of what a run without settings is held to."""
-    runs = [once(PENDULUM, 0.5, Exudyn(), None, None), once(PENDULUM, 0.5, Exudyn(Controlled(1e-3, 0.1)), None, None)]
+    runs = [run_once(PENDULUM, 0.5, Exudyn(), None, None), run_once(PENDULUM, 0.5, Exudyn(Controlled(1e-3, 0.1)), None, None)]
     errors = {(name, norm): 1.0 for name in Trajectory.of(runs[0]).signals for norm in Norm}
     errors |= {("O.ground-rod.fx", Norm.IMPULSE): 1e-7}
     mine, other = (Errors(1.0, {key: share * error for key, error in errors.items()}, until=0.5) for share in (1, 2))
@@ -110,11 +110,11 @@ def test_a_flipped_sign_is_caught(monkeypatch, mechanism, kind, values, accuracy
 def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier, agree):
     """Gravity a few thousandths off moves nothing that is asked for to a tenth; a few hundredths do. Errors are tiny."""
     tiny = Errors(1e-7, until=0.5)
-    made = once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
-    other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
+    made = run_once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
+    other = run_once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
     monkeypatch.setattr(second_opinion, "refine", lambda *_: CheckedRun(other, tiny))
-    assert second_opinion.verify_by_other_solver(result, made, 0.5, once).ok == agree
+    assert second_opinion.verify_by_other_solver(result, made, 0.5, run_once).ok == agree
 
 
 @pytest.mark.parametrize("accuracy", [None, 1e-3])

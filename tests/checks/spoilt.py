@@ -9,7 +9,7 @@ from simulations import LENGTH, STRIP, G, block, pendulum
 
 from buckler import mbs
 from buckler.mbs.checks.suspicions import CHECKS
-from buckler.mbs.engine.solve import once
+from buckler.mbs.engine.solve import run_once
 from buckler.mbs.laws import Hertz, Stiction
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.errors import Errors, Status
@@ -48,7 +48,7 @@ def right(kind):
         "built in": lambda: (held(strip, clamps), 1.0),
     }
     mechanism, duration = made[kind]()
-    run = once(mechanism, duration, mbs.Exudyn(), None, None)
+    run = run_once(mechanism, duration, mbs.Exudyn(), None, None)
     assert run.failure is None
     return run, Result(Status.OK, "", run.record.time, run.values, run.units, run.work)
 
@@ -84,7 +84,7 @@ def bent(way):
     """What ENERGY says of a slider on bristles bent by so much, m, whose energy is missing."""
     push = 2.0
     mechanism = replace(block(0.0, friction=Stiction(0.3, 0.3, 1e-2, 1e3)), gravity=(0.0, -G))
-    run = once(mechanism, 0.1, mbs.Exudyn(), None, None)
+    run = run_once(mechanism, 0.1, mbs.Exudyn(), None, None)
     time = run.record.time
     memory = np.zeros((len(time), 4))
     memory[:, 1] = way

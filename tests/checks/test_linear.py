@@ -7,7 +7,7 @@ import pytest
 from simulations import LENGTH, STRIP, pressed
 
 from buckler.mbs import Beam, Exudyn, Guide, Link, Mechanism, Modal, Revolute, Spectral, Status, simulate
-from buckler.mbs.engine.solve import once
+from buckler.mbs.engine.solve import run_once
 from buckler.mbs.modal import BarModes
 
 pytest.importorskip("numba")
@@ -26,8 +26,8 @@ def sagging(body, pull):
 def test_what_a_bent_link_leaves_out_is_what_a_beam_comes_nearer():
     """At the same deflection, 2.5 % of the length: 1.5e-3 of it."""
     duration = 0.6 * 2 * np.pi / STRIP.first_frequency(LENGTH)
-    linear = once(sagging(BARS, 12.0), duration, Exudyn(), None, None).record.links["s"]
-    beam = once(sagging(Beam(STRIP.damped(0.5, LENGTH), elements=8), 12.0), duration, Exudyn(), None, None).record.links["s"]
+    linear = run_once(sagging(BARS, 12.0), duration, Exudyn(), None, None).record.links["s"]
+    beam = run_once(sagging(Beam(STRIP.damped(0.5, LENGTH), elements=8), 12.0), duration, Exudyn(), None, None).record.links["s"]
     bent = abs(linear.deflection())
     chord = beam.point("B")[0] - beam.point("A")[0]
     line = beam.line(8)

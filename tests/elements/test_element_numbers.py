@@ -13,7 +13,7 @@ from buckler.mbs.elements.element import Place
 from buckler.mbs.elements.rows import Along, Distance, Turn, row
 from buckler.mbs.elements.spring import potential
 from buckler.mbs.elements.strut import StrutLaw
-from buckler.mbs.engine.solve import once
+from buckler.mbs.engine.solve import run_once
 from buckler.mbs.geometry import cross
 from buckler.mbs.laws import KelvinVoigt
 
@@ -80,7 +80,7 @@ def test_a_stop_between_two_links_pushes_both_alike():
         stops=[mbs.Stop("B", at=-0.15, law=KelvinVoigt(1e4, 1.0), along=(0, 1), on="table:D")],
         gravity=(0, -9.81),
     )
-    record = once(made, 0.3, mbs.Exudyn(), None, None).record
+    record = run_once(made, 0.3, mbs.Exudyn(), None, None).record
     pushes = list(made.stops[0].pushes("B", record))
     assert len(pushes) == 2 and np.abs(pushes[0].force).max() > 1.0
     assert sum(push.force for push in pushes) == pytest.approx(0.0, abs=1e-12)
@@ -99,7 +99,7 @@ def test_the_bending_of_a_pressed_strip_grows_as_its_formula_says_however_it_has
         pins,
         gravity=(0.0, -9.81),
     )
-    record = once(made, 0.45, mbs.Exudyn(), None, None).record
+    record = run_once(made, 0.45, mbs.Exudyn(), None, None).record
     assert abs(record.turn("arm:A")[0][-1]) > 1.0
     growth = Growth(record)
     for k, times in ((0, 2.0), (-1, 2.0), (-1, 3.0)):

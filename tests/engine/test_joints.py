@@ -41,7 +41,7 @@ def at_rest(mechanism):
     q, forces = data.GetODE2Coordinates(), data.GetAECoordinates()
 
     def effort(name):
-        return -forces[scene.multipliers(name)]  # rows are those of the first body
+        return -forces[scene.multiplier_indices(name)]  # rows are those of the first body
 
     return scene, q, effort
 

@@ -103,7 +103,7 @@ def test_a_force_in_time_moves_a_free_link():
 
 def test_newton_and_euler_hold_of_every_load():
     """Momentum: at each step m a = sum of forces and I alpha = sum of moments, as the elements tell them from the record."""
-    from buckler.mbs.engine.solve import once
+    from buckler.mbs.engine.solve import run_once
 
     loads = [
         mbs.Force("A", (1.0, -2.0)),
@@ -117,7 +117,7 @@ def test_newton_and_euler_hold_of_every_load():
         mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3),
         mbs.TorsionSpring("crank", "ground", 0.0, law=lambda angle, rate: 2 * math.sin(angle) + 0.05 * rate),
     ]
-    record = once(free(*loads), 1.0, tight(2000), None, None).record
+    record = run_once(free(*loads), 1.0, tight(2000), None, None).record
     motion, mechanism = record.links["crank"], record.mechanism
     centre, _, acceleration = motion.centre()
     force, moment = np.zeros_like(centre), np.zeros_like(record.time)
@@ -133,12 +133,12 @@ def test_newton_and_euler_hold_of_every_load():
 
 def test_power_of_a_load_is_what_its_energies_say():
     """Virtual work: the power on the bodies is minus that stored and taken, plus that given, to rounding."""
-    from buckler.mbs.engine.solve import once
+    from buckler.mbs.engine.solve import run_once
 
     motor = mbs.Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0)
     spring = mbs.Spring("A", "ground:O", 90.0, 2.0, free_length=0.1)
     torsion = mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3)
-    record = once(crank(motor, spring, torsion), 0.5, tight(500), None, None).record
+    record = run_once(crank(motor, spring, torsion), 0.5, tight(500), None, None).record
     stretch, rate, _ = spring.stretch(record)
     twist, spin = torsion.state(record)
     voltage, speed = 12 * np.cos(3 * record.time), record.turn("crank:O")[1]

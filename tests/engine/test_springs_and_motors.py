@@ -127,9 +127,9 @@ def test_springs_between_links_keep_momentum():
             mbs.Spring("A", "D", 0.0, law=lambda e, rate: 80 * e**3 + 0.1 * rate),
         ],
     )
-    from buckler.mbs.engine.solve import once
+    from buckler.mbs.engine.solve import run_once
 
-    record = once(mechanism, 1.0, tight(12000), None, None).record
+    record = run_once(mechanism, 1.0, tight(12000), None, None).record
     linear, angular, size = 0.0, 0.0, 0.0
     for motion in record.links.values():
         place, velocity, _ = motion.centre()
