@@ -1,9 +1,10 @@
 """Error against run time of several works: hand-tuned runs of the engine, runs of the compiled solver, runs by an accuracy.
 
-A work is a mechanism and the numbers that are computed of it. The series are `engine`, bare Exudyn with the best settings found
-by hand (for rattling works, Buckler's items with tolerances set by hand); `once`, one run of the compiled solver (for the buckled
-strip, of the engine's beams); `known`, a run by an accuracy, which reports its error. Processor times, from the description of
-the mechanism to the numbers, are measured in rounds (`kit.statistics`). A second table lists the ingredients of the runs.
+A work is a mechanism and the numbers that are computed from it; its runs form three series. `engine` is Exudyn with the best
+settings found by hand: without Buckler, but for rattling works by Buckler's classes. `once` is a single run of the compiled
+solver; for the buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which reports its error.
+Processor times run from the description of the mechanism to the numbers, and are measured in rounds (`kit.statistics`). A second
+table lists the objects of each mechanism's scene, and what a run of it loads and compiles.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ ORDER = 4
 MOST_UNCERTAIN = 1e-2
 """Largest relative difference of the two references of a work: above it one of the two codes is wrong."""
 SOLVERS = ("Spectral", "Exudyn")
-"""Solvers whose runs are in the table of ingredients."""
+"""Solvers whose runs are in the second table, of `ingredients`."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -63,13 +64,13 @@ class MeasuredWork:
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Compute errors, and the tuned run's time over the time of the fastest run in a series that is as accurate, or nan."""
+        """Compute errors, and how many times faster than the tuned run is the fastest as accurate run of each series, or nan."""
         found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):
                 best = fastest(points, self.tuned_point.error)
                 found[f"{series}_error"] = min(point.error for point in points)
-                found[f"{series}_ratio"] = best.speedup(self.tuned_point) if best else nan
+                found[f"{series}_ratio"] = best.speedup(self.tuned_point) if best else nan  # tuned run's time over that of `best`
         return {name: Metric(value, "1") for name, value in found.items()}
 
     def wrong(self) -> list[str]:
@@ -91,14 +92,16 @@ def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure every work, then find the ingredients of its runs."""
     found = {name: measure(WORKS[name](), p, progress, name) for name in p.works}
-    scenes = [(work, solver) for work in p.works for solver in SOLVERS if p.scenes and found[work].work.motion]
+    motions = [name for name in p.works if p.scenes and found[name].work.motion]  # not the strip, which is a work of statics
+    scenes = [(work, solver) for work in motions for solver in SOLVERS]
     contents = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
     metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
     if "strip" in found:
-        errors = {1 / int(n): point.error for (series, n), point in found["strip"].points.items() if series == ONCE}
-        metrics["strip_order"] = Metric(exponent([*errors], [*errors.values()]), "1", exact=ORDER)
-    points = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
-    signals = {key: np.array([[point.time, point.error] for point in series]) for key, series in points.items() if series}
+        points = found["strip"].points.items()
+        elements, errors = zip(*((int(setting), x.error) for (series, setting), x in points if series == ONCE), strict=True)
+        metrics["strip_order"] = Metric(-exponent(elements, errors), "1", exact=ORDER)
+    series = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
+    signals = {key: np.array([[x.time, x.error] for x in points]) for key, points in series.items() if points}
     tables = [_table(found, footnote(p))]
     if contents:
         title = "What scenes are made of, and what a run of each loads and compiles"

@@ -70,24 +70,25 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
     else:
         summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
+    loaded = sys.modules.keys() - ALWAYS_LOADED
     return Ingredients(
         status=str(result.status),
         objects={kind: count for kind, count in summary.items() if kind not in TOTALS},
         unknowns=summary["coordinates"] + summary["constraints"],
         kernels=_find_kernels(),
-        packages=[package for package in PACKAGES if package in sys.modules],
-        folders=[x for x in FOLDERS if any(name.startswith(f"buckler.mbs.{x}.") for name in sys.modules.keys() - ALWAYS_LOADED)],
+        packages=[package for package in PACKAGES if package in loaded],
+        folders=[folder for folder in FOLDERS if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
     )
 
 
 def _find_kernels() -> list[str]:
-    """Find the functions of Buckler that Numba has compiled and that Python can call."""
+    """Find the functions of Buckler that Numba has compiled, other than those that only compiled functions call."""
     found = set()
     for module in [each for name, each in sys.modules.items() if name.startswith("buckler.mbs.")]:
         for each in vars(module).values():
-            function = getattr(each, "py_func", None)
-            if function is not None and each.signatures and not each.targetoptions.get("no_cpython_wrapper"):
-                found.add(function.__name__)
+            has_compiled = hasattr(each, "py_func") and each.signatures
+            if has_compiled and not each.targetoptions.get("no_cpython_wrapper"):  # without this wrapper Python cannot call it
+                found.add(each.py_func.__name__)
     return sorted(found)
 
 

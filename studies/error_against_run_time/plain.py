@@ -1,7 +1,8 @@
 """Works written directly for the engine, as users of Exudyn write them: hand-tuned runs for comparison with Buckler's run times.
 
-No result of Buckler comes from here. Reduced integration of kind 2 (other kinds lock) and the sparse solver are the best settings
-found for these works. Static runs have default tolerances; motions have a modified Newton method and the tolerances of the work.
+No result of Buckler comes from here. Reduced integration of kind 2 and the sparse solver are the best settings found for these
+works: with other kinds thin elements lock, that is, they are too stiff. Static runs have default tolerances; motions have a
+modified Newton method and the tolerances of the work.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ exu.config.printToConsole = False
 POSITION = exu.OutputVariableType.Position
 """Output that sensors of motions record."""
 OPTIONS: dict[str, Any] = {"useReducedOrderIntegration": 2, "strainIsRelativeToReference": 1.0}
-"""Options of cables: integration that does not lock; a reference configuration without stress."""
+"""Options of cables: integration that does not lock; no stress in the reference configuration, in which nodes are created."""
 STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
 """Options of sensors: records are kept in memory."""
 
@@ -73,7 +74,7 @@ class _System:
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
 
     def strip(self, section: Section, length: float, nodes: list[int], gravity: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Add cables between neighbouring nodes; the reference configuration is free of stress."""
+        """Add cables of equal length between neighbouring nodes."""
         numbers: dict[str, Any] = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
         numbers["bendingDamping"] = section.bending_stiffness * section.material.bending_damping
         numbers |= {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length}
@@ -146,7 +147,11 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
 
 
 def _half_sine_nodes(job: _System, length: float, shortening: float, elements: int) -> list[int]:
-    """Add the nodes of a straight strip, displaced to a half-sine of an end shortening; return their numbers."""
+    """Add the nodes of a straight strip, displaced to a half-sine of an end shortening; return their numbers.
+
+    A half-sine of height h shortens a strip of length L by the share (pi h / (2 L))^2. The coordinates of a node are x, y and the
+    components of its slope vector, (1, 0) in the straight strip.
+    """
     height = 2 / np.pi * np.sqrt(shortening) * length
     nodes = []
     for s in np.linspace(0.0, length, elements + 1):
@@ -197,7 +202,7 @@ def _moving_strip(job: _System, mechanism: Mechanism) -> list[int]:
 
 
 def _add_crank(job: _System, mechanism: Mechanism, pin: int) -> None:
-    """Add a rigid crank about the origin, of prescribed speed, so that its mass is arbitrary."""
+    """Add a rigid crank about the origin; as its speed is prescribed, its mass and inertia have no effect on the coupler."""
     speed = _speed(mechanism)
     node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[0, 0, 0], initialVelocities=[0, 0, speed]))
     body = job.add(eii.ObjectRigidBody2D(mass=0.1, inertia=1e-3, nodeNumber=node))
@@ -212,7 +217,7 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
     guide, (start, _) = mechanism.guide("B"), mechanism.points["B"]
     node = job.system.AddNode(eii.NodePoint2D(referenceCoordinates=[start, 0]))
     job.add(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
-    for each in (node, end):
+    for each in (node, end):  # both stay on the x axis and have the same x: the coupler's end is pinned to the slider
         job.fix(each, 1)
     position = job.mark_coordinate(node, 0)
     job.add(eii.CoordinateConstraint(markerNumbers=[position, job.mark_coordinate(end, 0)]))

@@ -1,7 +1,7 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series: `engine`, written directly for Exudyn by hand; `once`, single runs of the compiled solver (for
-statics, of Buckler's engine); `known`, runs of Buckler by an accuracy.
+The runs of one code are a series: `engine`, written for Exudyn by hand; `once`, single runs of the compiled solver (for the
+buckled strip, of Buckler's statics, which computes on Exudyn); `known`, runs of Buckler by an accuracy.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class Work:
     ----------
     about, measure : texts that describe the job and its error
     runs : runs by series and setting, coarse to fine
-    tuned : setting of the hand-tuned run of the engine, with whose time other times are compared
+    tuned : setting, as in the keys of `runs`, of the hand-tuned run of the engine, with whose time other times are compared
     references : function that computes the reference of each series, of the same shape as its runs
     scale : scale of the root mean square of a difference; by default that of the reference, from its start
-    largest : true if the error is the largest relative one, not a root mean square
+    largest : true for exact references, with the largest relative error in place of a root mean square
     motion : motion that Buckler simulates; None for statics
     """
 
@@ -75,8 +75,9 @@ class Work:
     @property
     def uncertainty(self) -> float:
         """Difference of the references that two codes compute, below which errors are not known; 0 for exact references."""
-        one, other = self.references[ONCE], self.references[ENGINE]
-        return 0.0 if one is other or self.largest else self.difference(one(), other())
+        once, engine = self.references[ONCE], self.references[ENGINE]
+        is_exact = once is engine or self.largest
+        return 0.0 if is_exact else self.difference(once(), engine())
 
 
 def _root_mean_square(x: Array) -> float:

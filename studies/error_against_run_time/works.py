@@ -2,9 +2,10 @@
 
 A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
 problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
-runs of the compiled solver are compared with a fine run of the engine, and vice versa. The difference of the two fine runs is
-part of the result. The settings `hand` are (elements, steps, relative and absolute tolerance of Newton's method), in
-rattling works (elements, tolerance); the settings `once` are (tolerance, degree).
+runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
+the result, as the difference of the two. The settings of the series `engine`, here called `hand`, are (elements, steps, relative
+and absolute tolerance of Newton's method), in rattling works (elements, tolerance). Those of the series `once`, single runs of
+the compiled solver, are (tolerance, degree of the strips or 0 without strips).
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ SIDE = 0.1
 
 
 def _engine() -> ModuleType:
-    """Import the runs written for the engine, which the scenes of other runs must not load."""
+    """Import the runs written for the engine, and so Exudyn, only for a run of theirs: `ingredients` lists what others load."""
     from . import plain
 
     return plain
@@ -80,7 +81,8 @@ def slider_work(
 ) -> Work:  # fmt: skip
     """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears.
 
-    `hand` and `once` are settings of the series `engine` and `once`, `fine` those of the references.
+    `hand` and `once` are settings of the series `engine` and `once`, `fine` those of the references. `tuned` names the setting of
+    the series `engine`, as "elements x steps", with whose time other times are compared.
     """
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
@@ -173,8 +175,8 @@ def rattling(
 ) -> Work:
     """Define the work of a crank-rocker with clearance in all joints: paths of the centres of two bars, over the clearance.
 
-    It runs for 10 ms, because the motion is chaotic after that. The runs of the engine have Buckler's items and laws, with
-    elements and tolerance set by hand.
+    It runs for 10 ms, because the motion is chaotic after that. The series `engine` has Buckler's runs on Exudyn, with elements
+    and tolerance set by hand. Gap, contact law and friction are the published ones.
     """
 
     def body(elements: int | None) -> Body:
@@ -186,7 +188,7 @@ def rattling(
     def build(elements: int | None = None) -> mbs.Mechanism:
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
-            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(0.3, 0.1, 0.1, 1.0))  # published
+            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(static=0.3, dynamic=0.1))
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
@@ -227,4 +229,4 @@ WORKS: Mapping[str, Callable[[], Work]] = {
         [(1e-2, 4), (1e-3, 4), (1e-4, 5)], "4 x 400",
     ),
 }  # fmt: skip
-"""Functions that define the works, by name."""
+"""Functions that define the works, by name; the settings of each are in the order `hand`, `once`, references, `tuned`."""

@@ -56,9 +56,10 @@ FORCES = (SignalKind.REACTION, SignalKind.CONTACT, SignalKind.INTERNAL)
 class Verdict(StrEnum):
     """Verdict on a run by its status and its comparison with a reference.
 
-    RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large. NAMED:
-    the mechanism is refused, or the run fails, runs out of time, or is suspect with too large an error. FALSE_ALARM: it is
-    suspect though its errors are allowed.
+    RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large.
+    NO_REFERENCE: the status is OK, and nothing could be compared. NAMED: the mechanism is refused, the run fails or runs out of
+    time, or it is suspect with too large an error, without a reference, or by `MODEL_CHECKS` alone. FALSE_ALARM: it is suspect
+    by another check, though its errors are allowed.
     """
 
     RIGHT = "right"
@@ -78,7 +79,7 @@ def decide(status: str, message: str, error: float | None) -> Verdict:
         return Verdict.SILENT if status == Status.OK else Verdict.NAMED
     if status == Status.OK:
         return Verdict.RIGHT
-    checks = set(re.findall(r"(?:^|; )([A-Z]+): ", message))
+    checks = set(re.findall(r"(?:^|; )([A-Z]+): ", message))  # a message is "CHECK: text; CHECK: text"
     return Verdict.NAMED if checks and checks <= MODEL_CHECKS else Verdict.FALSE_ALARM
 
 
@@ -98,9 +99,9 @@ KINDS = {"force": AllowedError(0.05), "impulse": AllowedError(0.05), "place": Al
 KINDS["journal"] = AllowedError(0.1, lambda error: float(np.sqrt((error**2).mean(axis=-1)).max()))
 """Allowed errors by the kind of a measure; the name of a measure begins with its kind, as in `force peak of B.contact_force`.
 
-Contact laws give forces to 5 % at best, and impulses as well as if restitution were wrong by 5 %. Places are relative to the
-longest link: 1e-3 is visible in a drawing; in a `path` with impacts a restitution wrong by 5 % has an effect of 5e-3. A `journal`
-is a place relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
+Contact laws give forces and impulses to 5 % at best. A `place` is relative to the longest link, and so is a `path`, the places in
+a motion with impacts: 1e-3 is visible in a drawing; a restitution wrong by 5 % moves a path by 5e-3. A `journal` is a place
+relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
 """
 
 
@@ -115,7 +116,7 @@ def compare(
     errors = {}
     for name, value in right.items():
         kind, ours = KINDS[name.split()[0]], np.asarray(found[name])
-        allowed = kind.allowed * max(scales.get(name) or find_largest(value), 1e-12)
+        allowed = kind.allowed * max(scales.get(name, find_largest(value)), 1e-12)
         error = kind.norm(ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
         errors[name] = float(np.nan_to_num(error / max(allowed, reported.get(name, 0.0) * find_largest(ours)), nan=np.inf))
     worst = max(errors, key=lambda name: errors[name])
@@ -155,9 +156,12 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
     if result.status in ENDED:
         start = perf_counter()
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
-        price, size = spent / (perf_counter() - start), max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
-        scales = {kind: size * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}  # allows accuracy
-        scales["journal"] = min((joint.gap for joint in clearances(draw.mechanism)), default=0.0)
+        price = spent / (perf_counter() - start)
+        longest = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
+        # With an accuracy larger than the allowed error, the scale is so large that an error of accuracy * longest is allowed.
+        scales = {kind: longest * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
+        if joints := clearances(draw.mechanism):
+            scales["journal"] = min(joint.gap for joint in joints)
         if right := find_reference(draw, scales):
             measures = read(draw, result)
             error, worst = compare(measures, right, scales, reported_errors(result, measures))
@@ -171,7 +175,7 @@ def read(draw: Draw, result: Result) -> Measures:
     mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
         late = result.time > 0.999 * result.time[-1]  # a mean, because the strip vibrates
-        inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)  # force of inertia of the mass of 0.1 kg at A
+        inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # force on the guide's mass [N]
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
@@ -227,15 +231,16 @@ def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
     until = len(SAMPLES)
     if clearances(draw.mechanism):
         joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in draw.mechanism.joints]
-        if (other := read_reference(draw._replace(mechanism=replace(draw.mechanism, joints=joints)), 0)) is None:
+        if (changed := read_reference(draw._replace(mechanism=replace(draw.mechanism, joints=joints)), 0)) is None:
             return None
-        has_parted = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
+        # The changed run has the steps of the coarse one: its difference from the fine run is that of steps and clearance.
+        has_parted = np.abs(changed["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
         until = int(np.argmax(has_parted)) if has_parted.any() else until
     return dict(find_agreed(coarse, fine, scales, until)) or None
 
 
 def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
-    """Find the measures in which two reference runs agree; forces only if all of the `until` first samples are predictable."""
+    """Find the measures in which two reference runs agree: motions in the `until` first samples, forces only if these are all."""
     largest_force = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
     for name, value in fine.items():
         is_motion = name in ("place", "path", "journal")
@@ -244,7 +249,7 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
             continue
         part = slice(until) if is_motion else slice(None)
         first, second, kind = coarse[name][..., part], value[..., part], KINDS[name.split()[0]]
-        scale = scales.get(name) or max(find_largest(value), 1e-12)
+        scale = scales.get(name, max(find_largest(value), 1e-12))
         if second.shape[-1] and kind.norm(first - second) / scale <= AGREEMENT * kind.allowed:
             yield name, second
 

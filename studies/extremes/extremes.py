@@ -1,7 +1,8 @@
 """Extreme and random mechanisms: is any wrong run reported as right, or any right run as suspect?
 
 The mechanisms are drawn by `kit.drawn` and from wide ranges. The reference of each run is a closed form, or two runs of the
-compiled solver that agree. A run is silent if its status is OK though its error is too large; no run should be silent.
+compiled solver that agree. A run is silent if its status is OK though its error is too large; no run should be silent. The price
+of a run is its time over that of one run of the compiled solver.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from buckler.mbs import laws
 from buckler.mbs.library import PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 
 from ..kit import drawn
-from ..kit.drawn_linkages import PREDICTABLE, Dice, Run
+from ..kit.drawn_linkages import Dice, Run, predictable_time
 from ..kit.parameters import StudyParameters, choices, integer, quantity
 from ..kit.published import STEEL, STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
@@ -40,16 +41,17 @@ def strike(dice: Dice) -> Run:
     section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
     body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
     speed, law = dice.log(0.1, 60), laws.CarvalhoMartins(dice.log(1e3, 1e8), dice.uniform(0.1, 1.0), exponent=1.0)
-    mass, until = 0.3, 1.12 * pi  # crank angle beyond the dead centre, which the slider passes on the stop
+    mass, last_angle = 0.3, 1.12 * pi  # [kg]; crank angle at the end, past the dead centre at pi, where the slider is on its stop
     friction = mbs.GuideFriction(dice.uniform(0, 0.9) * mass * 9.81)
-    return slider_crank(body, law=law, mass=mass, speed=speed, friction=friction), until / speed
+    return slider_crank(body, law=law, mass=mass, speed=speed, friction=friction), last_angle / speed
 
 
 def pass_dead_centre(dice: Dice) -> Run:
     """Draw a four-bar near a change point: its lengths miss the one at which all bars can lie in one line by 1e-9 to 1e-2 m."""
     paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
     lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
-    return crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=dice.one(0.5, -0.3)), 2 * pi / speed
+    start = dice.one(0.5, -0.3)  # crank angle beyond or before the change point, which is at 0
+    return crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=start), 2 * pi / speed
 
 
 def rattle(dice: Dice) -> Run:
@@ -65,7 +67,7 @@ def rattle(dice: Dice) -> Run:
 
     joints = dice.one("B", "BC", "ABC", "OABC")
     linkage = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
-    return linkage, PREDICTABLE * 10 * pi / max(speed, 10 * pi)  # 10 pi rad/s is 300 r/min
+    return linkage, predictable_time(speed)
 
 
 FAMILIES = {**drawn.FAMILIES, "strike range": strike, "dead centre": pass_dead_centre, "clearance range": rattle}

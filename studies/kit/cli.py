@@ -29,10 +29,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "frequencies": ("find natural frequencies about an equilibrium, with damping and errors", "own.statics:frequencies"),
     "periodic": ("find a periodic motion, its multipliers and whether it is stable", "own.statics:periodic"),
     "response": ("follow a periodic motion over frequency, load or number, past folds and doublings", "own.statics:response"),
-    "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.turning:sensitivity"),
-    "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
-    "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.turning:optimise"),
-    "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.turning:ensemble"),
+    "sensitivity": ("compute derivatives of readings by numbers of a file's mechanism", "own.numbers:sensitivity"),
+    "fit": ("fit numbers of a file's mechanism to measured data", "own.numbers:fit"),
+    "optimise": ("choose numbers of a file's mechanism: least reading, others within bounds", "own.numbers:optimise"),
+    "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.numbers:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
 """Help of each command, and `module:name` of its `Command`; of a function (name, arguments, program) for those in `BY_NAME`."""

@@ -2,6 +2,8 @@
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
 returns a mechanism and the duration of the run [s]. Numbers are in SI units, points are x + i y until `place` makes them pairs.
+Of `Dice`, `uniform` and `log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments, `some` any
+number of them, `chance` a truth value. The ranges of draws are a free choice.
 """
 
 from __future__ import annotations
@@ -86,8 +88,9 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         crank, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        (crank_length, _), (start, _) = crank.points["A"], crank.points["B"]  # at crank angle 0; the dead centre is at pi
-        face = start - 2 * crank_length + dice.log(1e-6, 3e-3)
+        (crank_length, _), (start, _) = crank.points["A"], crank.points["B"]
+        turning_point = start - 2 * crank_length  # least x of the slider, at crank angle pi
+        face = turning_point + dice.log(1e-6, 3e-3)
         return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
     faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
@@ -111,7 +114,7 @@ def _make_column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mec
 def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechanism:
     """Make a column whose end A is pushed in as t^3, at the end of the run by `share` of the length."""
     speed = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
-    return _make_column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", speed)])
+    return _make_column(PAPER.coupler, body, mass=0.1, drives=[mbs.Drive("A", speed)])
 
 
 def _draw_pressed(dice: Dice) -> Run:
@@ -158,9 +161,9 @@ def _draw_cantilever(dice: Dice) -> Run:
 def _draw_landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    clamped = mbs.Link("bar", "O", "A", parts.draw_strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld
-    rigid = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",)), mbs.Revolute
-    link, joint = dice.one(clamped, rigid)
+    strip = mbs.Link("bar", "O", "A", parts.draw_strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6})  # M at 60 % of it
+    bar = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",))
+    link, joint = dice.one((strip, mbs.Weld), (bar, mbs.Revolute))
     return mbs.Mechanism(
         {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [link], [joint("O", "ground", "bar")],
         stops=[mbs.Stop("M", at=-dice.uniform(1e-3, 1e-2), law=parts.draw_law(dice), along=(0.0, 1.0))],
@@ -212,7 +215,7 @@ def _draw_coupled(dice: Dice) -> Run:
 
 SLIDER = ("slider-crank",)
 FAMILIES: dict[str, Generator] = {
-    "axial force": partial(parts.draw_turning, bodies=("strip",)),  # of inertia
+    "axial force": partial(parts.draw_turning, bodies=("strip",)),  # inertia presses the strip along its axis
     "pressed straight": _draw_pressed,
     "near critical": _draw_critical,
     "kinks": partial(parts.draw_turning, bodies=("rigid", "strut", "strip"), motions=("ramp", "table")),
@@ -244,6 +247,10 @@ FAMILIES: dict[str, Generator] = {
     "modal clearance": partial(parts.draw_rattling, bodies=("modal",), joints="OABC"),
     "beam clearance": partial(parts.draw_rattling, bodies=("beam",), joints="OABC"),
 }
-"""Generator of each family. The families `any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws."""
+"""Generator of each family.
+
+The families `any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages
+of `draw_turning` and `draw_rattling` with one kind of body, drive or joint.
+"""
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""

@@ -1,4 +1,7 @@
-"""Random parts, contact laws and linkages for the random mechanisms of `buckler.studies.kit.drawn`; all numbers in SI units."""
+"""Random parts, contact laws and linkages for the random mechanisms of `buckler.studies.kit.drawn`.
+
+All numbers are in SI units; 10 pi rad/s is 300 r/min. The ranges of draws are a free choice.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ from .published import GRAVITY, STRIP_WIDTH
 WEIGHT = (0.0, -GRAVITY)
 """Gravity in the plane, downwards [m/s^2]."""
 PREDICTABLE = 0.01
-"""Longest run of a linkage with clearance at 300 r/min [s], a twentieth of a turn: until then its motion can be predicted."""
+"""Longest run of a linkage with clearance at a speed up to 300 r/min [s]: until then its motion can be predicted."""
 Run = tuple[mbs.Mechanism, float]
 """Random mechanism and the duration of its run [s]."""
 
@@ -51,6 +54,11 @@ class Dice(np.random.Generator):
 
 Generator = Callable[[Dice], Run]
 """Function that draws a mechanism of a family."""
+
+
+def predictable_time(speed: float) -> float:
+    """Return the duration of a run with clearance at a crank speed [rad/s]: above 300 r/min a twentieth of a turn."""
+    return PREDICTABLE * 10 * pi / max(speed, 10 * pi)
 
 
 def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
@@ -141,7 +149,10 @@ def draw_turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), load_share: float = 0.5,
 ) -> Run:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops; inertia loads a strip below `load_share` of its buckling load."""
+    """Draw a slider-crank or four-bar without stops; a strip as coupler carries at most `load_share` of its buckling load.
+
+    This load is the force of the slider's inertia, mass * crank * speed^2.
+    """
     motion, speed = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
@@ -173,7 +184,7 @@ def draw_rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
     rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
     linkage = crank_rocker(rocker, speed=speed, play=play, with_play=joints, angle=dice.uniform(-pi, pi))
     linkage = replace(linkage, gravity=dice.one(WEIGHT, (0.0, 0.0)))
-    return linkage, PREDICTABLE * dice.uniform(0.5, 1.0) * 10 * pi / max(speed, 10 * pi)  # 10 pi rad/s is 300 r/min
+    return linkage, dice.uniform(0.5, 1.0) * predictable_time(speed)
 
 
 def draw_strut(dice: Dice) -> Run:
@@ -184,7 +195,7 @@ def draw_strut(dice: Dice) -> Run:
 
 
 def draw_mixed(dice: Dice) -> Run:
-    """Draw a four-bar with two flexible links, or a linkage with clearance and a flexible link or a stop."""
+    """Draw a four-bar with two flexible links, for half the usual time; or clearance and a flexible link or a stop."""
     kind = dice.integers(3)
     if kind == 0:
         mechanism, duration = draw_turning(dice, ("four-bar",), ("strip",))
@@ -192,8 +203,8 @@ def draw_mixed(dice: Dice) -> Run:
         return replace(mechanism, links=[coupler if link.name == "coupler" else link for link in mechanism.links]), duration / 2
     if kind == 1:
         return draw_rattling(dice, ("strip", "beam"))
-    near, play = PAPER.crank - PAPER.coupler - dice.uniform(5e-4, 3e-3), draw_clearance(dice)  # stop near the slider's start
-    mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=near)
+    start, travel, play = float(PAPER.slider(0.0)), dice.uniform(5e-4, 3e-3), draw_clearance(dice)  # start at negative x
+    mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=start - travel)
     return replace(mechanism, joints=[mechanism.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
 
 

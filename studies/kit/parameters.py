@@ -18,7 +18,7 @@ UNGROUPED = "parameters"
 
 
 class Repeated(Several):
-    """List of values, or a single value; on the command line its option is repeated for each value."""
+    """List of values, or a single value; on the command line its option is repeated for each value if `repeats` is set."""
 
     repeats = True
 
@@ -28,7 +28,7 @@ class Repeated(Several):
 
 
 class _Listed(Repeated):
-    """List of values that a text separates by commas."""
+    """List of values that a text separates by commas, so that its option is given once."""
 
     repeats = False
 
@@ -105,10 +105,13 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Maker of the cases of a sweep over numbers of a file: called like a `Parameters` class, with values by path (`places`)."""
+    """Function that makes the parameters of a case of a sweep over numbers of a file, from their values by path.
+
+    It is called as a `Parameters` class is. `numbers` has the declaration of each number by its path in the file.
+    """
 
     make: Callable[..., StudyParameters]
-    places: Mapping[str, Declaration]
+    numbers: Mapping[str, Declaration]
 
     def __call__(self, **values: object) -> StudyParameters:
         """Make the parameters of one case."""
@@ -117,4 +120,4 @@ class Cases:
 
 def specs(kind: type[StudyParameters] | Cases) -> Mapping[str, Declaration]:
     """Return the declarations of all parameters, by name."""
-    return kind.places if isinstance(kind, Cases) else declarations(kind)
+    return kind.numbers if isinstance(kind, Cases) else declarations(kind)

@@ -56,7 +56,7 @@ def entry(name: str) -> Entry:
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
         if "." in name or Path(name).exists():
-            raise ValueError(f"{name}: no mechanism's file, whose name ends in .toml or .json, and no study's, in .py")
+            raise ValueError(f"{name}: neither a file of a mechanism (.toml, .json) nor of a study (.py)")
         files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]
         likely = f"did you mean {files[0]}?" if files else hint(name, studies)
         raise ValueError(f"unknown study '{name}'; {likely or '`buckler list` names them'}")

@@ -63,7 +63,7 @@ class Metric:
         return self.absolute if self.error is None else abs(self.value) * self.error
 
     def format(self, value: str = ".4g", error: str = ".2g") -> str:
-        """Write value and standard error in these formats, 12.3 ± 0.4; the value alone where no error is known."""
+        """Write value and `error_in_unit` in these formats, 12.3 ± 0.4; the value alone where no error is known."""
         return f"{self.value:{value}}" + ("" if self.error_in_unit is None else f" ± {self.error_in_unit:{error}}")
 
 
@@ -132,9 +132,13 @@ def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Return status and message of a study: the worst status of its runs, given as pairs of name and result, and all messages."""
+    """Return status and message of a study from pairs of name and result of its runs.
+
+    The status is that of the first run that failed, or else SUSPECT if a run is suspect; the message contains those of all runs.
+    """
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
-    status = min((run.status for _, run in wrong), key=lambda status: status == "SUSPECT", default="OK")
+    statuses = [run.status for _, run in wrong]
+    status = next((each for each in statuses if each != "SUSPECT"), "SUSPECT" if statuses else "OK")
     return {"status": str(status), "message": "; ".join([*(f"{name}: {run.message}" for name, run in wrong), *notes])}
 
 
@@ -255,7 +259,11 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 
 
 class Progress:
-    """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`."""
+    """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
+
+    `cases` counts the similar calls of `simulate` after each other, by which a forecast multiplies the time of the first; in a
+    sweep by several processes it is the number of calls over that of processes.
+    """
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
         self.quiet, self.cases = quiet, cases
@@ -272,7 +280,8 @@ class Progress:
 
     def forecast(self, title: str) -> Forecast | bool:
         """Return the display for one `simulate`: a bar, and the expected run time of all `cases` if they are many."""
-        return Forecast(title, self.cases, bar=not self.quiet) if self.cases > 1 or not self.quiet else False
+        is_shown = self.cases > 1 or not self.quiet  # a long sweep is forecast even without a bar
+        return Forecast(title, self.cases, bar=not self.quiet) if is_shown else False
 
 
 QUIET = Progress(quiet=True)

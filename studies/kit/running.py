@@ -103,7 +103,7 @@ EPILOG = (
 
 
 class Study:
-    """Study by its name or file, as `run` and `sweep` use it; its subclass in `own.verbs` makes a study of a mechanism's file."""
+    """Study by its name or file, as `run` and `sweep` use it; its subclass in `own.files` makes a study of a mechanism's file."""
 
     module: ModuleType
 
@@ -126,18 +126,21 @@ class Study:
     def cases(
         self, options: argparse.Namespace, excluded: Collection[str]
     ) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """Return what makes the parameters of a case of a sweep, and the values that all cases share."""
+        """Return the class or function that makes the parameters of one case from values by name, and the values of all cases."""
         names = set(specs(self.module.Parameters)) - set(excluded)
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 
-    def probe(self, parameters: StudyParameters) -> str:
-        """Check parameters against each other where a subclass needs it; return the name of this study in a sweep's store."""
+    def check(self, parameters: StudyParameters) -> None:
+        """Raise an error if no run is possible with these parameters; a study in Python checks them when they are made."""
+
+    def stored_name(self, parameters: StudyParameters) -> str:
+        """Return the name of this study in a sweep's store."""
         return self.title
 
 
 def find_study(name: str) -> Study:
     """Find a study by its name or file, or make one of a mechanism's file."""
-    return import_name("own.verbs:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+    return import_name("own.files:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
 
 
 def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:
@@ -161,7 +164,7 @@ def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaratio
         settings: dict[str, Any] = {"metavar": about.spec.metavar}
         if isinstance(about.spec, Flag):
             settings = {"nargs": "?", "const": True, "metavar": "true"}
-        elif isinstance(about.spec, Repeated) and about.spec.repeats:
+        elif isinstance(about.spec, Repeated) and about.spec.repeats:  # not a list in one text
             settings |= {"action": "append", "metavar": about.spec.item.metavar}
         text = texts[name].replace("%", "%%")
         group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **settings)

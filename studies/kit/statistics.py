@@ -78,7 +78,10 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """Error of a variant, nan if it failed, and its processor time in each round [s]; `front` if no other variant beats it."""
+    """Error of a variant, nan if it failed, and its processor time in each round [s]; `front` if no other variant beats it.
+
+    The error may be of any kind and unit that is the same for all variants.
+    """
 
     error: float
     times: tuple[float, ...]
@@ -108,7 +111,7 @@ def work_precision(
 ) -> dict[Name, WorkPoint]:
     """Measure the processor time of every variant in rounds; a variant does the whole job from its input to its answer.
 
-    `errors` come from first runs that are not timed. `progress` yields the names of the runs to make, and may show a bar.
+    `errors` come from first runs that are not timed. `progress` iterates over the names of the runs to make, and may show a bar.
     """
     whole("repeats", repeats, 1, 10**6)
     if not variants:

@@ -36,7 +36,7 @@ from buckler.mbs.validate import number
 from buckler.mbs.view.report import blank, content, fill_page, with_ledger
 
 from ..kit.cli import add_repeated
-from .verbs import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
+from .files import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
 
 HOST = "127.0.0.1"
 DEFAULT_RANGE = (0.5, 2.0)
@@ -72,8 +72,8 @@ class Explorer:
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
 
     def _check(self, names: Iterable[str]) -> None:
-        if other := sorted(set(names) - set(self.family.values)):
-            raise ValueError(f"{other[0]}: has no slider")
+        if without_slider := sorted(set(names) - set(self.family.values)):
+            raise ValueError(f"{without_slider[0]}: has no slider")
 
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
         """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
@@ -96,10 +96,10 @@ class Explorer:
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI."""
         if name == "move":
-            self.changed.set()  # ends a `judge` that has the lock
+            self.changed.set()  # ends a `judge` that has the lock, so that this `move` need not wait for it
         with self.lock:
             if name == "move":
-                self.changed.clear()
+                self.changed.clear()  # a `judge` after this `move` runs until the next one arrives
             found: dict[str, Any] = ANSWERS[name](self, values)
             return found
 
@@ -212,10 +212,15 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _serve(options: argparse.Namespace, file: FileContent) -> int:
     """Serve the page of a file until Ctrl-C."""
-    free: dict[str, Any] = dict(read_range(file.document, text) if "=" in text else (text, None) for text in options.free)
-    document, usual = (file.document, ()) if free else varied_numbers(file, OMITTED)
+    document, free = file.document, dict[str, Any]()
+    for text in options.free:
+        path, bounds = read_range(document, text) if "=" in text else (text, None)
+        free[path] = bounds
+    if not free:
+        document, paths = varied_numbers(file, OMITTED)
+        free = dict.fromkeys(paths)
     changes = read_changes(file.document, options.changes)
-    explorer = Explorer(options.file, file._replace(document=document), free or dict.fromkeys(usual), changes, options.timeout)
+    explorer = Explorer(options.file, file._replace(document=document), free, changes, options.timeout)
     try:
         made, address = server(explorer, options.port)
     except (OSError, OverflowError) as error:

@@ -29,7 +29,7 @@ from buckler.mbs.validate import number
 
 from ..kit.cli import Command
 from ..kit.report import Table
-from .verbs import FileContent, ask, file_command
+from .files import FileContent, ask, file_command
 
 
 def _read_time(text: str) -> float:
@@ -74,7 +74,7 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
     arguments = {name: getattr(options, name) for name in names if name in options}
-    found, stopped = ask(method, options, file.mechanism, **arguments)
+    found, exit_status = ask(method, options, file.mechanism, **arguments)
     if follows_path and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
@@ -83,17 +83,20 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
     print(found)
     for each in getattr(found, "branches", ()):
         print(f"\n{each}")
-    return stopped or int(found.status != "OK")
+    return exit_status or int(found.status != "OK")
 
 
 def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
     """Read the end of a path, `--to`, in the unit of what changes along it."""
+    is_response = "period" in options
     if options.parameter:
         unit = find_entry(mechanism.to_dict(), options.parameter).unit
-    elif options.load:
+    elif options.load:  # the factor of these loads
         unit = "1"
-    else:
-        unit = "Hz" if "period" in options else "rad or m" if options.drive else "1"
+    elif is_response:  # the frequency of the periodic motion
+        unit = "Hz"
+    else:  # the travel of a drive, or the factor of all loads
+        unit = "rad or m" if options.drive else "1"
     try:
         return float(number("--to", measured(options.to), -inf, inf, unit))
     except ValueError as error:
@@ -109,17 +112,19 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
 
 
 def _csv(found: Any, options: argparse.Namespace) -> list[str]:
-    """Write an answer as lines of CSV: for `--to` one for each equilibrium or, with `--period`, each periodic motion."""
+    """Write an answer as CSV, a line for each equilibrium of a path, each periodic motion of a response, or each number."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
+    link_and_point = _point(options, found.scene.mechanism)
     if "period" in options:
+        positions = found.amplitude(*link_and_point)  # of x and y [m]
         head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
         stability = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
     else:
+        positions = found.point(*link_and_point)
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
         stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
-    positions_or_amplitudes, _, _ = found.heights(*_point(options, found.scene.mechanism))
-    rows = zip(found.parameter.tolist(), positions_or_amplitudes.tolist(), stability, strict=True)
+    rows = zip(found.parameter.tolist(), positions.tolist(), stability, strict=True)
     return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
 
@@ -223,7 +228,7 @@ def compile_solver() -> int:
 
 def _command(kind: str, method: Callable[..., object], *names: str) -> Command:
     """Make the command of a method of statics, which takes the options of these names."""
-    return file_command(partial(_declare, kind), partial(_answer, method, ("degree", *names)), runs=False)
+    return file_command(partial(_declare, kind), partial(_answer, method, ("degree", *names)), has_duration=False)
 
 
 equilibrium = _command("equilibrium", mbs.equilibrium, "load")

@@ -112,7 +112,8 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
     """
     if not given:
         return None
-    suits_closure = all({Closure, Controlled, Equal}.intersection(settings()[key].classes) for key in given if key != "kind")
+    closure_classes = {Closure, Controlled, Equal}  # of the solver and of its steps, which have a part of its settings
+    suits_closure = all(closure_classes.intersection(settings()[key].classes) for key in given if key != "kind")
     name = given.get("kind", "closure" if suits_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
@@ -128,6 +129,7 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
             other = f"{key} is a setting of {' and '.join(setting.solvers)}, not of {name}"
             raise ValueError(f"solver: {other if setting.solvers else f'{key} is for {needs}'}")
         values[owner][setting.field] = value
+    # Each solver has defaults of its own for controlled steps; equal steps have none.
     chosen = Equal(**values[Equal]) if steps is Equal else replace(kind().steps, **values[Controlled])
     return kind(steps=chosen, **values[kind])
 
@@ -137,8 +139,9 @@ class _Target(Repeated):
 
     def read(self, name: str, given: object) -> Any:
         """Return the word, or the names of signals."""
-        found = super().read(name, given)
-        return read_signals(found[0] if len(found) == 1 and found[0] in WORDS else found)
+        texts = super().read(name, given)
+        is_word = len(texts) == 1 and texts[0] in WORDS
+        return read_signals(texts[0] if is_word else texts)
 
 
 @declared
@@ -161,7 +164,7 @@ class Parameters(StudyParameters):
         Repeated(Text()), "a reading, as 'max(B.contact_force)'; default the peaks of all forces", default=(), group=GROUP
     )
     solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
-    changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with their new values", default=())
+    changes: Sequence[tuple[str, Any]] = field(Anything(), "paths in the document with their new values", default=())
     timeout: float | None = field(
         Quantity("s", 0, open_low=True), "longest time of computing; then the best so far is the result, TIMED_OUT",
         default=None, group=GROUP,
@@ -179,8 +182,8 @@ class Parameters(StudyParameters):
     def __getattr__(self, path: str) -> Any:
         """Return the new value of a change by its path, so that a sweep reads it like any parameter."""
         if not path.startswith("_"):
-            for place, value in self.changes:
-                if place == path:
+            for changed_path, value in self.changes:
+                if changed_path == path:
                     return value
         raise AttributeError(path)
 
@@ -246,8 +249,8 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
     for each in measures(result, parameters.measure):
-        relative = None if isnan(each.relative) else each.relative
-        absolute = each.error if relative is None and each.error >= 0 else None  # nan is an unknown error
+        relative = None if isnan(each.relative) else each.relative  # nan is an unknown error
+        absolute = each.error if relative is None and not isnan(each.error) else None
         found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)
     if not result.status.finished:
         return found

@@ -123,7 +123,8 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
     cases = plan(kind, shared, [parse(text, kind) for text in options.vary])
-    stored_as = study.probe(cases.cases[0])
+    study.check(cases.cases[0])
+    stored_as = study.stored_name(cases.cases[0])
     folder = make_folder(Path(options.out) / f"{study.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")

@@ -45,7 +45,7 @@ def test_of_a_file(tmp_path, capsys, right, wrong, message):
             ["run", "m.toml", "--measure", "peak(A.vx)"],
             "write peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
         ),
-        (["run", "m.txt"], "m.txt: no mechanism's file, whose name ends in .toml or .json"),
+        (["run", "m.txt"], "m.txt: neither a file of a mechanism (.toml, .json) nor of a study (.py)"),
         (["run", "n.toml"], "No such file or directory; there are: m.toml"),
         (["sweep", "m.toml", "--vary", "crank.length=1,2"], "crank: not in the file, did you mean 'links.crank'?"),
     ],

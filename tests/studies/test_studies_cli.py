@@ -45,7 +45,7 @@ def dummy(monkeypatch, tmp_path):
         ("cli.main(argv=['list'])", "numpy scipy exudyn matplotlib tqdm tabulate numba meshio"),
         ("cli.main(argv=['--help'])", "numpy scipy exudyn matplotlib tqdm tabulate numba meshio sqlite3"),
         # loading scipy and figures takes longer than a rigid mechanism takes to run
-        ("import buckler.mbs.simulation, buckler.studies.own.verbs",
+        ("import buckler.mbs.simulation, buckler.studies.own.files",
          "scipy.special scipy.integrate scipy.sparse scipy.linalg matplotlib numba"),
     ],
 )  # fmt: skip
@@ -199,7 +199,7 @@ def test_a_package_that_is_missing_is_one_line(dummy, capsys, monkeypatch):
     monkeypatch.setattr(sys.modules["dummy_study"], "run", lacking)
     assert dummy() == 1
     assert capsys.readouterr().err == "dummy: ERROR: ImportError: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
-    monkeypatch.setattr("buckler.studies.own.turning.sensitivities", lacking)
+    monkeypatch.setattr("buckler.studies.own.numbers.sensitivities", lacking)
     assert main(argv=["sensitivity", str(ROOT / "studies/own/examples/pendulum.toml"), "--of", "max(A.y)"]) == 2
     assert capsys.readouterr().err == "error: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
 

@@ -16,7 +16,7 @@ from chromium import browser
 from buckler.mbs import Mechanism
 from buckler.studies.kit.cli import main
 from buckler.studies.own.explore import ANSWERS, Explorer, server
-from buckler.studies.own.verbs import open_file
+from buckler.studies.own.files import open_file
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "studies" / "own" / "examples"
 MASS = "links.lower.body.mass"

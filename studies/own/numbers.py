@@ -1,4 +1,4 @@
-"""Commands `sensitivity`, `fit`, `optimise`, `ensemble`: derivatives by a mechanism's numbers, their fit, choice and scatter."""
+"""Commands that vary numbers of a mechanism: `sensitivity`, `fit` to data, `optimise`, and `ensemble` with random numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ..kit.cli import add_repeated
 from ..kit.report import Table, to_json
 from ..kit.running import make_folder
 from ..kit.style import house_style, subplots
-from .verbs import VARIED_HELP, FileContent, ask, file_command, read_quantities, read_range, varied_numbers
+from .files import VARIED_HELP, FileContent, ask, file_command, read_quantities, read_range, varied_numbers
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +52,7 @@ def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
-    found, stopped = ask(sensitivities, options, document, file.duration, by=by, of=readings)
+    found, exit_status = ask(sensitivities, options, document, file.duration, by=by, of=readings)
     if options.json:
         rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
         print(to_json(rows), end="")
@@ -61,7 +61,7 @@ def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
         for reading in readings if found.spreads else ():
             parts = ", ".join(f"{path} {value:.3g}" for path, value in found.contributions(reading).items())
             print(f"{reading}: standard deviation {found.spread(reading):.4g}, of which {parts}")
-    return stopped or int(any(isnan(row.value) or row.note.startswith("timeout") for row in found.rows))
+    return exit_status or int(any(isnan(row.value) or row.note.startswith("timeout") for row in found.rows))
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
@@ -82,7 +82,9 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
-    about = "a column that separates the experiments, and sets the number of this path if it is one"
+    about = (
+        "a column whose values separate the experiments; if it is named by the path of a number, they are values of this number"
+    )
     add_repeated(parser, "--setting", "COLUMN", about)
     parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
@@ -98,7 +100,7 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     free = dict(read_range(file.document, text) for text in options.free)
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
-    found, stopped = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
+    found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
     numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     found.plot().savefig(figure := out / "fit.png")
@@ -106,7 +108,7 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
         print(to_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}), end="")
     else:
         print(f"{found}\ndata beside the fit: {figure}\nmechanism with these numbers: {mechanism}")
-    return stopped or int(not found.complete)
+    return exit_status or int(not found.complete)
 
 
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
@@ -127,7 +129,7 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
     if not options.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
-    found, stopped = ask(
+    found, exit_status = ask(
         find_optimum, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
         starts=options.starts, budget=options.budget,
     )  # fmt: skip
@@ -137,11 +139,11 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
         print(to_json(asdict(found)), end="")
     else:
         print(found, f"mechanism with these numbers: {path}", sep="\n")
-    return stopped or int(not found.possible)
+    return exit_status or int(not found.possible)
 
 
 sensitivity = file_command(_declare_sensitivity, _sensitivity)
-fit = file_command(_declare_fit, _fit, runs=False)
+fit = file_command(_declare_fit, _fit, has_duration=False)
 optimise = file_command(_declare_optimise, _optimise)
 
 

@@ -1,7 +1,7 @@
-"""Files of mechanisms on the command line: their documents and tables [run], `run FILE` and `sweep FILE`, common options.
+"""Files of mechanisms on the command line: `File`, for `run FILE` and `sweep FILE`, and `file_command`, for other commands.
 
 A document is the content of a file as nested tables and lists. A path such as `links.coupler.body.section.thickness` names an
-entry of it; a change gives an entry another value.
+entry of it; a change gives an entry another value. The table [run] of a file has options of a run. It is no part of the document.
 """
 
 from __future__ import annotations
@@ -108,10 +108,11 @@ class Typed(Anything):
 
 
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
-    """Declare the entry at a path of a document: a number with its unit, or a word; a ValueError for an unknown path."""
+    """Declare the entry at a path of a document: a count, a number with its unit, or a word; a ValueError for an unknown path."""
     about, now, unit = find_entry(document, path)
     doc = about.doc if about else path
-    if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
+    is_count = about and isinstance(now, int) and Whole().fits(now) and not about.unit
+    if about and is_count:
         return Declaration(about.spec, doc, bounds={}, required=True, default=None)
     is_number = Quantity(unit).fits(now) or (about and unit and now is None)  # None: an optional number that the file omits
     return Declaration(Quantity(unit) if is_number else Typed(), doc, bounds={}, required=True, default=None)
@@ -126,7 +127,7 @@ class File(Study):
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`."""
+        """Declare the options of the run and of the solver, and `--set`; none of them has to be excluded."""
         texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
@@ -138,54 +139,63 @@ class File(Study):
         with name_errors(self.path):
             base, changes = self._settings(options)
             parameters = Parameters(**base, changes=tuple(changes.items()), report=True)
-            self.probe(parameters)
+            self.check(parameters)
         return parameters
 
     def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
         """Make the cases of a sweep over the paths of `--vary`; the second item, shared values, is empty as `Cases` has them."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            document, places = change(json.loads(base["document"]), changes), {}
+            document, numbers = change(json.loads(base["document"]), changes), {}
             for name in (text.partition("=")[0].strip() for text in options.vary):
                 try:
-                    places[name] = declare_path(document, name)
+                    numbers[name] = declare_path(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
-        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), places), {}
+        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), numbers), {}
 
-    def probe(self, parameters: Any) -> str:
-        """Run a microsecond: a wrong start or unknown signal raises an error; return name and hash of the document."""
+    def check(self, parameters: Any) -> None:
+        """Run a microsecond; raise an error for a wrong start or an unknown signal."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
             for name in target_signals(parameters) if result.signals else ():
                 _ = result[name]
             for text in parameters.measure if result.signals else ():
                 check(text, result.signals)
+
+    def stored_name(self, parameters: Any) -> str:
+        """Return name and hash of the document."""
         return f"{self.title} {digest(parameters.document)}"
 
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
 
-        An accuracy on the command line replaces the file's solver; settings of the solver the file's accuracy and target `of`.
+        An accuracy on the command line replaces the file's solver. A setting of the solver there replaces the file's accuracy and
+        its target `of`; another kind of solver there replaces all settings of the file's solver.
         """
         document, run = read_file(self.path)
         Mechanism.from_dict(document)
         changes = read_changes(document, options.changes)
-        settings = {name: value for name in solver_options() if (value := getattr(options, name)) is not None}
+        settings = _read_options(options, solver_options())
         if options.accuracy is not None:
             run.pop("solver", None)
         if settings:
             run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
-        settings = {name: solver_options()[name].spec.read(f"--{name.replace('_', '-')}", x) for name, x in settings.items()}
-        solver, kind = dict(run.pop("solver", ())), settings.pop("solver", None)
-        if kind is not None:
-            solver = {} if kind != solver.get("kind", kind) else solver  # settings of another kind are dropped
+        solver = dict(run.pop("solver", ()))
+        if (kind := settings.pop("solver", None)) is not None:
+            if solver.get("kind", kind) != kind:
+                solver = {}
             solver["kind"] = kind
         solver |= settings
-        others = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
-        run |= {name: OPTIONS[name].spec.read(f"--{name}", value) for name, value in others.items()}
+        run |= _read_options(options, OPTIONS)
         text = json.dumps(document, ensure_ascii=False)
         return {**run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
+
+
+def _read_options(options: argparse.Namespace, declared: Mapping[str, Declaration]) -> dict[str, Any]:
+    """Read the values of those declared options that are given."""
+    given = {name: value for name in declared if (value := getattr(options, name)) is not None}
+    return {name: declared[name].spec.read(f"--{name.replace('_', '-')}", value) for name, value in given.items()}
 
 
 class FileContent(NamedTuple):
@@ -215,14 +225,14 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
 def file_command(
     declare: Callable[[argparse.ArgumentParser], object],
     answer: Callable[[argparse.Namespace, FileContent], int],
-    runs: bool = True,
+    has_duration: bool = True,
 ) -> Command:
-    """Make a command on a file: options --set, --timeout, --duration if it `runs`, and its own; exit status 1 if a run fails."""
+    """Make a command on a file: its own options, --set, --timeout and, if wanted, --duration; exit status 1 if a run fails."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
         add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
-        if runs:
+        if has_duration:
             parser.add_argument("--duration", metavar="s", help="duration [s]; default that of the file, or 1 s")
         parser.add_argument("--timeout", metavar="s", help="longest time of computing [s]; a search then shows its best so far")
         declare(parser)
@@ -233,7 +243,9 @@ def file_command(
         try:
             return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
         except TimeUpError as error:
-            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)  # error: timeout = ...
+            print(
+                f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr
+            )  # error is "timeout = ..."
             return 1
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
