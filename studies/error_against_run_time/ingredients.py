@@ -72,13 +72,11 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
     loaded = sys.modules.keys() - ALWAYS_LOADED
     return Ingredients(
-        status=str(result.status),
-        objects={kind: count for kind, count in summary.items() if kind not in TOTALS},
-        unknowns=summary["coordinates"] + summary["constraints"],
-        kernels=_find_kernels(),
+        status=str(result.status), objects={kind: count for kind, count in summary.items() if kind not in TOTALS},
+        unknowns=summary["coordinates"] + summary["constraints"], kernels=_find_kernels(),
         packages=[package for package in PACKAGES if package in loaded],
         folders=[folder for folder in FOLDERS if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
-    )
+    )  # fmt: skip
 
 
 def _find_kernels() -> list[str]:

@@ -105,12 +105,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     }
     silent = [f"{f.name}: {f.worst} {f.error:.2g} times what is allowed, silent" for f in found if f.verdict is Verdict.SILENT]
     return StudyResult(
-        parameters=p,
-        **status_of(silent, f"{len(found)} cases, none of them silently wrong"),
-        metrics=metrics,
+        parameters=p, **status_of(silent, f"{len(found)} cases, none of them silently wrong"), metrics=metrics,
         signals={name: np.array([getattr(f, name) for f in found]) for name in Finding._fields},
         tables=[count_families(found), list_exceptions(found)],
-    )
+    )  # fmt: skip
 
 
 def count_families(found: Sequence[Finding]) -> Table:

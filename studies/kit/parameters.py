@@ -93,12 +93,12 @@ class Gravity(StudyParameters):
     gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "angle of gravity to the frame O-C, or slider's line", "left open")
 
     @property
-    def pull(self) -> tuple[float, float]:
+    def gravity_vector(self) -> tuple[float, float]:
         """Gravity as a vector [m/s^2]."""
         return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle)) if self.gravity else (0.0, 0.0)
 
     @property
-    def down(self) -> str:
+    def gravity_text(self) -> str:
         """Size and direction of gravity, as text."""
         return f"{self.gravity:g} m/s² at {degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
 

@@ -224,16 +224,11 @@ def summarise(parameters: Parameters, result: Result) -> StudyResult:
     metrics = _metrics(parameters, result)
     empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
-        parameters=parameters,
-        status=str(result.status),
-        message=result.message,
-        metrics=metrics,
-        signals={"time": result.time, **result.signals},
-        work=result.work,
-        units=result.units,
+        parameters=parameters, status=str(result.status), message=result.message, metrics=metrics,
+        signals={"time": result.time, **result.signals}, work=result.work, units=result.units,
         pages=_page(parameters, result) if parameters.report else {},
         notes=[*result.provenance.get("notes", ()), *(f"{name}: has no value in this run" for name in empty)],
-    )
+    )  # fmt: skip
 
 
 def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:

@@ -1,6 +1,7 @@
 """Assumptions that the crank-rocker paper, of unknown authors, leaves open: gravity, pins, friction speeds, modes, damping.
 
-The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame. The study `buffering` varies all assumptions.
+The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame. Each assumption is a parameter of the studies;
+the study `buffering` varies all of them.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ class JointAssumptions(Gravity):
         """Return the assumptions as a sentence for a table."""
         pins = ", ".join(f"{j} on {BODIES[j][1 if j in self.reversed_joints else 0]}" for j in JOINTS)
         low, high = self.thresholds
-        return f"Left open by the paper: gravity {self.down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
+        return f"Left open by the paper: gravity {self.gravity_text}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
 
 
 @dataclass(frozen=True)

@@ -100,9 +100,10 @@ def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
 
 
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
-    """Make a modal rocker without damping, with modes of one of the `KINDS`, for Craig-Bampton all of them.
+    """Make a modal rocker without damping, with modes of one of the `assumptions.KINDS`.
 
-    The factor multiplies all frequencies, and its square Young's modulus.
+    Modes of the free bar, by Timoshenko's theory with shear or by Euler-Bernoulli's without, have the numbers `bending` and
+    `axial`. Those of Craig-Bampton are all that `CraigBampton` has by default. `factor` multiplies all frequencies.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
@@ -115,7 +116,8 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
     """Return the rocker with damping ratios by one of the `DAMPINGS`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
-    modes = CraigBampton(tuple(model.numbers.tolist())) if isinstance(rocker.modes, CraigBampton) else rocker.modes
+    is_craig_bampton = isinstance(rocker.modes, CraigBampton)  # it then needs the numbers of the planar modes, one for each ratio
+    modes = CraigBampton(tuple(model.numbers.tolist())) if is_craig_bampton else rocker.modes
     return replace(rocker, modes=modes, damping=ratios)
 
 
@@ -149,7 +151,8 @@ class PlayParameters(JointAssumptions):
     @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
-        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
+        factor = self.friction_thresholds  # of `JointAssumptions`
+        return factor * self.stiction_speed, factor * self.friction_speed
 
     def bars(
         self, *, gap: float | None = None, speed: float | None = None, rocker: Body | None = None, joints: str = JOINTS,
@@ -170,7 +173,7 @@ class PlayParameters(JointAssumptions):
             rocker or Rigid(bar), speed=self.speed if speed is None else speed, play=play,
             with_play=joints if clearance else "", section=bar, angle=angle,
         )  # fmt: skip
-        return replace(mechanism, gravity=self.pull)
+        return replace(mechanism, gravity=self.gravity_vector)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
-Each option lists the values that an assumption may have, or the two ends of its range. A sample draws a value of each assumption
-by a scrambled Sobol' sequence, from ranges uniformly in the logarithm. A cell is a pair of a unit of c_max (the largest contact
+The paper, of unknown authors, is that on the crank-rocker (`claims`). Each option lists the values that an assumption may have,
+or the two ends of its range. A sample draws a value of each assumption by a scrambled Sobol' sequence, from ranges uniformly in
+the logarithm. A cell is a pair of a unit of c_max (the largest contact
 damping) and a gravity. Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
@@ -10,7 +11,7 @@ beyond that. The share of samples in which the claim holds has Wilson's confiden
 ratio has a 95 % interval wholly below 1 - `margin`, the upper end all whose interval reaches below. A claim holds if the share's
 interval is above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of
 the table is wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with
-the last. The authors of the paper are unknown.
+the last.
 
 Sources: E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
 I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
@@ -31,7 +32,7 @@ from buckler.mbs import Modal
 from buckler.mbs.geometry import Array
 
 from ..kit.parameters import choices, counts, integer, quantities
-from ..kit.published import DAMPING_UNITS, GRAVITY
+from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, GRAVITY
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
@@ -123,8 +124,8 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
     turns = run_turns(p, mechanisms, READINGS, batch, ideal_motion(cases[0].speed))
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
     for i, (soft, rigid) in enumerate(zip(turns[: len(cases)], turns[len(cases) :], strict=True)):
-        for k, reading in enumerate(READINGS if not soft.notes + rigid.notes else ()):
-            quotient = ratio(soft.means[reading], rigid.means[reading])
+        for k, claim in enumerate(CLAIMS if not soft.notes + rigid.notes else ()):
+            quotient = ratio(soft.means[claim.reading], rigid.means[claim.reading])
             found[:, i, k] = quotient.value, quotient.error, quotient.half_width(ONE_END)
     return found
 
@@ -182,7 +183,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
-        signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},
+        signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},  # reach: half width of the interval
         work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
@@ -227,8 +228,12 @@ def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
         flips = metrics.get(f"c_max[{unit}].{claim.name}.flips")
         rows.append(row if flips is None else [*row, f"{flips.value:.2f}"])
     heads = [f"{head}, {g:g} m/s²" for g in p.gravity for head in ("flexible/rigid", "share of samples", "verdict")]
-    notes = "flexible/rigid: median over samples ± sampling ± model. share: of the samples that buffer, with its interval."
-    return Table(["claim", *heads, *(["flips"] if len(p.gravity) > 1 else [])], rows, f"c_max = 253 {unit}", notes)
+    notes = (
+        "flexible/rigid: median over samples ± sampling ± model. share of samples in which the claim holds, with its interval."
+    )
+    return Table(
+        ["claim", *heads, *(["flips"] if len(p.gravity) > 1 else [])], rows, f"c_max = {CONTACT_DAMPING:g} {unit}", notes
+    )
 
 
 def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:

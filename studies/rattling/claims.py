@@ -47,7 +47,8 @@ FAMILIES = {
     "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }
 """Text, reading and unit of each family of claims. `ideal` is the motion of the link with rigid bars and ideal joints: a velocity
-fluctuates by its rms difference from the ideal one, and is the smoother the smaller that difference of the accelerations is."""
+fluctuates by its rms difference from the ideal one, and is the smoother the smaller that difference of the accelerations is. An
+acceleration is the smoother the smaller its total variation is, the sum of the sizes of its changes in a turn."""
 PLACES = {
     "coupler": ("coupler", {"place": "coupler", "link": "coupler"}),
     "rocker": ("rocker, centre of mass", {"place": "rocker", "link": "rocker"}),
@@ -70,7 +71,8 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
     """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by their names in readings.
 
-    They are periodic cubic splines over the time since the crank's angle was 0, with a relative error of 1e-6.
+    They are periodic cubic splines over the time since the crank's angle was 0, with a relative error of 1e-6. The linkage is
+    solved in two steps between neighbouring samples.
     """
     mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
     result = simulate(mechanism, times[-1], solver=Closure(Equal(2 * (SAMPLES - 1))))

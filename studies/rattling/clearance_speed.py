@@ -84,13 +84,13 @@ class SpeedPoint(NamedTuple):
 
 
 def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> list[SpeedPoint]:
-    """Compute points of the grid that have the same crank speed, by an ensemble of each mechanism."""
+    """Compute points of the grid that have the same crank speed, by an ensemble of each mechanism; `batch` selects the starts."""
     return [SpeedPoint.of(each) for each in run_turns(p, mechanisms, (*READINGS, IMPACTS), batch)]
 
 
 def ideal(p: Parameters, speed: float) -> Array:
-    """Compute the `MEASURES` of a turn with ideal joints and a rigid rocker."""
-    mechanism = p.bars(gap=0.0, speed=speed, rocker=None)
+    """Compute the `MEASURES` of a turn with ideal joints and a rigid rocker, even where that of the study is modal."""
+    mechanism = p.bars(gap=0.0, speed=speed, rocker=None)  # None: rigid
     turn = period(mechanism)
     result = simulate(mechanism, turn)
     return read_windows((IDEAL_FORCE, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
@@ -102,7 +102,7 @@ def sections(p: Parameters, clearances: Array) -> Array:
     turn = period(mechanisms[0])
     with ThreadPoolExecutor(p.workers) as pool:
         found = run_ensemble(
-            mechanisms, (p.settle + p.sections) * turn, 1, of=[SECTION], skip=0, each=turn,
+            mechanisms, (p.settle + p.sections) * turn, members=1, of=[SECTION], skip=0, each=turn,  # a reading each turn
             solver=solver(mechanisms[0], p.tolerance), seed=p.seed, executor=pool,
         )  # fmt: skip
     return np.asarray(found.values[:, p.settle :, 0])  # (clearances, turns, readings): of the only reading
@@ -167,7 +167,7 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
         rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *numbers, f"{x.depth:.3f}", f"{x.impacts:.0f}", names])
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
-    title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
+    title = f"Means over turns, largest contact damping {p.damping:g} {p.damping_unit}; c: radial clearance"
     statistics = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seed {p.seed}"
     return Table(headers, rows, title, f"{statistics}; impacts: in B.\n{p.describe()}.")
 

@@ -41,8 +41,8 @@ FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
 NOTES = """\
 ideal: rigid bars in ideal joints. Motions are of centres of mass, from `settle` on; rms_vx_error: rms difference from ideal.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of per cent
-where joints rattle (damping_unit N.s/m). With N.s/mm peaks are repeatable, but last microseconds only: the run gives them some
-per cent too small, less with a smaller `tolerance`."""
+where joints rattle (damping_unit N.s/m). With N.s/mm peaks are repeatable. They are as short as microseconds, so that a run gives
+them some per cent too small, less with a smaller `tolerance`."""
 """Notes below the table."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints with clearance by their number, `clearance_joints`: first those whose forces the paper shows, B and C."""
@@ -69,7 +69,7 @@ class Parameters(PlayParameters, Assumptions):
     settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "seed of the offset of the crank at the start, 1e-9 rad N(0, 1)", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
-    tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
+    tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over a tenth of the clearance", "numerics")
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
@@ -182,17 +182,15 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics[f"{v.name}.{name}"] = mean(metric.unit, [each[v.name][name].value for each in found])
     bands = {name: band for members in zip(*runs, strict=True) for name, band in _bands(members).items()}
     return StudyResult(
-        parameters=p,
-        **worst([(v.name, v.result) for run in runs for v in run]),
-        metrics=metrics,
+        parameters=p, **worst([(v.name, v.result) for run in runs for v in run]), metrics=metrics,
         signals={name: values for v in first for name, values in samples(v).items()} | bands,
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
-    )
+    )  # fmt: skip
 
 
 def _bands(members: Sequence[Variant]) -> dict[str, Array]:
-    """Compute, from three members on, the range of their middle two thirds at `BAND` times, a row an end, of drawn signals."""
+    """Compute the ends of the middle two thirds of the members for each drawn signal, (2, BAND); nothing below three members."""
     if len(members) < 3 or (name := members[0].name) == "ideal":
         return {}
     arrays = [samples(v) for v in members]
@@ -223,8 +221,8 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
 
 def _ratio(flexible: Metric, rigid: Metric) -> str:
     ratio = flexible.value / rigid.value
-    error = np.hypot(flexible.error or 0.0, rigid.error or 0.0)
-    return f"{ratio:.3g}" + (f" ± {ratio * error:.2g}" if error else "")
+    relative_error = np.hypot(flexible.error or 0.0, rigid.error or 0.0)  # errors of metrics are relative
+    return f"{ratio:.3g}" + (f" ± {ratio * relative_error:.2g}" if relative_error else "")
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:

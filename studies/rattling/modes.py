@@ -1,8 +1,9 @@
 """Influence of the rocker's modes: sets of modes of a solid rocker, compared with the rigid rocker and the largest set.
 
 The paper on the crank-rocker, of unknown authors, gives the rocker "modes four, five and six". `bars.SETS` has the four ways of
-counting them. The crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max (the largest
-contact damping) and a side of the bars in the plane.
+counting them: among all modes of the free body, its flexible modes, those in the plane, or those of bending in the plane. The
+crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max (the largest contact damping) and a
+side of the bars in the plane.
 """
 
 from __future__ import annotations
@@ -75,8 +76,13 @@ class Parameters(Assumptions, TestedRuns):
         """Cases by their names in metrics.json."""
         return {f"c_max[{unit}].h{1e3 * h:g}mm": (unit, h) for unit, h in product(self.damping_unit, self.in_plane_depth)}
 
+    def damped_rocker(self, depth: float, modes: str) -> Modal | None:
+        """Make the rocker with a set of modes and the damping ratios of `modal_damping`; None, the rigid rocker, for no mode."""
+        rocker = solid_rocker(depth, modes, self.rocker_damping)
+        return None if rocker is None else set_damping(rocker, self.modal_damping, self.rocker_damping)
+
     def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
-        """Make the crank-rocker of a case."""
+        """Make the crank-rocker of a case, by default with the rigid rocker."""
         values = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
         return FourBarParameters(**values).bars(rocker=rocker)
 
@@ -86,20 +92,16 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _frequencies(depth).items()}
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        rockers = [solid_rocker(depth, modes, p.rocker_damping) for modes in p.mode_sets]
-        damped = [rocker and set_damping(rocker, p.modal_damping, p.rocker_damping) for rocker in rockers]
-        mechanisms = [p.bars(unit, depth, rocker) for rocker in damped]
+        mechanisms = [p.bars(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
         turns = dict(zip(p.mode_sets, run_turns(p, mechanisms, READINGS, batch, ideal_motion(SPEED)), strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
         for modes, each in turns.items():
             metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[BEST])
     return StudyResult(
-        parameters=p,
-        **status_of(wrong),
-        metrics=metrics,
+        parameters=p, **status_of(wrong), metrics=metrics,
         work={"turns": len(p.cases) * len(p.mode_sets) * p.members * (p.settle + p.cycles)},
         tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases), _summary(metrics, p)],
-    )
+    )  # fmt: skip
 
 
 def _frequencies(depth: float) -> dict[str, Metric]:
@@ -117,7 +119,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
     found: dict[str, Metric] = {}
     level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
     for claim in CLAIMS:
-        mean, itself = turns.means[claim.reading], Ratio(1.0, error=0.0, freedom=1.0)
+        mean, itself = turns.means[claim.reading], Ratio(1.0, error=0.0, freedom=1.0)  # without error any freedom will do
         rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
         found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
@@ -146,10 +148,11 @@ def _modes_table(depth: float) -> Table:
         in_plane, in_free_body = planar if is_planar else None, number + 6  # after six rigid modes
         rows.append([number, in_free_body, in_plane, kind, f"{hertz:.0f}", f"{share:.3f}", exact])
     heads = ["flexible", "free body", "in the plane", "kind", "Hz", "share of its energy", "beam theory, Hz"]
-    thick, slender = (beam_frequencies(depth, shear)[BENDING][3:6] / 1e3 for shear in (True, False))
+    fourth_to_sixth = slice(3, 6)
+    timoshenko, slender = (beam_frequencies(depth, shear)[BENDING][fourth_to_sixth] / 1e3 for shear in (True, False))  # [kHz]
     notes = "Bending 4 to 6: {:.0f} {:.0f} {:.0f} kHz; {:.0f} {:.0f} {:.0f} kHz without shear and rotary inertia."
     title = f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, and their numbers"
-    return Table(heads, rows, title, notes.format(*thick, *slender))
+    return Table(heads, rows, title, notes.format(*timoshenko, *slender))
 
 
 def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:

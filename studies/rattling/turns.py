@@ -26,9 +26,9 @@ from .assumptions import BODIES, JOINTS
 LOOSE = 1e-6
 """Tolerance from which on implicit steps may be chosen: stability, not accuracy, limits explicit ones at stiff damping."""
 START_OFFSET = 1e-9
-"""Standard deviation of the crank's angle at the start of a run on the engine [rad]: far below all errors."""
+"""Standard deviation of the crank's angle at the start of a run of the study `crank-rocker` [rad]: far below all errors."""
 STEPS_A_TURN = 720
-"""Smallest number of steps of the engine in a turn of the crank: half a degree a step."""
+"""Smallest number of steps in a turn of the crank in the study `crank-rocker`: half a degree a step."""
 FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
 """Reading of the largest force [N] in the joint at the point `place`."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
@@ -76,13 +76,14 @@ def run_turns(
             mechanisms, (p.settle + p.cycles) * turn, p.members, of=all_readings, curves=curves, skip=p.settle, each=turn,
             solver=solver(mechanisms[0], p.tolerance), seed=10_000 * p.seed + batch, executor=pool, progress=False,
         )  # fmt: skip
-    cells = {reading: found.cells(reading) for reading in readings}
+    statistics = {reading: found.cells(reading) for reading in readings}  # of each reading a list over the mechanisms
     turns = []
     for k, mechanism in enumerate(mechanisms):
-        means = {reading: Mean(each[k].mean, each[k].error, each[k].members) for reading, each in cells.items()}
-        failed = [reason for cell, reason in zip(found.members.cells, found.said, strict=True) if cell == k and reason]
-        deepest = max((found.of(depth, k).max(initial=0.0) for depth in DEPTHS), default=0.0)
-        depth = np.nan if failed else deepest / max(joint.gap for joint in clearances(mechanism))
+        means = {reading: Mean(each[k].mean, each[k].error, each[k].members) for reading, each in statistics.items()}
+        reasons = [reason for index, reason in zip(found.members.cells, found.said, strict=True) if index == k]  # "": not failed
+        failed = [reason for reason in reasons if reason]
+        deepest = max(found.of(depth, k).max(initial=0.0) for depth in DEPTHS)
+        depth = np.nan if failed else deepest / clearances(mechanism)[0].gap  # all joints have the same gap
         notes = [f"FAILED: {len(failed)} of {p.members} runs, one by {failed[0]}"] if failed else []
         notes += [f"PENETRATION: a pin {depth:.2g} clearances deep in its bush: no law holds there"] if depth > 1 else []
         turns.append(Turns(means, float(depth), tuple(notes)))
@@ -104,7 +105,7 @@ def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
 
 
 def draw_offset(seed: int) -> float:
-    """Draw the offset of the crank's angle at the start of a run on the engine [rad]."""
+    """Draw the offset of the crank's angle at the start of a run of the study `crank-rocker` [rad]."""
     return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
 
 

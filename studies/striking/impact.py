@@ -1,7 +1,7 @@
 """Striking slider-crank: parameters of its studies, the run of a model, and the numbers that are read from a turn of the crank.
 
 A contact is a time interval in which the stop feels a force. The first contact is the impact; later ones are rebounds. The slider
-rests if the last contact that begins before the dead centre at 180 degrees, on the inward stroke, lasts beyond the dead centre.
+rests if its contact lasts from before the dead centre, at 180 degrees, beyond it, and is the last that begins before 210 degrees.
 The paper is B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
@@ -26,10 +26,11 @@ from ..kit.published import GRAVITY, STRIP_WIDTH
 from ..kit.report import Metric, Table, relative
 
 MODELS = ("stitched", "strut", "beam")
-"""Models of the slider-crank: the published closed form, and simulations with a massless or a geometrically exact strip."""
+"""Models of the slider-crank: `stitched`, the published closed forms of three modes of motion, joined one after another; and
+simulations with a massless or a geometrically exact strip."""
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
-"""Crank angle before which contacts count as those of the inward stroke [rad]."""
+"""Crank angle before which the onset of a contact counts: a slider that bounces until this angle does not rest [rad]."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
 """Crank angles between which the contact force of a resting slider has its maximum [rad]."""
 SLOWED = 1.2
@@ -52,7 +53,7 @@ class StrikeAssumptions(Gravity):
         slope of torque over speed, constant^2/resistance, matters: the torque constant is 1 N m/A.
         """
         if self.gravity:
-            mechanism = replace(mechanism, gravity=self.pull)
+            mechanism = replace(mechanism, gravity=self.gravity_vector)
         if not self.motor:
             return mechanism
         speed: Any = mechanism.drives[0].speed
@@ -67,7 +68,7 @@ class StrikeAssumptions(Gravity):
     def describe(self) -> str:
         """State gravity and motor in one sentence."""
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
-        return f"Left open by the paper: gravity {self.down}; crank: {drive}"
+        return f"Left open by the paper: gravity {self.gravity_text}; crank: {drive}"
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class ModelRun:
     time, angle, force, speed, shortening, push : time [s]; crank angle [rad]; force on the stop [N]; slider speed towards the
         stop [m/s]; end shortening of the strip over its length; compression of the strip [N]
     overload : indicator of buckling, above 1 where the strip is buckled before the slider meets the stop: compression of the
-        rigid coupler over the Euler load (stitched), or shortening over 1e-3 (strut, beam)
+        rigid coupler over the Euler load (stitched), or shortening over `impact_models.BUCKLED_FROM` (strut, beam)
     energy_balance : largest error of the energy ledger over the throughput
     work : wall_s, the run time [s]; steps
     """
@@ -165,7 +166,7 @@ class TurnReading(NamedTuple):
     contact_time, settling_time : times from the first contact to the end of the last, and to the onset of rest [s]
     impact_speed, rebound_ratio : speed of the slider at first contact [m/s]; speed after the impact over that
     impact_peak, impact_impulse, impact_time : largest force [N], impulse [N s] and duration [s] of the first impact
-    impact_push : largest compression of the strip until the first impact ends [N]
+    impact_push : largest compression of the strip in the first impact [N]
     rebounds : number of contacts after the first on the inward stroke
     force_180, contact_max : force at the dead centre [N]; largest force around it if the slider rests [N]
     shortening, early_shortening : largest end shortening, and its change before first contact, over the length
@@ -212,27 +213,22 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     contacts, shortening = positive_ranges(inner), run.shortening[part]  # a contact: its first sample, the first one after it
     before = slice(contacts[0, 0] + 1 if len(contacts) else None)
     found = TurnReading(
-        force_180=float(np.interp(pi, angle, force, right=nan)),
-        shortening=float(shortening.max()),
-        early_shortening=float(np.ptp(shortening[before])),
-        buckles_before_stop=bool((run.overload[part][before] > 1).any()),
-    )
+        force_180=float(np.interp(pi, angle, force, right=nan)), shortening=float(shortening.max()),
+        early_shortening=float(np.ptp(shortening[before])), buckles_before_stop=bool((run.overload[part][before] > 1).any()),
+    )  # fmt: skip
     if not len(contacts):
         return found
     (start, free), released = contacts[0], contacts[-1, 1] - 1
     with_ends = slice(start - 1, free + 1)  # the impact and the adjacent samples, whose force is 0
+    is_rebound = angle[free - 1] < pi  # later, the crank pulls the slider off the stop
     return found._replace(
-        contact_angle=float(angle[start]),
-        release_angle=float(angle[released]),
-        contact_time=float(time[released] - time[start]),
-        impact_speed=float(speed[start - 1]),
-        rebound_ratio=-float(speed[free] / speed[start - 1]) if angle[free - 1] < pi else nan,
-        impact_peak=float(force[with_ends].max()),
-        impact_impulse=float(np.trapezoid(force[with_ends], time[with_ends])),
-        impact_time=float(time[free - 1] - time[start]),
-        impact_push=float(run.push[part][start:free].max()),
+        contact_angle=float(angle[start]), release_angle=float(angle[released]),
+        contact_time=float(time[released] - time[start]), impact_speed=float(speed[start - 1]),
+        rebound_ratio=-float(speed[free] / speed[start - 1]) if is_rebound else nan,
+        impact_peak=float(force[with_ends].max()), impact_impulse=float(np.trapezoid(force[with_ends], time[with_ends])),
+        impact_time=float(time[free - 1] - time[start]), impact_push=float(run.push[part][start:free].max()),
         **_rest(time, angle, force, contacts),
-    )
+    )  # fmt: skip
 
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:

@@ -10,7 +10,7 @@ contact over its radius of gyration. The second is the rise of compression, in E
 K' is the stiffness of stop and strip in series, v the slider's speed, w1 the strip's first frequency, phi the angle of the
 strip's chord to the slider's line. In the regime "late buckling" a straight strip reaches a compression that grows as sqrt(s). In
 "plateau" the strip has time to buckle and pushes with P_E. In "sagging" it is bowed and acts as a soft spring. In "swing" it has
-buckled before contact, swings, and the slider may never reach the stop.
+buckled before contact and swings, so that the slider may never reach the stop; runs without an impact are of this regime.
 
 In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
 mu. It has no axial inertia; tau is the time constant of its damping. At a distance z from A its deflection from the chord AB is
@@ -74,7 +74,7 @@ R = PAPER.crank
 """Length of the crank [m]."""
 L = PAPER.coupler
 """Length of the coupler [m]."""
-K = N * np.pi / L
+WAVE_NUMBERS = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
 
@@ -124,7 +124,7 @@ class SineStrip:
     @cached_property
     def bending(self) -> Array:
         """Bending stiffness E I k^4 of the modes [N/m^2]."""
-        return np.asarray(self.case.section.bending_stiffness * K**4)
+        return np.asarray(self.case.section.bending_stiffness * WAVE_NUMBERS**4)
 
     @cached_property
     def impact_speed(self) -> float:
@@ -138,8 +138,8 @@ class SineStrip:
         Deflections grow by a'' = s w1^3 t a, 1e4-fold in w1 t = 6 s^(-1/3) rad; 3 rad are half a vibration more.
         """
         p = self.case
-        rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s for a rigid strip
-        on_stop, buckling = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness), 3 + 6 / np.cbrt(rate)
+        rigid_rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s, K' that of the stop
+        on_stop, buckling = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness), 3 + 6 / np.cbrt(rigid_rate)
         return float(min(AFTER / p.speed, on_stop + buckling / self.frequency))
 
     def peak(self) -> float:
@@ -164,7 +164,7 @@ class SineStrip:
         load = (p.friction_force - p.mass * acceleration) / cosine
         q = self._transverse(angle, R * np.cos(angle) - cosine * L, acceleration)
         least = 0.1 * self.bending[0]  # a bound near the Euler load, where the strip swings and an equilibrium says nothing
-        return (self.bending * self.stress_free + q) / np.maximum(self.bending - load * K**2, least), load
+        return (self.bending * self.stress_free + q) / np.maximum(self.bending - load * WAVE_NUMBERS**2, least), load
 
     def _start(self, angle: float) -> Array:
         """Return the initial state: the slider moves as on a rigid coupler, the modes are in equilibrium."""
@@ -182,8 +182,8 @@ class SineStrip:
         pin = R * np.array([np.cos(angle), np.sin(angle)])
         chord = np.array([x, 0.0]) - pin
         normal = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
-        pull = normal @ self.case.pull  # gravity normal to the chord [m/s^2]
-        first, last = -(self.case.speed**2) * (normal @ pin) - pull, normal[0] * acceleration - pull  # at A and at B
+        gravity = normal @ self.case.gravity_vector  # normal to the chord [m/s^2]
+        first, last = -(self.case.speed**2) * (normal @ pin) - gravity, normal[0] * acceleration - gravity  # at A and at B
         return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
     def _forces(self, t: float, y: Array) -> tuple[float, float, float]:
@@ -202,9 +202,12 @@ class SineStrip:
         friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
         acceleration = (force - load * cosine - friction) / self.case.mass
         a, speed = np.split(y[2:], 2)
-        bend = self.bending * (a - self.stress_free + 2 * self.case.damping / self.frequency * speed)
+        time_constant = 2 * self.case.damping / self.frequency  # tau of equation (2)
+        bend = self.bending * (a - self.stress_free + time_constant * speed)
         q = self._transverse(self.case.speed * t, y[0], acceleration)
-        return np.concatenate([[y[1], acceleration], speed, (load * K**2 * a - bend + q) / self.case.section.mass_per_length])
+        return np.concatenate(
+            [[y[1], acceleration], speed, (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length]
+        )
 
 
 class MapPoint(NamedTuple):
@@ -233,7 +236,7 @@ class MapPoint(NamedTuple):
 
     @classmethod
     def of(cls, case: Case, row: Any) -> MapPoint:
-        """Read the simulation from a row of the sweep, and compute the theory."""
+        """Read the simulation from a row of the sweep, by names of `impact.TurnReading`, and compute the theory."""
         strip, euler = SineStrip(case), case.section.euler_load(L)
         peak, compression, early = (row.value(f"beam.{name}") for name in ("impact_peak", "impact_push", "early_shortening"))
         failure = "" if row.status in ("OK", "SUSPECT") else f"{case.speed:g} rad/s, bow {case.imperfection:g}: {row.status}"
@@ -242,7 +245,8 @@ class MapPoint(NamedTuple):
         rate = stiffness * strip.impact_speed / (euler * strip.frequency * cosine)
         amplitudes, _ = strip.balance(CONTACT)
         bend = abs(amplitudes[0]) * np.sqrt(12) / case.thickness  # over h/sqrt(12), the radius of gyration
-        return cls(case, (peak or nan) / euler, compression / euler, early, strip.peak() / euler, rate, float(bend), failure)
+        peak = peak or nan  # 0 without a contact
+        return cls(case, peak / euler, compression / euler, early, strip.peak() / euler, rate, float(bend), failure)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -256,13 +260,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         wrong.append(f"SINE: median peak {metrics['sine.median'].value:.3g} of the simulation's")
     columns = {name: np.array([getattr(x, name) for x in points]) for name in ("rate", "bend", "peak", "compression", "sine")}
     return StudyResult(
-        parameters=p,
-        **status_of(wrong),
-        metrics=metrics,
+        parameters=p, **status_of(wrong), metrics=metrics,
         signals=columns | {"regime": np.array([list(REGIMES).index(x.regime) for x in points])},
         work={"strikes": len(points)},
         tables=[replace(metrics_table(metrics), notes=f"sine: peaks over those of the simulation.\n{p.describe()}.")],
-    )
+    )  # fmt: skip
 
 
 def _metrics(points: list[MapPoint]) -> dict[str, Metric]:

@@ -66,7 +66,7 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
-    shortening = signals["coupler.end_shortening"] / (mechanism.points["A"][0] - mechanism.points["B"][0])  # over the length
+    shortening = signals["coupler.end_shortening"] / mechanism.length("coupler")
     work = {name: result.work[name] for name in ("wall_s", "steps")}
     return ModelRun(
         model=model, status=str(result.status), message=result.message, time=result.time, angle=crank_angle(signals),
@@ -83,6 +83,7 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
+        # A remark on the mechanism: the model itself is computed without a fault.
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
             model=model, status="OK", message=remark, time=trace.time, angle=trace.angle, force=trace.force, speed=-trace.speed,
@@ -90,7 +91,8 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
             work={"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
         )  # fmt: skip
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
+    time_of_a_degree = pi / 180 / fastest
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=time_of_a_degree))
     return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout)
 
 
@@ -122,9 +124,10 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
 
     A NotCalibratedError says that a run fails or has no impact, or that `TRIALS` iterations are not enough.
     """
-    speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
+    slider_speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))  # at the impact [m/s]
     if model == "stitched":
-        return Calibration(model, parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE, IMPACT_FORCE)
+        momentum = parameters.mass * (1 + parameters.restitution) * slider_speed
+        return Calibration(model, momentum / IMPACT_FORCE, IMPACT_FORCE)
     forces: dict[float, float] = {}
 
     @cache
@@ -138,7 +141,7 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
         ratio = log(force / IMPACT_FORCE)
         return ratio if abs(ratio) >= CALIBRATED_TO else 0.0
 
-    first = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
+    first = 2 * log(IMPACT_FORCE / slider_speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
     second = first - 2 * log_ratio(first)  # F grows with sqrt(k)
     root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
     if log_ratio(root):

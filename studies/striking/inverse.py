@@ -1,9 +1,10 @@
 """Inverse design of the striking slider-crank: equations for strip, stop and speed by wished forces and contact angle.
 
-A slider of mass m moves along the negative x axis and meets a stop at a crank angle pi - g: the impact. From then to pi + g, the
-phase of contact, the coupler is buckled, a pinned strip of width b and thickness h. It presses the slider against the stop, most
-strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L; x(theta) < 0 is the slider's
-position, v its speed at the impact, K the stop's stiffness, p(u) the load of the exact elastica (`buckler.elastica.law.fast`):
+A slider of mass m moves along the negative x axis and meets a stop at a crank angle pi - g: the impact. The phase of contact
+lasts from then to pi + g. In it the coupler, a pinned strip of width b and thickness h, is buckled and presses the slider against
+the stop, most strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L. The slider has
+the position x(theta) < 0 and the speed v at the impact. K is the stop's stiffness, p(u) the load of the exact elastica
+(`buckler.elastica.law.fast`):
 
     contact angle 2 g      ->  stop at x_s = x(pi - g);                                                         (1)
     contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
@@ -12,11 +13,12 @@ position, v its speed at the impact, K the stop's stiffness, p(u) the load of th
 At the dead centre the coupler lies on the x axis, and the depth in the stop is F_c/K. During the impact the coupler, which makes
 the angle phi with the x axis, pushes the slider with Q = P_cr cos(phi) - f: P_cr is the Euler load, f the slider's friction. The
 coupler reaches the Euler load after a time t. Until then the stop's force K (1 + chi) v t delays the slider against the crank by
-K (1 + chi) v t^3/(6 m), which compresses the strip. The push missing meanwhile costs the momentum 3 Q' t/4 and the force D:
+K (1 + chi) v t^3/(6 m), which compresses the strip. So the push rises by Q' as the cube of time. A push below Q until then costs
+the momentum 3 Q' t/4, the integral of Q' (1 - (time/t)^3), and the force D. With the axial stiffness k_s of the strip
 
-    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2.                   (4)
+    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k_s (1 + chi) K v)]^(1/3),   k_s = E A/L cos(phi)^2.                (4)
 
-Here Q' = Q + m x''(pi - g) omega^2 is the rise of the push: before the impact it is -m x'' omega^2, the slider's inertia.
+Here Q' = Q + m x''(pi - g) omega^2, as the push before the impact is -m x'' omega^2, the slider's inertia.
 Equation (3) is the largest force on a linear stop under a constant push, with the factors c0 and c1 of `buckler.mbs.laws.peak`
 for the hysteresis factor chi of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to
 Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight `Beam` buckles late and strikes far harder. Arrays broadcast.
@@ -47,7 +49,7 @@ MOST_PUSH = 0.4
 MOST_RISE = 2.0
 """Largest Q' over P_cr, at which the iteration for D keeps it: beyond it, the slider pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
-"""Least S - D over F_i: it keeps the speed positive where Q alone exceeds F_i, a design that the limit `push` excludes."""
+"""Least S - D over F_i in the iteration: it keeps the speed positive where Q alone exceeds F_i, which limit `push` excludes."""
 ANGLES = 33
 """Number of crank angles before the impact at which the compression is computed: its maximum is then right within 1e-3."""
 
@@ -141,7 +143,8 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     euler = np.pi**2 * bending / L**2
     push = euler * lean - given.friction
     strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
-    axial, speed = given.modulus * thickness * given.width * lean**2 / L, 1.0
+    axial = given.modulus * thickness * given.width * lean**2 / L  # k_s
+    speed = 1.0  # [rad/s], where the iteration starts
     for _ in range(PASSES):
         # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)

@@ -74,13 +74,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics[f"{key}.turns"] = Metric(float(turns), "1")
     notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.describe()}."
     return StudyResult(
-        parameters=p,
-        **worst([(run.model, run) for run in runs.values()]),
-        metrics=metrics,
+        parameters=p, **worst([(run.model, run) for run in runs.values()]), metrics=metrics,
         signals={f"{key}.{what}": getattr(run, what) for key, run in runs.items() for what in ("time", "force")},
         work={f"{key}.wall_s": run.work["wall_s"] for key, run in runs.items()},
         tables=[replace(metrics_table(metrics), notes=notes)],
-    )
+    )  # fmt: skip
 
 
 def figure(result: StudyResult) -> Figure:

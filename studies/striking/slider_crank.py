@@ -1,7 +1,8 @@
 """The compliant slider-crank striking its stop: three models against Figs 5, 6, 10, 11, Table 2 and the exact elastica.
 
 `--drive speed`: one turn at constant speed. The slider meets the stop at 120 degrees, rebounds until it rests, and is pressed
-against it by the buckled coupler until 240 degrees. `stitched` is the published model; `strut` and `beam` simulate the mechanism.
+against it by the buckled coupler until 240 degrees. `stitched` is the published model, closed forms of three modes of motion one
+after another; `strut` and `beam` simulate the mechanism.
 
 `--drive ramp`: Fig. 6, the crank speeds up. Contact forces at the top speed need a light slider, as `--mass 20g`.
 
@@ -48,12 +49,13 @@ READ = {
 }  # fmt: skip
 """Fields of a `TurnReading` that are metrics without conversion, and their units."""
 NOTES = {
-    "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not 120. 27 N is no\n"
-    "prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded); beam has that of strut.",
-    "ramp": "Each model has the stop that gives it 27 N at 1.25 rad/s. published: Fig. 6, as exponents of force over slider\n"
-    "speed and of contact time over crank speed, and the spread of the contact maximum over the turns with a slider at rest.",
+    "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not at the 120 of\n"
+    "the text. 27 N is no prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded);\n"
+    "beam has that of strut.",
+    "ramp": "Each model has the stop that gives it 27 N at 1.25 rad/s. published: Fig. 6. exponents: impact force as a power of\n"
+    "slider speed, contact time as a power of crank speed. spread: of the contact maximum over the turns with a slider at rest.",
     "voltage": f"Each case has the stop that gives it 27 N at the reference voltage. {SENSOR_RANGE} N, the range of the sensor,\n"
-    f"bounds the force at {SENSOR_VOLTAGE} V and is no reading. exponent: of force over speed.",
+    f"bounds the force at {SENSOR_VOLTAGE} V and is no reading. exponent: force as a power of speed.",
 }
 
 
@@ -106,13 +108,10 @@ def _result(
 ) -> StudyResult:
     """Make the result: status of the worst run, metrics by case, and their table."""
     return StudyResult(
-        parameters=p,
-        **worst([(run.model, run) for run in runs], notes),
-        metrics=by_case(metrics),
-        signals=signals,
+        parameters=p, **worst([(run.model, run) for run in runs], notes), metrics=by_case(metrics), signals=signals,
         work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
         tables=[compare(metrics, f"Slider-crank, drive by {p.drive}", [NOTES[p.drive], f"{p.describe()}.", *notes])],
-    )
+    )  # fmt: skip
 
 
 def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
@@ -135,7 +134,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
     force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == 3e-4
-    stress, exact_stress = (
+    stress, exact_stress = (  # of a shortening between 0 and 1, up to which the ends of the strip do not cross
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
         for u in (reading.shortening, float(PAPER.shortening(pi, PAPER_STOP)))
     )
@@ -201,7 +200,10 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
 
 
 def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass [kg] with which the stitched slider rests at the dead centre of every turn, to 1 %, or nan."""
+    """Bisect for the largest mass [kg] with which the slider of `stitched` rests at the dead centre of every turn, to 1 %.
+
+    The upper end of `MASSES` stands for no bound in this range, nan for none that rests.
+    """
 
     def is_resting(mass: float) -> bool:
         case = replace(p, mass=mass)

@@ -1,4 +1,4 @@
-"""Figures of the study slider-crank, one for each drive."""
+"""Figures of the study slider-crank, one for each drive, with the exact forces at first contact and at the dead centre [N]."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from ..kit.report import StudyResult
 from ..kit.style import Axes, Figure, subplots
 from .impact import COLOURS, MODELS
 
+LASTING = 0.1
+"""Duration above which an impact has passed into lasting contact [s]: such a one does not set the time axis of the figure."""
 WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
 """Line widths, which keep the first model visible below the others."""
 DOTTED = {"color": COLOURS["published"], "linestyle": ":"}
@@ -22,7 +24,10 @@ def _models(result: StudyResult) -> list[str]:
 
 
 def draw_forces(ax: Axes, result: StudyResult, abscissa: str, lowest: float) -> None:
-    """Draw the force on the stop [N] of each model over angle or time, on a logarithmic axis that begins at `lowest`."""
+    """Draw the force on the stop [N] of each model over angle or time, on a logarithmic axis that begins at `lowest`.
+
+    Where there is no contact, the curve runs below the axis.
+    """
     for model in _models(result):
         x, force = result.signals[f"{model}.{abscissa}"], result.signals[f"{model}.force"]
         x = np.degrees(x) if abscissa == "angle" else x
@@ -36,7 +41,7 @@ def _draw_turn(result: StudyResult, exact: Array) -> Figure:
     """Draw the force over a turn on a logarithmic axis, and over the impact on a linear one."""
     fig, (turn, first) = subplots(2, 1, height=140)
     s = result.signals
-    draw_forces(turn, result, "angle", exact.min() / 4)
+    draw_forces(turn, result, "angle", lowest=exact.min() / 4)
     turn.semilogy(np.degrees(s["exact.angle"]), s["exact.force"], "--", color="#000000", label="elastica")
     turn.set(xlim=(110, 250), xlabel="crank angle [deg]")
     turn.legend(loc="upper right", ncols=4)
@@ -45,11 +50,11 @@ def _draw_turn(result: StudyResult, exact: Array) -> Figure:
         if (force > 0).any():
             first.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=COLOURS[model], lw=WIDTHS[model])
     times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
-    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # [ms]; without impacts that pass into contact
+    longest = 1e3 * max((t for t in times if t < LASTING), default=0.01)  # [ms]
     for ax in (turn, first):
         ax.axhline(IMPACT_FORCE, **DOTTED)
     first.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), ylabel="force on the stop [N]")
-    first.set(xlabel="time since first contact [ms]", title="dotted: 27 N of Fig. 5")
+    first.set(xlabel="time since first contact [ms]", title=f"dotted: {IMPACT_FORCE:g} N of the paper's Fig. 5")
     return fig
 
 
@@ -57,7 +62,7 @@ def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
     """Draw the force over the whole run, and the impact, contact maximum and contact time of each turn over its crank speed."""
     fig, (run, *below) = subplots(4, 1, height=200)
     at_contact, at_dead_centre = exact
-    draw_forces(run, result, "time", at_contact / 4)
+    draw_forces(run, result, "time", lowest=at_contact / 4)
     run.set(xlabel="time [s]")
     run.legend(loc="upper left", ncols=3)
     labels = {"impact_peak": "impact force [N]", "contact_max": "contact maximum [N]", "contact_time": "contact time [s]"}
@@ -77,7 +82,8 @@ def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
     fig, ax = subplots(height=100)
     voltages = result.signals["voltage"]
     order, dashes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))
-    for k, name in enumerate(name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")):
+    cases = [name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")]  # each case has this metric
+    for k, name in enumerate(cases):
         forces = np.array([result.metrics[f"{name}.force_{voltage:g}V"].value for voltage in voltages])
         style = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": dashes[k % len(dashes)]}
         ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **style)
@@ -92,4 +98,4 @@ def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
 
 
 DRAWINGS = {"speed": _draw_turn, "ramp": _draw_ramp, "voltage": _draw_voltages}
-"""Functions that draw a result of each drive, with the exact forces at first contact and at the dead centre [N]."""
+"""Functions that draw a result, by the drive."""

@@ -238,11 +238,13 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     def accumulate(increments: Array, where: Array | bool = True) -> Array:
         return np.cumsum(np.where(is_inside & where, increments, 0.0))
 
-    kinetic, push = model.mass * speed**2 / 2, model.strip_force(shortening)
+    kinetic, strip_push = model.mass * speed**2 / 2, model.strip_force(shortening)
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    power = -push * model.lengths.crank * np.sin(angle) * position / chord * crank_speed  # moment of the strip about O
-    work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2  # trapezoidal rule
+    # The strip presses the crank pin along the chord, away from the slider at x: its moment about O is push R sin(angle) x/chord.
+    power = -strip_push * model.lengths.crank * np.sin(angle) * position / chord * crank_speed  # of the drive, against it
+    # Trapezoidal rule; np.roll brings the last value to the first sample, which `accumulate` leaves out.
+    work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2
     energy = {
         "kinetic": kinetic,
         "strain": model.strip_energy(shortening),
@@ -253,6 +255,6 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     stored, dissipated = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
     energy["error"] = stored - stored[0] + dissipated - energy["given_drive"]
     compression = is_rigid * model.compression(angle, crank_speed, crank_acceleration)
-    push = np.where(is_rigid, compression, push)
+    push = np.where(is_rigid, compression, strip_push)
     load = compression / model.strip_force(shortening=0.0)
     return Trace(time, angle, position, speed, force, shortening, push, load, energy, bool((modes == "held").any()))

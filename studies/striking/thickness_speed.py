@@ -92,13 +92,10 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         *messages,
     ]
     return StudyResult(
-        parameters=p,
-        **status_of(wrong),
-        metrics=by_case(metrics),
-        signals=columns,
+        parameters=p, **status_of(wrong), metrics=by_case(metrics), signals=columns,
         work={"cases": len(rows), "cases_wall_s": sum(row.wall_s for row in rows)},
         tables=[compare(metrics, "Slider-crank over thickness and speed", notes)],
-    )
+    )  # fmt: skip
 
 
 def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
@@ -141,8 +138,8 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
         is_struck = np.isin(state[i, 1:], ("pressed", "in the air"))
         if is_struck.sum() > 2:
-            fit = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck])
-            found[f"{1e3 * h:g}mm.impact_power"] = fit.metrics()[0]
+            (power,) = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck]).metrics()  # of the speed
+            found[f"{1e3 * h:g}mm.impact_power"] = power
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 

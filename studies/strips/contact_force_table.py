@@ -3,7 +3,8 @@
 Models of the strip: the published quartic; the closed form, `exact`; the rod with the strip's axial and shear stiffness; and
 geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
 crank angle of 120 degrees, and its Table 2 was computed with another. The second stop is found from the printed force of the
-0.3 mm strip, and predicts the other two forces.
+0.3 mm strip, and predicts the other two forces. In names of metrics they are `e120` and `eTable2`; positions on the slider's line
+are negative.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
 force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
@@ -112,17 +113,19 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    for h in p.thicknesses:
+    for h in p.thicknesses:  # PAPER_STOP is met at 120 degrees, whatever `stop_angle` is
         low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
         metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
-    yielding = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(yields)
+    yield_remark = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(
+        yields
+    )
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
-        yielding,
+        yield_remark,
     ]
     table = replace(metrics_table(metrics), title="Largest contact force", notes="\n".join(filter(None, notes)))
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(failures, yielding))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(failures, yield_remark))
 
 
 def _mm(thickness: float) -> str:

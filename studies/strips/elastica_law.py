@@ -1,8 +1,8 @@
 """Load of the pinned strip over its end shortening: closed form, rod, published quartic, fast law.
 
 The study draws Fig. 3 of the paper, and the error of each law against the closed form by elliptic integrals. The rod solves the
-boundary value problem of the same strip: without extension it must agree to rounding; with the strip's axial and shear stiffness
-it shows what the closed form neglects. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+boundary value problem of the same strip: `rod`, without extension, must agree to rounding; `strip`, a rod with the strip's axial
+and shear stiffness, shows what the closed form neglects. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations

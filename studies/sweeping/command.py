@@ -119,7 +119,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    kind, shared = study.cases(options, OPTIONS)
+    kind, shared = study.cases(options, OPTIONS)  # class or function that makes the parameters of a case; values of all cases
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
     cases = plan(kind, shared, [parse(text, kind) for text in options.vary])

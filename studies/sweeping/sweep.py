@@ -94,7 +94,7 @@ def sweep(
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
         if jobs and isinstance(progress, Progress) and not progress.quiet:
-            jobs[0] = jobs[0]._replace(cases=len(jobs) / max(1, workers))  # it forecasts the time of the sweep
+            jobs[0] = jobs[0]._replace(jobs_a_worker=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
             for row in progress(found, total=len(jobs), label=f"{name}, {len(ended)} stored" if ended else name):
                 if row.provenance["versions"] != about.versions:
@@ -108,12 +108,15 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: number, module of its study, parameters; a number of `cases` above 1 asks for a forecast of their run time."""
+    """Case to run: its number, module of its study, and parameters.
+
+    The first job forecasts the time of the sweep, from the number of jobs for each worker; in other jobs this number is 1.
+    """
 
     number: int
     module: str
     parameters: StudyParameters
-    cases: float = 1.0
+    jobs_a_worker: float = 1.0
 
 
 def run_case(job: Job) -> Row:
@@ -122,8 +125,8 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            display = {"progress": Progress(quiet=True, cases=job.cases)} if job.cases > 1 else {}
-            result = study.run(job.parameters, **display)
+            forecast = {"progress": Progress(quiet=True, cases=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
+            result = study.run(job.parameters, **forecast)
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:
             origin = traceback.extract_tb(error.__traceback__)[-1]
@@ -175,7 +178,7 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
                 starts += 1
                 if starts == STARTS:
                     raise
-                time.sleep(0.2)  # until then a fork server that is being killed is still used
+                time.sleep(0.2)  # an earlier start may still use a fork server that is being killed
                 continue
             starts = 0
             for job, outcome in _outcomes(pool, batch, count):
@@ -215,7 +218,7 @@ def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[t
                 try:
                     future = executor.submit(run_case, waiting[0])
                     running[future] = waiting.popleft()
-                except LOST:
+                except LOST:  # the caller sees that these jobs are missing
                     waiting.clear()
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)

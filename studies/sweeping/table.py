@@ -211,7 +211,10 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a metric over the numeric parameter with most values: a curve for each combination of the others."""
+    """Draw a metric over the numeric parameter with most values: a curve for each combination of the others.
+
+    If all parameters are words, the cases stand side by side, each with the label of its combination.
+    """
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
@@ -220,13 +223,13 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
     y, error = np.array([(np.nan, None) if each is None else (each.value, each.error_in_unit) for each in metrics], float).T
     is_known = np.isfinite(y)
     if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
-        y[is_known] = np.median(y[is_known])
+        y[is_known] = np.median(y[is_known])  # equal but for rounding errors
     fig, ax = subplots(height=90)
     ax.set_ylabel(label_with_unit(metric, unit))
     if across is None:
         x = np.arange(len(found))
         ax.set_xticks(x, [label or "all" for label in labels])
-        labels[:] = ""
+        labels[:] = ""  # a single series without a legend
     else:
         x = np.array([point.values[plan.axes.index(across)] for point in found], float)
         ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.label(units)))
@@ -235,13 +238,13 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
         else:
             ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
     status = np.array([point.row.status for point in found])
+    line = "" if across is None else "-"
     for i, label in enumerate(dict.fromkeys(labels.tolist())):
         mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
         curve = np.flatnonzero(labels == label)
         curve = curve[np.argsort(x[curve], kind="stable")]
         bars = None if np.isnan(error[curve]).all() else np.nan_to_num(error[curve])
-        style: Any = {"fmt": mark if across is None else f"{mark}-", "color": colour, "capsize": 2, "elinewidth": 0.8}
-        ax.errorbar(x[curve], y[curve], bars, label=label or None, **style)
+        ax.errorbar(x[curve], y[curve], bars, label=label or None, fmt=f"{mark}{line}", color=colour, capsize=2, elinewidth=0.8)
         suspect = curve[status[curve] == "SUSPECT"]
         ax.plot(x[suspect], y[suspect], mark, mfc="white", mec=colour, zorder=5)
     failed = x[~np.isin(status, VALID)]
@@ -270,7 +273,10 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
-    """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, provenance."""
+    """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, provenance.
+
+    A metric has a column of relative errors, and one of errors in its unit where a case has such an error in place of these.
+    """
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]

@@ -66,7 +66,7 @@ def test_engine_and_reference_agree_on_either_body(pins):
     p = crank_rocker.Parameters(**given, rocker=("rigid",), start_angle=0.0, duration=8e-3, settle=0.0, tolerance=1e-6)
     made = on_engine(p, "rigid", "OABC")
     q = FourBarParameters(**given)
-    assert q.reversed_joints == ("OABC" if pins == OTHER else "") and q.pull[1] == pytest.approx(-9.81)
+    assert q.reversed_joints == ("OABC" if pins == OTHER else "") and q.gravity_vector[1] == pytest.approx(-9.81)
 
     def compiled(case):
         bars = case.bars(angle=p.start_angle + draw_offset(p.seed))
@@ -89,7 +89,7 @@ def test_a_joint_has_one_pin():
 def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
     assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
-    assert p.reversed_joints == "" and p.pull == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
+    assert p.reversed_joints == "" and p.gravity_vector == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
     assert "gravity none in the plane" in p.describe() and "0.1 and 1 m/s" in p.describe()
 
 

@@ -57,9 +57,9 @@ def test_no_stop_brings_the_straight_strip_within_a_newton_of_both_voltages(give
 def test_every_study_states_gravity_and_motor(name):
     study = registry.load(name)
     p = study.Parameters()
-    assert (p.gravity, p.motor, p.imperfection) == (0.0, 0.0, 1e-4) and p.pull == (0.0, 0.0)
+    assert (p.gravity, p.motor, p.imperfection) == (0.0, 0.0, 1e-4) and p.gravity_vector == (0.0, 0.0)
     assert "gravity none in the plane" in p.describe() and "speed prescribed" in p.describe()
-    assert study.Parameters(gravity=9.81, motor=2.0).pull == pytest.approx((0.0, -9.81), abs=1e-12)
+    assert study.Parameters(gravity=9.81, motor=2.0).gravity_vector == pytest.approx((0.0, -9.81), abs=1e-12)
 
 
 def test_a_motor_turns_the_crank_at_the_speed_it_is_given_without_load():
