@@ -18,7 +18,7 @@ from .accuracy.levels import KINDS
 from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
-from .checks.suspicions import explain_idle, find_suspicions
+from .checks.suspicions import explain_not_applicable, find_suspicions
 from .elements import Drive
 from .functions import EdgeMemory, use_memory
 from .functions.breaks import MOST, WIDTH
@@ -263,7 +263,7 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     result = Result(status, message, record.time, *values, film=Film(record), traits=run.traits)
     if complete is not None:
         result = complete(result)
-    result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: explain_idle(run, result)})
+    result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: explain_not_applicable(run, result)})
     for reason in find_suspicions(run, result):
         result = result.suspect(reason)
     if run.unseen and result.status.finished:

@@ -10,7 +10,7 @@ from ..record.run import Run
 
 FindFaults = Callable[[Run, Result], Iterator[str]]
 """Function that yields the faults of a run, each in words."""
-WhyIdle = Callable[[Run, Result], str]
+FindReason = Callable[[Run, Result], str]
 """Function that returns the reason why a check does not apply to a run; '' if it applies."""
 
 
@@ -20,19 +20,19 @@ class Check:
 
     name: str
     find: FindFaults
-    idle: WhyIdle = lambda _run, _result: ""
+    why_not: FindReason = lambda _run, _result: ""
 
     def __call__(self, run: Run, result: Result) -> Iterator[str]:
         """Yield the faults of a run, each with the name of the check in front; none if the check does not apply."""
-        if not self.idle(run, result):
+        if not self.why_not(run, result):
             yield from (f"{self.name}: {fault}" for fault in self.find(run, result))
 
 
-def check(name: str, idle: WhyIdle = Check.idle) -> Callable[[FindFaults], Check]:
+def check(name: str, why_not: FindReason = Check.why_not) -> Callable[[FindFaults], Check]:
     """Make a decorator that turns a function that finds faults into a check."""
-    return lambda find: Check(name, find, idle)
+    return lambda find: Check(name, find, why_not)
 
 
-def without(subjects: Callable[[Run], Iterable[object]], reason: str) -> WhyIdle:
+def without(subjects: Callable[[Run], Iterable[object]], reason: str) -> FindReason:
     """Make a function that returns the reason if a run has none of the subjects of a check, else ''."""
     return lambda run, _result: reason if next(iter(subjects(run)), None) is None else ""

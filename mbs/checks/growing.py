@@ -28,7 +28,8 @@ class Growth:
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Compute the growth rate [1/s] of each strip's bending at sample k under mean normal forces [N]; zero if it decays."""
         q = self._pose(k, forces)
-        rest = self.problem.start(1.0)._replace(q=q)
+        no_parameter = 1.0  # of a path of equilibria; here it changes no load and no constraint
+        rest = self.problem.start(no_parameter)._replace(q=q)
         tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
         if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)
@@ -56,7 +57,7 @@ class Growth:
     def _place_strip(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
         """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force.
 
-        `places` of an element are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
+        `dofs` of an element are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
         values at the ends of the element, the others belong to polynomials that vanish there.
         """
         link, motion = self.record.mechanism.link(name), self.record.links[name]
@@ -65,28 +66,29 @@ class Growth:
         turn = float(np.arctan2(first_chord[0] * chord[1] - first_chord[1] * chord[0], first_chord @ chord))
         c, s = np.cos(turn), np.sin(turn)
         strain, along = force / link.body.section.axial_stiffness, chord / np.linalg.norm(chord)
-        origin = self.scene.q0[strip.elements[0].places[:2, 0]]
+        origin = self.scene.q0[strip.elements[0].dofs[:2, 0]]
         for element in strip.elements:
-            x, y = self.scene.q0[element.places[:2]]
+            x, y = self.scene.q0[element.dofs[:2]]
             is_end = np.arange(len(x)) < 2
             x, y = x - origin[0] * is_end, y - origin[1] * is_end
             turned = np.array([c * x - s * y + start[k, 0] * is_end, s * x + c * y + start[k, 1] * is_end])
             turned[:, :2] += along[:, None] * strain * np.array([element.start, element.end])
-            q[element.places[:2]] = turned
-            if len(element.places) > 2:
-                q[element.places[2]] = self.scene.q0[element.places[2]] + turn * is_end
+            q[element.dofs[:2]] = turned
+            if len(element.dofs) > 2:
+                q[element.dofs[2]] = self.scene.q0[element.dofs[2]] + turn * is_end
 
     def _bends(self, name: str, q: Array, mode: Array) -> bool:
         """Return True if the largest deflection of a strip from its chord, in a mode (n,) about q, is not negligible."""
         strip: Any = self.scene.builder.bodies[name]
-        first, last = strip.elements[0].places[:2, 0], strip.elements[-1].places[:2, 1]
+        first, last = strip.elements[0].dofs[:2, 0], strip.elements[-1].dofs[:2, 1]
         chord = q[last] - q[first]
         normal = np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
         deflection = 0.0
         for element in strip.elements:
             arc = np.array([element.start, element.end]) / strip.length
             of_chord = normal @ mode[first] * (1 - arc) + normal @ mode[last] * arc
-            at_ends, inner = normal @ mode[element.places[:2, :2]] - of_chord, normal @ mode[element.places[:2, 2:]]
+            at_ends = normal @ mode[element.dofs[:2, :2]] - of_chord
+            inner = normal @ mode[element.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
             deflection = max(deflection, float(np.abs(at_ends).max()), float(np.abs(inner).max(initial=0.0)))
         motions = np.abs(mode / self.scene.units * self.scene.length)
         return deflection > BENDING_SHARE * float(motions.max())

@@ -49,13 +49,12 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
         for missing, fault in (
-            (shortening, "bends so far that its ends are nearer"),
-            (missing_deflection, "is pressed so far that it bends more"),
+            (shortening, "bends so far that its ends are nearer than in linear theory"),
+            (missing_deflection, "is pressed so far that it bends more than in linear theory"),
         ):
             k = int(np.argmax(missing))
             if missing[k] > LEFT_OUT:
-                error = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
-                yield f"at t = {result.time[k]:.4g} s '{name}' {fault}, {error}"
+                yield f"at t = {result.time[k]:.4g} s '{name}' {fault}, by {missing[k]:.2g} of its length; make it a Beam"
         buckles = growth_exponent(result.time, omega_1 * np.sqrt(np.maximum(load_ratio - 1.0, 0.0))) > GROWTH
         if buckles.any():
             k = int(np.argmax(buckles))
@@ -63,7 +62,11 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link [N], (times,), from joints at one end; 0 with other forces, or if the mesh is a file."""
+    """Compute the compression of a link [N], (times,), from the joints at one end.
+
+    It is 0, so that nothing is checked, where other forces act at both ends. The same holds for a mesh from a file: the link's
+    section does not give its bending stiffness, so that its critical load is not known.
+    """
     link: Any = run.record.mechanism.link(name)
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]
@@ -78,7 +81,8 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
     """Return the force of joints on a link at a point [N], (times, 2); None without joints or if other forces act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
-    if point in {place(getattr(element, field, "")).point for element in others for field in ("point", "a", "b")}:
+    references = [getattr(element, field, "") for element in others for field in ("point", "a", "b")]  # springs have a and b
+    if point in {place(reference).point for reference in references}:
         return None
     forces = []
     for key, joint in Scene.of(mechanism).elements.items():

@@ -19,7 +19,8 @@ from .check import check
 SINGULAR = 1e-3
 """Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre."""
 GAP = 1e-5
-"""Largest residual of a constraint, over the longest link or in rad: a hundred times that of a run with the coarsest steps."""
+"""Largest residual of a constraint [m or rad], times the longest link where that is above 1 m: a hundred times the residual of a
+run with the coarsest steps."""
 
 
 def determinant(jacobian: Array) -> Array:
@@ -29,13 +30,12 @@ def determinant(jacobian: Array) -> Array:
 
 
 def _places(record: Record) -> Array:
-    """Return the start points and directions of all links, shape (times, links, 3)."""
-    start = Scene.of(record.mechanism).linkage.reference
-    rows = [
-        np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + direction])
-        for link, direction in zip(record.mechanism.links, start[:, 2], strict=True)
-    ]
-    return np.stack(rows, axis=1)
+    """Return x, y of the start [m] and the angle [rad] of all links, shape (times, links, 3)."""
+    places = []
+    for link, (_, _, angle) in zip(record.mechanism.links, Scene.of(record.mechanism).linkage.reference, strict=True):
+        motion = record.links[link.name]
+        places.append(np.column_stack([motion.point(link.start)[0], angle + motion.turn()[0]]))
+    return np.stack(places, axis=1)
 
 
 def _why_not_determined(run: Run, _result: Result) -> str:
@@ -55,12 +55,13 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
+    has_redundant_rows = jacobian.shape[1] != jacobian.shape[2]
     for k in np.flatnonzero(singular):
         regular = np.flatnonzero(~singular[k:])
-        j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample
-        distance = float(np.abs(places[j] - places[k]).max())
-        is_square = jacobian.shape[1] == jacobian.shape[2]
-        if is_square or j == k or has_other_branch(linkage, float(time[j]), places[j], distance):
+        j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample, else the last one
+        is_last = j == k  # no later pose shows that the motion is determined
+        distance = float(np.abs(places[j] - places[k]).max())  # largest change of a coordinate, m or rad
+        if not has_redundant_rows or is_last or has_other_branch(linkage, float(time[j]), places[j], distance):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 

@@ -37,7 +37,7 @@ def check_time(_run: Run, result: Result) -> Iterator[str]:
 def check_balance(run: Run, result: Result) -> Iterator[str]:
     """Check that energies balance within the error of the run, and that no dissipated energy decreases."""
     energy = result.energy or run.ledger
-    throughput, unresolved = compute_throughput(run.record, energy, result.signals)
+    throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # unresolved: share of fast vibrations
     balance = float(np.abs(energy["error"]).max()) / throughput
     dissipated = {name: values for name, values in energy.items() if name.startswith("taken_")}
     decreases = {name: float((np.maximum.accumulate(values) - values).max()) / throughput for name, values in dissipated.items()}
@@ -64,8 +64,9 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
     for name, depth in _one_sided(run):
         force = result.signals[name]
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
-        wrong = {"pulls" if depth else "would push, but goes slack,": force < -allowed}
-        if depth:
+        is_rope = not depth
+        wrong = {"would have to push (a real rope goes slack)" if is_rope else "pulls": force < -allowed}
+        if not is_rope:
             wrong["acts without touching"] = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
         for fault, samples in wrong.items():
             if samples.any():

@@ -25,11 +25,11 @@ CHECKS: tuple[Check, ...] = (
 """All checks, in their order."""
 
 
-def explain_idle(run: Run, result: Result) -> dict[str, str]:
+def explain_not_applicable(run: Run, result: Result) -> dict[str, str]:
     """Return the checks that do not apply to a run, with the reasons in words; none for a failed run."""
     if not result.status.finished:
         return {}
-    return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
+    return {check.name: why for check in CHECKS if (why := check.why_not(run, result))}
 
 
 def find_suspicions(run: Run, result: Result) -> Iterator[str]:

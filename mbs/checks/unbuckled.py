@@ -2,7 +2,8 @@
 
 The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run. In this pose each
 strip has its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid links and follower
-loads are taken into account, and no table of end conditions is needed. Normal forces include inertia, loads do not.
+loads are taken into account, and no table of end conditions is needed. The normal forces are those of the run, which include
+inertia; the loads are in equilibrium with the multipliers of constraints, without inertia.
 """
 
 from __future__ import annotations
