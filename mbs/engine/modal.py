@@ -62,7 +62,7 @@ class PlacedModal(EngineBody):
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Return an upper bound [1/kg] of the inverse of the effective mass of a point in any direction."""
+        """Return an upper bound [1/kg] of the inverse of the effective mass of a point in any direction; modal masses are 1."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
@@ -101,8 +101,8 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     if point in placed.anchors:
         return placed.anchors[point]
     system = placed.system
-    rigid = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]
-    start = placed.model.motion(placed.stations[point], placed.reference, rigid)
+    rates = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]  # at t = 0 the modes are at rest
+    start = placed.model.motion(placed.stations[point], placed.reference, rates)
     place, velocity = [*start.position[0], *start.angle], [*start.velocity[0], *start.spin]
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=velocity))
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
@@ -144,8 +144,10 @@ def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Ar
 def _integrals(model: PlanarModel) -> dict[str, Any]:
     """Return the engine's inertia integrals with in-plane parts only, so that the link stays in the plane.
 
-    Names with "Tilde" are integrals of the matrices S(phi_k), where S(a) b = a x b. So S(a)^T S(b) = (a.b) 1 - b a^T, of which
-    only the component about z stays, and S(a)^T b = b x a.
+    The engine writes the modes phi_k as Psi and the matrix S(a), with S(a) b = a x b, as Tilde. For vectors in the plane
+    S(a)^T b = -(a x b) is along z, and the zz component of S(a)^T S(b) is a . b; other components are left out. X is the place
+    in the undeformed link. `PlanarModel` has the integrals over the mass: `gyration` of phi_i x phi_j, `gram` of phi_i . phi_j
+    and `radial` of X . phi_i.
     """
     m, about_z = len(model), np.diag([0.0, 0.0, 1.0])
     return {

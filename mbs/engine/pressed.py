@@ -106,8 +106,8 @@ def _make_static_settings(scene: EngineScene) -> exu.SimulationSettings:
     static.numberOfLoadSteps = 1
     static.useLoadFactor = False
     static.adaptiveStep = False
-    static.newton.relativeTolerance = 1e-7
-    static.newton.absoluteTolerance = 2e-6
+    static.newton.relativeTolerance = 1e-7  # of the residual, to its first value; ten times more changes a load by 1e-7 of it
+    static.newton.absoluteTolerance = 2e-6  # of the residual [N, N m]; likewise
     if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings

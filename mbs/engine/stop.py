@@ -31,10 +31,8 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].contact_node(origin)
         second = StopEnd(node, 3, np.array(position))  # coordinates x, y, theta
-        is_link = (
-            stop.carrier == stop.on
-        )  # a rigid link carries the face; else `on` = 'link:point', the section of a flexible link
-        contact_point = stop.point if is_link else origin
+        is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
+        contact_point = stop.point if is_rigid else origin
         inverse_mass += scene.placed[stop.carrier].mobility(contact_point, normal)
     # `stop.at` leads along the normal from the origin of the plane to the face, `reach` from the node of `second`
     reach = stop.at - float(np.dot(normal, second.place))

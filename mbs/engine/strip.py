@@ -62,12 +62,12 @@ class PlacedStrip(EngineBody):
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
     def mobility(self, point: str, _along: Pair) -> float:
-        """Compute the inverse of the effective mass [1/kg] of a point: half the mass of the elements next to its node."""
-        arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))
+        """Return 1/m [1/kg], with half the mass of the elements that meet at the point's node as its effective mass m."""
+        arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))  # of the ends of elements, where all points are
         step = self.body.nodes - 1 if self.body.has_angles else 1  # from a node to the same node of the next element
-        k = self.at[point] // step
+        k = self.at[point] // step  # number of the end of an element
         length = arcs[min(k + 1, len(self.pieces))] - arcs[max(k - 1, 0)]
-        return float(2 / (self.body.section.mass_per_length * length))
+        return float(1 / (0.5 * self.body.section.mass_per_length * length))
 
 
 def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
@@ -77,12 +77,12 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     """
     vx, vy, slope_vx, slope_vy = system.GetNode(node)["initialVelocities"]
     tx, ty = reference[2:]
-    start, velocity = [*reference[:2], float(np.arctan2(ty, tx))], [vx, vy, tx * slope_vy - ty * slope_vx]
+    start = [*reference[:2], float(np.arctan2(ty, tx))]
+    velocity = [vx, vy, tx * slope_vy - ty * slope_vx]  # |r'| = 1 in the reference configuration
     anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=velocity))
     system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
 
     def gradient(q: Array) -> Array:  # the engine passes total coordinates, which include those at t = 0
-        """Return the derivative of the residual by the coordinates."""
         slope_x, slope_y, theta = q[2], q[3], q[6]
         c, s = np.cos(theta), np.sin(theta)
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * slope_x + s * slope_y)]])
@@ -118,16 +118,17 @@ class Mesh:
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements with a node at each of its points."""
     body = cast(Flexible, link.body)
-    step = body.step  # nodes of an element less 1
+    step = body.step  # from the first to the last node of an element
     inner = sorted((fraction, point) for point, fraction in cast(Mapping[str, float], link.carries).items())
-    cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]  # fractions of the length at points; `edges`: at ends of elements
-    counts = _distribute(np.diff(cuts), body.count)
+    cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]  # points, as fractions of the length
+    counts = _distribute(np.diff(cuts), body.count)  # numbers of elements
+    # ends of elements, then all nodes, as fractions of the length
     edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
-    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])  # at nodes
+    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
-    nodes = np.concatenate([[0], step * np.cumsum(counts)])
-    if body.has_angles:
+    nodes = np.concatenate([[0], step * np.cumsum(counts)])  # numbers of the nodes at points
+    if body.has_angles:  # a beam
         fixed = np.array([(0.0, 0.0), *(body.place_at(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
         places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
@@ -146,33 +147,32 @@ def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Ar
     """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
     The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
-    element with 2 nodes is its chord c. With 3 nodes it is sqrt(c^2 + 16/3 d^2), where d is the distance of the middle node from
-    mid-chord. The curvature is constant if the middle direction is the mean of those at the ends. Rotation and scaling of all
-    nodes between two fixed nodes preserve both.
-
-    Places in the plane are complex numbers; until the last loop they are in units of the mean length of an element.
+    element with 2 nodes is its chord c. With 3 nodes at xi = -1, 0, 1, the derivative by xi is c/2 along the chord and -2 xi d
+    normal to it, where d is the distance of the middle node from mid-chord. At xi = 1/sqrt(3) this is half of
+    sqrt(c^2 + 16/3 d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of
+    those at the ends. First a curve is built with the given lengths, in units of their mean. Then rotation and scaling move each
+    of its parts between two of `nodes`, which preserves all that. Places in the plane are complex numbers.
     """
-    place = places[:, 0] + 1j * places[:, 1]
-    ends = place[::step]
-    sag = np.zeros(len(pieces))
+    given = places[:, 0] + 1j * places[:, 1]
+    chords = np.diff(given[::step])
+    sag = np.zeros(len(pieces))  # d/c, positive to the left of the chord
     if step == 2:
         theta = theta.copy()
         theta[1::2] = (theta[:-2:2] + theta[2::2]) / 2
-        sag = ((place[1::2] - (ends[:-1] + ends[1:]) / 2) / np.diff(ends)).imag  # d/c
+        sag = ((given[1::2] - (given[:-2:2] + given[2::2]) / 2) / chords).imag
     lengths = pieces / pieces.mean()
-    chords = np.diff(ends) / np.abs(np.diff(ends)) / np.sqrt(1 + 16 / 3 * sag**2) * lengths
-    ends = np.concatenate([[0.0], np.cumsum(chords)])
-    place = np.zeros(len(place), dtype=complex)
-    place[::step] = ends
+    chords = chords / np.abs(chords) / np.sqrt(1 + 16 / 3 * sag**2) * lengths
+    built = np.zeros(len(given), dtype=complex)
+    built[::step] = np.concatenate([[0.0], np.cumsum(chords)])
     if step == 2:
-        place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
-    targets, fitted, pieces = fixed @ (1, 1j), place.copy(), lengths.copy()
-    for (a, b), (start, end) in zip(pairwise(nodes), pairwise(targets), strict=True):
-        factor = (end - start) / (place[b] - place[a])
-        fitted[a : b + 1] = start + (place[a : b + 1] - place[a]) * factor
-        fitted[b] = end
-        pieces[a // step : b // step] *= abs(factor)
-    return np.column_stack([fitted.real, fitted.imag]), theta, pieces
+        built[1::2] = (built[:-2:2] + built[2::2]) / 2 + 1j * sag * chords
+    moved = built.copy()
+    for (a, b), (start, end) in zip(pairwise(nodes), pairwise(fixed @ (1, 1j)), strict=True):
+        factor = (end - start) / (built[b] - built[a])  # in m
+        moved[a : b + 1] = start + (built[a : b + 1] - built[a]) * factor
+        moved[b] = end
+        lengths[a // step : b // step] *= abs(factor)
+    return np.column_stack([moved.real, moved.imag]), theta, lengths
 
 
 def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
@@ -190,7 +190,8 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
-        chordwise = np.maximum.accumulate(x)  # a part that turns back counts as at the farthest place before it
+        # interpolated along the chord, where a part that turns back counts as at the farthest place before it
+        chordwise = np.maximum.accumulate(x)
         speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     add_elements = _add_beam if body.has_angles else _add_cable
     nodes, objects, reference = add_elements(system, body, places, directions, speeds, grid.pieces)
