@@ -65,7 +65,7 @@ class RowConstraint:
     """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
 
     `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to nodes. `forms.system` computes residuals
-    (rows,) and their Jacobian (rows, 3 nodes) from x, y and angle since t = 0 of each node.
+    (rows,) and their Jacobian (rows, 3 nodes) from x, y and the angle since t = 0 of each node.
     """
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
@@ -79,19 +79,19 @@ class RowConstraint:
                         node, position = scene.placed[end.body].contact_node(end.point)
                         self.nodes[node], self.at[end] = position, node
         self.order = list(self.nodes)
-        self.forms = Forms(rows, bodies=len(self.order), ends=Ends(number=self._number, arm=self._arm, place=self._place))
+        self.forms = Forms(rows, len(self.order), Ends(body=self._index, arm=self._arm, position=self._position))
         self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
 
-    def _number(self, end: Place) -> int:
+    def _index(self, end: Place) -> int:
         """Return the index of an end's node in `order`; the ground has the index after the last."""
         return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
 
-    def _place(self, end: Place) -> complex:
+    def _position(self, end: Place) -> complex:
         return complex(*self.points[end.point])
 
     def _arm(self, end: Place) -> complex:
         """Return the vector from the node to the point at t = 0 [m], as a complex number."""
-        return self._place(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
+        return self._position(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
 
     def add(self) -> int:
         """Add the constraint: native if linear in the coordinates, else with callbacks."""
@@ -117,5 +117,7 @@ class RowConstraint:
             return gradient
 
         options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        shape = np.zeros((forms.count, reference.size))  # beside user functions, the engine reads the number of equations from it
+        shape = np.zeros(
+            (forms.row_count, reference.size)
+        )  # beside user functions, the engine reads the number of equations from it
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))
