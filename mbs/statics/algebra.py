@@ -31,8 +31,14 @@ SPARE = 8
 """Number of eigenvalues beyond those wanted; those below the largest gap between them are returned."""
 CONVERGED = 1e-8
 """Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
-CUT = 1e-9
+DAMPING = 1e-9
 """Damping of sparse least squares, over the largest entry: smaller singular values count as zero in effect."""
+SOLVED = 1e-6
+"""Residual of linear equations, over the right-hand side, with which a solution is accepted, else least squares is used.
+
+The residual is about `EPS` times the condition number at most, so that a condition number up to 5e9 passes."""
+DEPENDENT = 1e-10
+"""Singular value of a scaled Jacobian, over the largest, below which rows count as dependent: far above rounding."""
 Matrix: TypeAlias = Array | csr_array
 """Matrix, dense for few unknowns, sparse for many."""
 
@@ -40,12 +46,13 @@ Matrix: TypeAlias = Array | csr_array
 def solve(matrix: Matrix, right: Array) -> Array:
     """Solve linear equations; by least squares if the matrix is singular, with redundant constraints or free motions.
 
-    Near a limit point the matrix is ill-conditioned; the solution holds if its residual is small. Return nan for invalid entries.
+    Near a limit point the matrix is ill-conditioned, but the solution is accepted. Return nan for invalid entries.
     """
     try:
         with np.errstate(all="ignore"):
             out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
-        if np.isfinite(out).all() and np.abs(matrix @ out - right).max(initial=0.0) <= 1e-6 * np.abs(right).max(initial=1e-300):
+        largest_residual, largest = np.abs(matrix @ out - right).max(initial=0.0), np.abs(right).max(initial=1e-300)
+        if np.isfinite(out).all() and largest_residual <= SOLVED * largest:
             return np.asarray(out)
     except (np.linalg.LinAlgError, SingularError):
         pass
@@ -55,13 +62,14 @@ def solve(matrix: Matrix, right: Array) -> Array:
 
 
 def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:
-    """Return the least-squares solution of least norm; singular values below the cut, over the largest, count as zero.
+    """Return the least-squares solution of least norm.
 
-    For a sparse matrix A solve [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small damping d, and refine the solution twice.
+    In a dense matrix singular values below the cut, over the largest, count as zero. A sparse matrix A has no such cut: solve
+    [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small damping d, `DAMPING` times the largest entry, and refine x twice.
     """
     if isinstance(matrix, np.ndarray):
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
-    (m, n), damping = matrix.shape, CUT * float(abs(matrix).max())
+    (m, n), damping = matrix.shape, DAMPING * float(abs(matrix).max())
     factors = Factors(block_array([[damping * eye_array(m), matrix], [matrix.T, -damping * eye_array(n)]]))
     out = np.zeros(n)
     for _ in range(3):
@@ -74,7 +82,7 @@ def null_space(jacobian: Array, units: Array) -> Array:
     if not len(jacobian):
         return np.diag(units)
     _, values, right = np.linalg.svd(jacobian * units)
-    rank = int((values > 1e-10 * values[0]).sum())  # smaller ones are rounding
+    rank = int((values > DEPENDENT * values[0]).sum())
     return np.asarray(units[:, None] * right[rank:].T)
 
 
@@ -103,8 +111,8 @@ def _factorise(m: csr_array, k: csr_array, bound: float) -> tuple[SuperLU, int]:
 
 
 def invert(theta: Array) -> Array:
-    """Return 1/theta; a large finite number if theta is zero but for rounding."""
-    least = EPS**2 * np.abs(theta).max(initial=1e-300)
+    """Return 1/theta; a large finite number where theta is zero."""
+    least = EPS**2 * np.abs(theta).max(initial=1e-300)  # far below the rounding error of theta: it only avoids a division by zero
     return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
 
 
@@ -119,8 +127,8 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
     shifted = k + shift * m
     try:
         theta, vectors = eigh(m, shifted)
-    except np.linalg.LinAlgError:  # an eigenvalue is below minus the shift: M = L L^T is definite, K + shift M is not
-        factor = np.linalg.cholesky(m)
+    except np.linalg.LinAlgError:  # an eigenvalue is below minus the shift: K + shift M is not definite
+        factor = np.linalg.cholesky(m)  # M = L L^T: L^T (K + shift M)^-1 L y = theta y, and z = (K + shift M)^-1 L y
         inverse = factor.T @ np.linalg.solve(shifted, factor)
         theta, vectors = eigh((inverse + inverse.T) / 2)
         vectors = np.linalg.solve(shifted, factor @ vectors)
@@ -139,8 +147,8 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
         factors, below = _factorise(m, k, -shift)
         if 2 * (below + count + SPARE) <= m.shape[0]:  # else too many are wanted
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
-            sides = [
-                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
+            sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
+                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)  # first m: for its shape only
                 for which, number in (("SA", below), ("LA", count + SPARE))
                 if number
             ]
@@ -148,7 +156,8 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
             order = np.argsort(squared)
             squared, numbers = squared[order], np.arange(below + count, len(squared))
             number = int(numbers[np.argmax(squared[numbers] - squared[numbers - 1])])  # of eigenvalues below the largest gap
-            if _factorise(m, k, 0.5 * (squared[number - 1] + squared[number]))[1] == number:
+            middle = 0.5 * (squared[number - 1] + squared[number])  # farthest from eigenvalues, so that the count is certain
+            if _factorise(m, k, middle)[1] == number:
                 return squared[:number], vectors[:, order[:number]], vectors[:, order[:number]]
     return modes_of_symmetric(m.toarray(), k.toarray(), shift)
 

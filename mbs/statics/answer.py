@@ -29,8 +29,10 @@ ACCURACY = 1e-8
 """Relative error at which refinement ends, for equilibria and frequencies."""
 CRITICAL_ACCURACY = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions."""
+LARGEST_ERROR = 1e-4
+"""Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
-"""Default length of the first step of a path: root mean square of changes over extents and range, see `path`."""
+"""Default length of the first step of a path: root mean square of relative changes of coordinates and parameter, see `path`."""
 MAX_STEP = 0.1
 """Default length of the longest step of a path, in the same norm."""
 
@@ -107,14 +109,14 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
     """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
-        "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
+        "spent": f"all time steps that its runs may take led to {last:.6g}, not to {to:.6g}",
         "singular": f"it cannot be followed beyond {last:.6g}",
         "closed": "it came back to its start",
         "back": f"it turned and came back to {start:.6g}",
         "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
     statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
-    return statuses.get(ended, Ending.OK), messages.get(ended, "")
+    return statuses.get(ended, Ending.OK), messages.get(ended, "")  # `mark_stopped` replaces the status after "stopped"
 
 
 def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
@@ -135,7 +137,7 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     if not rows:
         raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
     element = scene.source.elements[name]
-    pushes = -element.sense * multipliers[:, rows]
+    pushes = -element.sense * multipliers[:, rows]  # constraint forces are -G^T lambda; `sense` is the sign of the force signal
     return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
 
 
@@ -194,7 +196,7 @@ def parameters_at(kind: str, doc: str) -> Any:
 
 @dataclass(frozen=True)
 class Route(Answer):
-    """Path of equilibria or of periodic motions, with critical points and their errors."""
+    """Path of equilibria or of periodic motions over a parameter, with critical `points` and their errors."""
 
     ended: str
     scene: CompiledScene
@@ -255,7 +257,7 @@ class Path(Route):
         return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return data of a diagram: positions along the path and at the critical points, and a prefix of the label."""
+        """Return what a diagram shows over the parameter: positions on the path, and at critical points; prefix of its label."""
         criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
         return self.point(link, point), criticals, ""
 

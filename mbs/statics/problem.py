@@ -22,7 +22,7 @@ from ..spectral.scene import CompiledScene, MarkerMotion
 from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import Report, State
-from .algebra import COUNT, EPS, LARGE, Matrix, least_squares, solve
+from .algebra import COUNT, DEPENDENT, EPS, LARGE, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
@@ -36,7 +36,7 @@ NOISE = 1e-8
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 CLOSED = 1e-9
-"""Largest residual of a constraint at the end of the iteration, over the longest link."""
+"""Largest residual of a constraint at the end of the iteration [m or rad], over the longest link [m] or 1, the larger one."""
 
 
 class StaticsError(ValueError):
@@ -68,7 +68,8 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is that of the last spectrum along a path, near its eigenvalues (see `spectrum`).
+    for none. `shift` [1/s^2] is kept along a path: the search for eigenvalues at a state begins with that of the state before
+    (see `spectrum`), and with 0 at the first.
     """
 
     scene: CompiledScene
@@ -120,9 +121,9 @@ class Problem:
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
-    def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative (n + r,) of the residuals by the parameter; they are linear in it. `here` has residuals."""
-        force, gap = here or self.residual(rest, False)[:2]
+    def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
+        """Compute the derivative (n + r,) of the residuals by the parameter, in which they are linear; `residuals` if known."""
+        force, gap = residuals or self.residual(rest, False)[:2]
         next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([next_force - force, next_gap - gap])
 
@@ -151,28 +152,30 @@ class Problem:
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, plane)
                 expected = largest * (largest / previous) ** 2  # next step, by quadratic convergence
-                converged = largest < CLOSE and (expected < 10 * EPS or largest > 0.1 * previous)
-                if converged or previous < largest < NOISE:  # a step below `NOISE` that grows is rounding
+                is_rounding = expected < 10 * EPS or largest > 0.1 * previous  # or convergence is quadratic no more
+                if (largest < CLOSE and is_rounding) or previous < largest < NOISE:
                     found = rest if self.is_balanced(rest) else None
                     break
                 if not np.isfinite(largest) or (must_decrease and largest > previous):
                     break
                 previous = largest
         if found is not None:
-            return found._replace(multipliers=self.balancing(found)) if self.scene.source.undetermined else found
+            has_redundant_rows = bool(self.scene.source.undetermined)  # Newton's method then gives one of many solutions
+            return found._replace(multipliers=self.balancing(found)) if has_redundant_rows else found
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     @contextmanager
     def _free_stresses(self, origin: Rest, q: Array) -> Iterator[None]:
         """Make the stresses of strips unknowns within the context, extrapolated from an equilibrium to coordinates q."""
         scene, work = self.scene, self.scene.work
-        work.stress[:], work.strip_form[0] = 0.0, RENEWED
+        work.stress[:] = 0.0
+        work.strip_form[:] = RENEWED  # an array of one number: stresses are unknowns
         try:
             self.assemble(origin, False)
             update_stresses(scene.tables, work, q - origin.q)
             yield
         finally:
-            work.strip_form[0] = PLAIN
+            work.strip_form[:] = PLAIN  # stresses follow from coordinates
 
     def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
         """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
@@ -191,7 +194,8 @@ class Problem:
         largest = float(np.abs(step[:n]).max(initial=0.0))
         share = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
         q = rest.q + share * step[:n] * self.units
-        if self.scene.work.strip_form[0] != PLAIN:
+        stresses_are_unknowns = self.scene.work.strip_form[0] != PLAIN
+        if stresses_are_unknowns:
             update_stresses(self.scene.tables, self.scene.work, q - rest.q)
         return Rest(q, rest.multipliers + share * step[n : n + r] * force_unit, rest.parameter + share * change_p), largest
 
@@ -205,7 +209,8 @@ class Problem:
         in_g = (s.row >= scene.size) & (s.col < scene.size)  # entries of the Jacobian G
         *_, jacobian = a.entries
         reactions = np.abs(jacobian[:-1][in_g] * units[s.col[in_g]] * rest.multipliers[s.row[in_g] - scene.size])
-        rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
+        stiffest = float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
+        rounding = 1e3 * EPS * stiffest  # force by rounding of the stiffest coordinate, with a margin of 1e3
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
         is_closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
         return bool(is_closed and np.abs(force * units).max(initial=0.0) <= limit)
@@ -215,7 +220,7 @@ class Problem:
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
-        return least_squares((a.jacobian * self.units).T, a.force * self.units, 1e-10)  # as in `null_space`
+        return least_squares((a.jacobian * self.units).T, a.force * self.units, DEPENDENT)
 
     def vector(self, rest: Rest) -> Array:
         """Return coordinates, multipliers and parameter, (n + r + 1,)."""
@@ -277,9 +282,11 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
-            inner = element.dofs[:, 2:]  # coefficients of polynomials of degree k, whose magnitude is below 1/sqrt(2 k)
-            weights = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
-            change[element.dofs[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
+            # coordinates of a field are its values at both ends, then coefficients of polynomials of degree k = 2, 3, ...
+            ends, inner = element.dofs[:, :2], element.dofs[:, 2:]
+            degrees = np.arange(2, 2 + inner.shape[1])
+            bounds = 1.0 / np.sqrt(2.0 * degrees)  # of the magnitude of the polynomials, which are zero at the ends
+            change[ends] += (change[inner] * bounds).sum(axis=1)[:, None]
             change[inner] = 0.0
     return float(change.max(initial=0.0))
 

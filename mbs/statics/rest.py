@@ -10,17 +10,21 @@ is that of the longest link, of an angle 1 rad; the extent of a length is the si
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..elements import Rope
+from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
+from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene
 from ..spectral.tables import ForceKind
 from ..validate import number
 from .algebra import solve
-from .answer import ACCURACY, DEGREE_STEP, MAX_DEGREE, Ending, Equilibrium, check, list_omissions
+from .answer import ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Ending, Equilibrium, check, list_omissions
 from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distance_between, find_moving_link, has_strips, loads_of
 
 TARGET_MOVE = 0.1
@@ -132,35 +136,52 @@ def settle(problem: Problem, rest: Rest) -> Rest:
 def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
     """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
 
-    A step is accepted at the first Newton iteration at which its work against the forces at its end is below its work along
-    those at its start. It is repeated with a smaller tau if it is long or if its iteration diverges. The first tau is 0.
+    The first tau is 0 and then estimated. A step that is refused is repeated with a smaller tau.
     """
-    n, units = problem.scene.size, problem.units
+    n = problem.scene.size
     begin, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
     mass_matrix = begin.build(mass)[:n, :n]
     if tau == 0.0:
-        ratio = np.abs(begin.stiffness.diagonal()) / mass_matrix.diagonal()
-        tau = 1.0 / max(float(np.median(ratio)), 1e-6)
+        ratio = float(np.median(np.abs(begin.stiffness.diagonal()) / mass_matrix.diagonal()))  # square of a frequency [1/s^2]
+        tau = 1.0 / max(ratio, 1e-6)  # 1e-6: without stiffness; any small one, as tau adapts
     for _ in range(60):  # each at least halves tau
-        new, last = rest, begin
-        for iteration in range(CORRECTIONS):
-            force = last.force - mass_matrix @ (new.q - rest.q) / tau
-            matrix, force_unit = problem.scale_matrix(last, mass / tau)  # lines of the system in units of force and length
-            out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
-            new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
-            step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
-            change = float(np.abs(step / units).max(initial=0.0))
-            start_work = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))
-            rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
-            goes_forward = start_work >= -rounding or change < ROUNDING
-            is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
-            if not (is_short and goes_forward) or (iteration and correction > CONVERGED * change):
-                break
-            force, _, last = problem.residual(new)
-            if change < ROUNDING or float(step @ force) >= -max(start_work, 0.0):  # else it went deep into an open contact
-                return new, tau * min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300))), change
+        new, change = _iterate(problem, rest, begin, mass, mass_matrix, tau)
+        if new is not None:
+            growth = min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300)))  # by 1.2 at least, towards steps of Newton's method
+            return new, growth * tau, change
         tau *= max(0.1, min(0.5, TARGET_MOVE / change)) if np.isfinite(change) and change > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
+
+
+def _iterate(
+    problem: Problem, rest: Rest, begin: Equations, mass: Array, mass_matrix: Any, tau: float
+) -> tuple[Rest | None, float]:  # fmt: skip
+    """Solve for an implicit step by Newton's method; return the state, None if the step is refused, and the change in units.
+
+    Forces less constraint forces must do work along the step where it begins, and less work against it where it ends: else it
+    went deep into a contact that was open. The step is accepted at the first iteration with both.
+    """
+    n, units = problem.scene.size, problem.units
+    new, last = rest, begin
+    for iteration in range(CORRECTIONS):
+        force = last.force - mass_matrix @ (new.q - rest.q) / tau
+        matrix, force_unit = problem.scale_matrix(last, mass / tau)  # lines of the system in units of force and length
+        out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
+        new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
+        step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
+        change = float(np.abs(step / units).max(initial=0.0))
+        is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
+        work_at_start = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))  # multipliers belong to the step
+        rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
+        goes_forward = work_at_start >= -rounding or change < ROUNDING
+        diverges = iteration > 0 and correction > CONVERGED * change
+        if not (is_short and goes_forward) or diverges:
+            return None, change
+        force, _, last = problem.residual(new)
+        work_at_end = float(step @ force)
+        if work_at_end >= -max(work_at_start, 0.0) or change < ROUNDING:
+            return new, change
+    return None, change
 
 
 def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
@@ -250,7 +271,7 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
     spectrum = problem.spectrum(rest)
     neutral = tuple(find_moving_link(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))
-    status = Ending.INACCURATE if error >= 1e-4 else Ending.UNSTABLE if growth else Ending.OK
+    status = Ending.INACCURATE if error >= LARGEST_ERROR else Ending.UNSTABLE if growth else Ending.OK
     notes = [message] if message else []
     notes += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
     notes += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
@@ -268,7 +289,7 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
     """Make the result of a search that failed."""
     scene = problem.scene
     pairs = zip(scene.force_names, scene.tables.forces, strict=True)
-    contacts = [name for name, force in pairs if force[0] in (ForceKind.CONTACT, ForceKind.JOURNAL)]
+    contacts = [name for name, (kind, *_) in pairs if kind in (ForceKind.CONTACT, ForceKind.JOURNAL)]
     status, message = Ending.NOT_REACHED, str(error)
     if isinstance(error, RunsAwayError):
         status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION

@@ -44,6 +44,10 @@ ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
 UNKNOWN = 1e-4
 """Relative error of -s^2 by the inverse above which it is computed from M and K instead."""
+FARTHEST = 1e2
+"""Largest lowest |s^2| over the shift: its error is about as many roundings, if there is a rigid motion."""
+MOST_SHIFTS = 4
+"""Most shifts tried without damping; the last result is taken in any case."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ class Tangent:
     """Equations of small motions on the free coordinates x, z = free x; matrices are sparse for many coordinates.
 
     `free` (n, f) spans the motions that the constraints allow. `test` (n, f) spans those on which constraint forces and the
-    friction that follows them do no work. `summands` (n, n) are magnitudes of the summands of K, which cancel in part.
+    friction that follows them do no work. `summands` (n, n) bound the summands of each entry of K, which cancel in part.
     """
 
     mass: Any
@@ -73,7 +77,7 @@ class Tangent:
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
-        for x, y in scene.strip_dofs:
+        for x, y in scene.strip_dofs:  # stiffness across a strip is a difference of numbers as large as the axial stiffness
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)
@@ -170,19 +174,20 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
-    The first shift is `known` or an estimate. It is changed until it is near the lowest |s^2| and minus the shift is away from
-    all eigenvalues -s^2. No eigenvalue is between zero and minus half of the lowest |s^2|.
+    The first shift is `known` or an estimate. It is changed until the lowest |s^2| is at most `FARTHEST` times the shift, and
+    minus the shift is away from all eigenvalues -s^2. So is minus half of the lowest |s^2|, by definition of the lowest.
     """
     symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
     find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
-    for _ in range(4):
+    for _ in range(MOST_SHIFTS):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
         distance = float(np.abs(squared + shift).min())
-        if lowest <= 1e2 * shift and (distance >= 0.2 * shift if known else lowest >= 1.5 * shift):
+        is_away = distance >= 0.2 * shift if known else lowest >= 1.5 * shift
+        if is_away and lowest <= FARTHEST * shift:
             break
-        shift = 0.6 * shift if known and distance < 0.2 * shift else 0.5 * lowest
+        shift = 0.5 * lowest if is_away or not known else 0.6 * shift  # 0.6: to the other side of the eigenvalue nearby
     theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
     errors = _errors_of_inverse(theta, product, left, m @ right)
     if symmetric:
@@ -200,21 +205,23 @@ def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, e
 
     Eigenvalues far above the shift, which the inverse does not resolve, need eigenvectors that are computed from M and K.
     """
+    squared, errors, vectors = _use_quotients(m, k, vectors, squared, errors, vectors)
+    if issparse(k) or (errors <= UNKNOWN * np.abs(squared)).all():
+        return squared, errors, vectors
+    order = np.argsort(squared)
+    return _use_quotients(m, k, eigh(k, m)[1], squared[order], errors[order], vectors[:, order])
+
+
+def _use_quotients(
+    m: Matrix, k: Matrix, trial: Array, squared: Array, errors: Array, vectors: Array
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Use Rayleigh quotients of trial vectors, of modal mass 1, where the norm of their residual is below the error."""
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
-    for from_matrices in (False, True):
-        if from_matrices:
-            if issparse(k) or (errors <= UNKNOWN * np.abs(squared)).all():
-                break
-            order = np.argsort(squared)
-            squared, errors, vectors = squared[order], errors[order], vectors[:, order]
-        trial = eigh(k, m)[1] if from_matrices else vectors
-        quotient = np.einsum("ij,ij->j", trial, k @ trial)
-        residual = k @ trial - m @ trial * quotient
-        error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve_mass(residual))))
-        better = error < errors
-        squared, errors = np.where(better, quotient, squared), np.where(better, error, errors)
-        vectors = np.where(better, trial, vectors)
-    return squared, errors, vectors
+    quotient = np.einsum("ij,ij->j", trial, k @ trial)
+    residual = k @ trial - m @ trial * quotient
+    error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve_mass(residual))))
+    better = error < errors
+    return np.where(better, quotient, squared), np.where(better, error, errors), np.where(better, trial, vectors)
 
 
 def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
@@ -239,7 +246,7 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
     """
     n, least = len(m), float(np.sqrt(_first_shift(m, k)))
     shift = least
-    for _ in range(3):
+    for _ in range(3):  # most changes of the shift
         place_rows = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
         rate_rows = place_rows.copy()
         rate_rows[:, :n] += np.eye(n) / shift
@@ -247,9 +254,11 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         values = shift + invert(theta)
         upper = values.imag >= 0.0
         errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[upper]
+        # the lower half of a left vector is M y, if y^H (s^2 M + s C + K) = 0
         values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
-        if 1.5 * shift <= lowest <= 10.0 * shift or (shift == least and lowest <= 2.0 * least):
+        is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, but not far
+        if is_near or (shift == least and lowest <= 2.0 * least):  # a smaller shift than the least would be rounding
             break
         shift = max(least, 0.5 * lowest)
     return values, left, right, errors, shift**2

@@ -15,7 +15,7 @@ STEP = 1e-5
 
 
 class Varied(Problem):
-    """Problem whose parameter is a number of the mechanism; each value has a scene, and `current` is the latest value."""
+    """Problem whose parameter is a number of the mechanism; each value has a scene, the present one belongs to `current`."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree
@@ -34,15 +34,18 @@ class Varied(Problem):
             self.current = parameter
             self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
-    def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences."""
+    def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
+        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences, for which `residuals` is no help.
+
+        The number then has another value: all methods that use the scene set it first.
+        """
         step = STEP * max(abs(rest.parameter), abs(self.initial), 1e-300)
-        residuals = []
+        sides = []
         for p in (rest.parameter + step, rest.parameter - step):
             self.set_parameter(p)
             a = self.scene.assemble(rest.q, tangents=False)
-            residuals.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
-        return np.asarray((residuals[0] - residuals[1]) / (2 * step))
+            sides.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
+        return np.asarray((sides[0] - sides[1]) / (2 * step))
 
     def with_degree(self, increment: int) -> Varied:
         """Return the problem with strips of a higher degree."""
@@ -54,7 +57,7 @@ class Paced(Problem):
 
     def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""
-        self.scene.tables.time_factor[0] = parameter / self.initial
+        self.scene.tables.time_factor[:] = parameter / self.initial  # an array of one number, for compiled code
 
 
 def problem_over(

@@ -12,7 +12,7 @@ from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
 from ..spectral.scene import CompiledScene
 from ..validate import whole
-from .answer import ACCURACY, DEGREE_STEP, MAX_DEGREE, Answer, Ending, Equilibrium, check, list_omissions
+from .answer import ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Answer, Ending, Equilibrium, check, list_omissions
 from .problem import SEARCH_STOPS, Problem, Rest, find_moving_link, has_strips, loads_of
 from .rest import equilibrium
 from .spectrum import Spectrum
@@ -114,13 +114,15 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf
     while has_strips(problem.scene):
-        finer, state = problem.refine(rest, max(DEGREE_STEP, problem.scene.degree // 4))
+        finer, state = problem.refine(rest, max(DEGREE_STEP, problem.scene.degree // 4))  # larger steps where degrees are high
         try:
             watching.get().step()
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except SEARCH_STOPS as error:
-            errors = errors if previous < np.inf and isinstance(error, USER_STOPS) else np.full(len(errors), np.inf)
+            has_estimate = previous < np.inf  # from an earlier refinement, which a user's stop leaves valid
+            if not (has_estimate and isinstance(error, USER_STOPS)):
+                errors = np.full(len(errors), np.inf)
             break
         common, answer = min(count, len(found.values), len(new.values)), found if fixed else new
         change = np.full(min(count, len(answer.values)), np.inf)
@@ -131,10 +133,10 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
             break
         problem, rest, found = finer, state, new
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
-        stalled = relative < 1e-5 and relative > 0.5 * previous  # the equilibrium itself is known to rounding only
+        is_rounding = relative < 1e-5 and relative > 0.5 * previous  # small, and not halved: rounding of the equilibrium
         previous = relative
         most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
-        if stalled or relative <= ACCURACY or (change <= rounding).all() or problem.scene.degree > most:
+        if is_rounding or relative <= ACCURACY or (change <= rounding).all() or problem.scene.degree > most:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
     return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
@@ -169,7 +171,8 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
             names.append("flutter" if value.imag else "growth")
         else:
             names.append("vibration" if value.imag else "decay")
-    wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
+    limits = LARGEST_ERROR * np.abs(values)
+    wrong = [i + 1 for i, (limit, error) in enumerate(zip(limits, errors, strict=True)) if error > limit > 0.0]
     notes = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
     advice = "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"
     notes += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; {advice}"] if wrong else []
