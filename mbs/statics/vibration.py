@@ -149,7 +149,7 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
     scene = problem.scene.source
     has_laws = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
     for k, shape in enumerate(np.real(found.shapes[:, :count]).T if has_laws else ()):
-        step = AMPLITUDE * problem.scene.length * shape / max(np.abs(shape / problem.units).max(), 1e-300)
+        step = AMPLITUDE * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
             displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
