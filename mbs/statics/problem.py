@@ -79,7 +79,7 @@ class Problem:
     shift: float = 0.0
 
     def __post_init__(self) -> None:
-        self.units = self.scene.units
+        self.units, self.is_angle = self.scene.units, find_angles(self.scene)
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
     @property
@@ -87,7 +87,7 @@ class Problem:
         """Extents of the coordinates, (n,): the size of the mechanism, which may be many links long, or 1 rad."""
         points = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
-        return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
+        return np.where(self.is_angle, 1.0, extent)
 
     def with_degree(self, increment: int) -> Problem:
         """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""
@@ -250,7 +250,7 @@ class Problem:
         """Estimate the rounding error of the parameter: that of axial forces of strips, over the force per unit of parameter."""
         stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
-        force = float(slope[:n][self.units != 1.0].max(initial=0.0))
+        force = float(slope[:n][~self.is_angle].max(initial=0.0))
         return ROUNDING * stiffest / force if force else 0.0
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
@@ -293,6 +293,11 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
 
 def _strips(scene: CompiledScene) -> list[StripBody]:
     return [body for body in scene.builder.bodies.values() if isinstance(body, StripBody)]
+
+
+def find_angles(scene: CompiledScene) -> Array:
+    """Return True for each coordinate that is an angle, (n,); others are lengths, as the statics have no states of loads."""
+    return np.array([i in scene.builder.units for i in range(scene.size)], dtype=bool)
 
 
 def has_strips(scene: CompiledScene) -> bool:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from buckler.mbs import Cable, Link, Mechanism, Revolute, Section, equilibrium, frequencies
+from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section, equilibrium, frequencies
+from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
 from buckler.mbs.statics.algebra import least_squares, solve
@@ -83,6 +84,16 @@ def test_a_singular_net_is_solved_by_least_squares_of_least_size(hanging):
     for found in (least_squares(sparse, right, 1e-12), solve(sparse, right)):
         assert np.abs(dense @ found - right).max() < 1e-9 * np.abs(right).max()
     assert least_squares(sparse, right, 1e-12) == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("length", [1.0, 2.0])
+def test_the_extent_of_two_bars_in_line_is_twice_their_length(length):
+    """Also if the bars are 1 m long, so that their length is the number that is the unit of angles."""
+    points = {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)}
+    bars = [Link("a", "O", "A", Rigid(Section(0.02, 0.002))), Link("b", "A", "B", Rigid(Section(0.02, 0.002)))]
+    mechanism = Mechanism(points, bars, [Revolute("O", "ground", "a"), Revolute("A", "a", "b")])
+    extents = Problem(CompiledScene.of(mechanism)).extents
+    assert sorted(extents) == [1.0, 1.0, *4 * [2 * length]]
 
 
 @pytest.mark.slow
