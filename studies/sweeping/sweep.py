@@ -152,10 +152,14 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
     """Run jobs on the executor, on processes, or in this process; yield the row of each job when it ends."""
     if jobs and executor is not None:
         _load(executor, jobs[0].module)
+        remaining = len(jobs)
         for job, outcome in _outcomes(executor, jobs, IN_FLIGHT):
             if isinstance(outcome, BrokenExecutor):
                 raise SweepError(f"{type(executor).__name__} has lost a worker and starts no other: {outcome}")
+            remaining -= 1
             yield _make_row(job, outcome)
+        if remaining:
+            raise SweepError(f"{type(executor).__name__} has lost its workers; {remaining} of {len(jobs)} cases did not run")
     elif jobs and workers:
         yield from _in_processes(jobs, workers)
     else:
@@ -210,7 +214,10 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Yield each job with its row or exception when it ends; at most `limit` jobs are submitted, none to a broken executor."""
+    """Yield each job with its row or exception when it ends; a broken executor gets no further job, and these are missing.
+
+    At most `limit` jobs are submitted at a time.
+    """
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:
@@ -218,7 +225,7 @@ def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[t
                 try:
                     future = executor.submit(run_case, waiting[0])
                     running[future] = waiting.popleft()
-                except LOST:  # the caller sees that these jobs are missing
+                except LOST:
                     waiting.clear()
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)

@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
@@ -51,6 +51,22 @@ def test_every_ending_is_a_row_and_only_the_case_that_kills_its_process_is_blame
     assert rows[4].message.startswith("ZeroDivisionError: no stiffness left (sweep_toy.py:")
     assert rows[5].message.startswith("its process died twice") and rows[5].parameters["length"] == 5
     assert rows[6].value("strut.force") == 61
+
+
+def test_an_executor_that_takes_no_more_cases_ends_the_sweep_with_an_error():
+    class Broken(ThreadPoolExecutor):
+        """Executor that takes the import of the study and the first case, and breaks while it is idle."""
+
+        taken = 0
+
+        def submit(self, *job):
+            self.taken += 1
+            if self.taken > 2:
+                raise BrokenExecutor("no more workers")
+            return super().submit(*job)
+
+    with Broken() as pool, pytest.raises(SweepError, match=r"Broken has lost its workers; 2 of 3 cases did not run"):
+        sweep(sweep_toy, [Parameters(length=i) for i in range(3)], executor=pool)
 
 
 def test_a_study_that_workers_cannot_load_stops_the_sweep_before_any_case():
