@@ -85,7 +85,7 @@ def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = 
     by_series = {series: [(name, setting) for name, setting in work.runs if name == series] for series in MARKERS}
     quick = [(ENGINE, work.tuned), *(key for keys in by_series.values() for key in keys[:2])]
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in quick}
-    errors = {(series, setting): work.error(series, run()) for (series, setting), run in runs.items()}
+    errors = {(series, setting): work.difference(run(), work.references[series]()) for (series, setting), run in runs.items()}
     return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
 
 
@@ -117,7 +117,7 @@ def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
         for name, each in found.items()
         for key, x in each.points.items()
     ]
-    headers = ["work", "series", "setting", "error", "time [ms]", "tuned engine's time over it", "front"]
+    headers = ["work", "series", "setting", "error", "time [ms]", "tuned run's time over this", "front"]
     works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
     return Table(headers, rows, "Error against run time", f"{works}\n{notes}")
 

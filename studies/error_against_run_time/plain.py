@@ -167,8 +167,10 @@ def slider_crank(mechanism: Mechanism, times: Array, steps: int, relative: float
     The number of elements is even and the crank's speed constant. A stop has a `KelvinVoigt` law, by a Python function.
     """
     job = _System()
-    nodes = _moving_strip(job, mechanism)
-    _add_crank(job, mechanism, nodes[0])
+    speed = mechanism.drives[0].speed
+    assert isinstance(speed, int | float)
+    nodes = _moving_strip(job, mechanism, speed)
+    _add_crank(job, mechanism.length("crank"), speed, nodes[0])
     _add_slider(job, mechanism, nodes[-1])
     sensors = [job.add_sensor(nodes[k]) for k in (0, len(nodes) // 2, -1)]
     job.solve(float(times[-1]), steps, relative, absolute)
@@ -177,17 +179,11 @@ def slider_crank(mechanism: Mechanism, times: Array, steps: int, relative: float
     return np.asarray((chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T))
 
 
-def _speed(mechanism: Mechanism) -> float:
-    speed = mechanism.drives[0].speed
-    assert isinstance(speed, int | float)
-    return speed
-
-
-def _moving_strip(job: _System, mechanism: Mechanism) -> list[int]:
+def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]:
     """Add the bowed coupler, from the crank pin along negative x, with the velocity of a rigid coupler; return its nodes."""
     body, length, radius = mechanism.link("coupler").body, mechanism.length("coupler"), mechanism.length("crank")
     assert isinstance(body, Cable) and isinstance(body.section, Section)
-    height, speed = body.imperfection, _speed(mechanism)
+    height = body.imperfection
     turning = speed * radius / length  # angular velocity of the coupler, with its sign turned [rad/s]
     nodes = []
     for s in np.linspace(0.0, length, body.count + 1):
@@ -201,15 +197,14 @@ def _moving_strip(job: _System, mechanism: Mechanism) -> list[int]:
     return nodes
 
 
-def _add_crank(job: _System, mechanism: Mechanism, pin: int) -> None:
+def _add_crank(job: _System, length: float, speed: float, pin: int) -> None:
     """Add a rigid crank about the origin; as its speed is prescribed, its mass and inertia have no effect on the coupler."""
-    speed = _speed(mechanism)
     node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[0, 0, 0], initialVelocities=[0, 0, speed]))
     body = job.add(eii.ObjectRigidBody2D(mass=0.1, inertia=1e-3, nodeNumber=node))
     for coordinate in (0, 1):
         job.fix(node, coordinate)
     job.fix(node, 2, offset=speed, velocityLevel=True)
-    job.pin(job.mark_body(body, mechanism.length("crank")), job.mark_node(pin))
+    job.pin(job.mark_body(body, length), job.mark_node(pin))
 
 
 def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:

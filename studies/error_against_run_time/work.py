@@ -62,12 +62,8 @@ class Work:
     largest: bool = False
     motion: Motion | None = None
 
-    def error(self, series: str, found: Array) -> float:
-        """Compute the error of a run of a series by its numbers; nan if the run failed."""
-        return self.difference(found, self.references[series]())
-
     def difference(self, found: Array, exact: Array) -> float:
-        """Compute the difference of two results, as the largest relative one or a root mean square over its scale."""
+        """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""
         if self.largest:
             return float(np.abs(found / exact - 1).max())
         return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))

@@ -31,8 +31,6 @@ from ..kit.published import GRAVITY
 
 Measures = Mapping[str, Any]
 """Measures by name, each an array whose last axis may be that of `SAMPLES`."""
-NOTHING = MappingProxyType[str, float]({})
-"""Empty default of scales and reported errors."""
 MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
 """Checks that find a law used beyond its range, which a reference with the same law cannot refute."""
 SAMPLES = np.linspace(0.02, 0.98, 49)
@@ -106,8 +104,9 @@ relative to the clearance, with the root mean square as norm: at 0.1 its side in
 
 
 def compare(
-    found: Measures, right: Measures, scales: Mapping[str, float] = NOTHING, reported: Mapping[str, float] = NOTHING
-) -> tuple[float, str]:
+    found: Measures, right: Measures, scales: Mapping[str, float] = MappingProxyType({}),
+    reported: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[float, str]:  # fmt: skip
     """Find the largest error of all measures over the allowed one, and the name of its measure.
 
     The default scale of a measure is the reference's largest value. The error that the run reports, relative to its own largest
@@ -116,7 +115,7 @@ def compare(
     errors = {}
     for name, value in right.items():
         kind, ours = KINDS[name.split()[0]], np.asarray(found[name])
-        allowed = kind.allowed * max(scales.get(name, find_largest(value)), 1e-12)
+        allowed = kind.allowed * max(scales.get(name, find_largest(value)), 1e-12)  # positive where the reference is 0
         error = kind.norm(ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
         errors[name] = float(np.nan_to_num(error / max(allowed, reported.get(name, 0.0) * find_largest(ours)), nan=np.inf))
     worst = max(errors, key=lambda name: errors[name])
@@ -255,13 +254,7 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
 
 
 def read_reference(draw: Draw, finer: int) -> Measures | None:
-    """Read the measures of a reference run; None if it fails."""
-    result = run_reference(draw, finer)
-    return read(draw, result) if result is not None else None
-
-
-def run_reference(draw: Draw, finer: int) -> Result | None:
-    """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
+    """Read the measures of a compiled run, with finer steps and strips for `finer` = 1 than for 0; None if it fails."""
     longest = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
@@ -272,7 +265,7 @@ def run_reference(draw: Draw, finer: int) -> Result | None:
         result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return result if result.status in ENDED else None
+    return read(draw, result) if result.status in ENDED else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:

@@ -143,18 +143,15 @@ def _draw_cantilever(dice: Dice) -> Run:
     end = parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2)))
     strip, arm = parts.draw_strip(dice, length, 1e-3, 2e-3), parts.draw_bar(dice)
     mechanism = mbs.Mechanism(
-        {"A": (0, 0), "B": (length, 0), "C": end},
-        [mbs.Link("strip", "A", "B", strip), mbs.Link("arm", "B", "C", arm)],
+        {"A": (0, 0), "B": (length, 0), "C": end}, [mbs.Link("strip", "A", "B", strip), mbs.Link("arm", "B", "C", arm)],
         [mbs.Weld("A", "ground", "strip"), dice.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
-        loads=[mbs.Force("C", (dice.uniform(-1, 1), dice.uniform(-2, 0)))],
-        gravity=parts.WEIGHT,
-    )
+        loads=[mbs.Force("C", (dice.uniform(-1, 1), dice.uniform(-2, 0)))], gravity=parts.WEIGHT,
+    )  # fmt: skip
     duration = dice.uniform(0.1, 0.3)
     if isinstance(mechanism.links[0].body, mbs.Beam) and dice.chance():
         force, torque = (dice.uniform(-3, 3), dice.uniform(-3, 3)), dice.uniform(-0.05, 0.05)  # [N/m], [N]
-        mechanism = replace(
-            mechanism, loads=[*mechanism.loads, mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))]
-        )
+        line_load = mbs.LineLoad("strip", force, torque, turns=dice.one(True, False))
+        mechanism = replace(mechanism, loads=[*mechanism.loads, line_load])
     return mechanism, duration
 
 

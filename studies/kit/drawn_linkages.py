@@ -149,10 +149,7 @@ def draw_turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), load_share: float = 0.5,
 ) -> Run:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops; a strip as coupler carries at most `load_share` of its buckling load.
-
-    This load is the force of the slider's inertia, mass * crank * speed^2.
-    """
+    """Draw a slider-crank or four-bar without stops; inertia loads a strip below `load_share` of its buckling load."""
     motion, speed = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
@@ -162,7 +159,8 @@ def draw_turning(
     lengths = SliderCrank(dice.uniform(0.05, 0.2), dice.uniform(0.25, 0.6)) if body == "rigid" else PAPER
     coupler = BODIES[body](dice, lengths.coupler)
     if body == "strip":
-        speed = sqrt(dice.log(1e-3, load_share) * coupler.section.euler_load(lengths.coupler) / (mass * lengths.crank))
+        inertia_force = dice.log(1e-3, load_share) * coupler.section.euler_load(lengths.coupler)  # mass * crank * speed^2
+        speed = sqrt(inertia_force / (mass * lengths.crank))
     duration = dice.uniform(0.3, 1.5) * 2 * pi / speed
     return slider_crank(coupler, law=None, mass=mass, speed=draw_speed(dice, motion, speed, duration), lengths=lengths), duration
 

@@ -105,10 +105,7 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Function that makes the parameters of a case of a sweep over numbers of a file, from their values by path.
-
-    It is called as a `Parameters` class is. `numbers` has the declaration of each number by its path in the file.
-    """
+    """Function that makes the parameters of a case from values by path in a file; `numbers` has a declaration of each by path."""
 
     make: Callable[..., StudyParameters]
     numbers: Mapping[str, Declaration]

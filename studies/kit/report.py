@@ -132,10 +132,7 @@ def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Return status and message of a study from pairs of name and result of its runs.
-
-    The status is that of the first run that failed, or else SUSPECT if a run is suspect; the message contains those of all runs.
-    """
+    """Return status and all messages of runs, pairs of name and result: the first failure, or SUSPECT if a run is suspect."""
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
     statuses = [run.status for _, run in wrong]
     status = next((each for each in statuses if each != "SUSPECT"), "SUSPECT" if statuses else "OK")
@@ -148,9 +145,8 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
         value, published, exact = (None if x is None else factor * x for x in (m.value, m.published, m.exact))
-        error = (
-            relative(m.error) if m.error is not None else None if m.absolute is None else f"± {factor * m.absolute:.2g} {unit}"
-        )
+        absolute = None if m.absolute is None else f"± {factor * m.absolute:.2g} {unit}"
+        error = absolute if m.error is None else relative(m.error)
         rows.append((name, value, unit, published, exact, error))
     headers = ("metric", "value", "unit", "published", "exact", "relative error")
     kept = [i for i in range(len(headers)) if i < 3 or any(row[i] is not None for row in rows)]
@@ -201,18 +197,11 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_a
         for name, writer in writers.items():
             with atomic(folder / name) as file:
                 writer(file)
-    text = to_json(
-        {
-            "status": result.status,
-            "message": result.message,
-            **({"trusted": True} if is_allowed else {}),
-            "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
-            "tables": [asdict(table) for table in result.tables],
-            "work": result.work,
-            "provenance": provenance(result.parameters),
-            "files": list(writers),
-        }
-    )
+    head = {"status": result.status, "message": result.message} | ({"trusted": True} if is_allowed else {})
+    metrics = {name: metric.plain() for name, metric in result.metrics.items()}
+    tables = [asdict(table) for table in result.tables]
+    origin = {"work": result.work, "provenance": provenance(result.parameters), "files": list(writers)}
+    text = to_json(head | {"metrics": metrics, "tables": tables} | origin)
     with atomic(folder / "metrics.json") as file:
         file.write(text.encode())
     return text
@@ -261,8 +250,7 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
 
-    `cases` counts the similar calls of `simulate` after each other, by which a forecast multiplies the time of the first; in a
-    sweep by several processes it is the number of calls over that of processes.
+    A forecast multiplies the time of a `simulate` by `cases`, the number of similar calls; in a sweep those for each process.
     """
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:

@@ -78,10 +78,7 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """Error of a variant, nan if it failed, and its processor time in each round [s]; `front` if no other variant beats it.
-
-    The error may be of any kind and unit that is the same for all variants.
-    """
+    """Error of a variant in a measure of all, nan if it failed; processor time in each round [s]; `front`: no other beats it."""
 
     error: float
     times: tuple[float, ...]
@@ -103,12 +100,9 @@ class WorkPoint:
 
 
 def work_precision(
-    variants: Mapping[Name, Callable[[], object]],
-    errors: Mapping[Name, float],
-    repeats: int = 5,
-    *,
+    variants: Mapping[Name, Callable[[], object]], errors: Mapping[Name, float], repeats: int = 5, *,
     progress: Callable[[list[Name]], Iterable[Name]] = iter,
-) -> dict[Name, WorkPoint]:
+) -> dict[Name, WorkPoint]:  # fmt: skip
     """Measure the processor time of every variant in rounds; a variant does the whole job from its input to its answer.
 
     `errors` come from first runs that are not timed. `progress` iterates over the names of the runs to make, and may show a bar.
@@ -122,9 +116,8 @@ def work_precision(
         variants[name]()
         times[name].append(process_time() - start)
     points = {name: WorkPoint(errors[name], tuple(spent)) for name, spent in times.items()}
-    return {
-        name: replace(p, front=isfinite(p.error) and not any(q.beats(p) for q in points.values())) for name, p in points.items()
-    }
+    all_points = points.values()
+    return {name: replace(p, front=isfinite(p.error) and not any(q.beats(p) for q in all_points)) for name, p in points.items()}
 
 
 def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:

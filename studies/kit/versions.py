@@ -13,15 +13,13 @@ from pathlib import Path
 
 def versions() -> dict[str, str | None]:
     """Look up the version of each package; None for a package that is not installed."""
-    packages = ("buckler", "exudyn", "numpy", "scipy")
-    return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
+    found: dict[str, str | None] = {"python": platform.python_version()}
+    for package in ("buckler", "exudyn", "numpy", "scipy"):
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = None
+    return found
 
 
 def print_versions() -> int:

@@ -25,7 +25,8 @@ from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.progress import TimeUpError
 from buckler.mbs.sensitivity.numbers import find_entry
-from buckler.mbs.sensitivity.reading import RunFailedError, check
+from buckler.mbs.sensitivity.reading import RunFailedError
+from buckler.mbs.sensitivity.reading import check as check_reading
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
 
@@ -130,7 +131,7 @@ class File(Study):
         """Declare the options of the run and of the solver, and `--set`; none of them has to be excluded."""
         texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
-        about = "another value at a place of the file, as links.coupler.body.section.thickness=0.2mm"
+        about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
         add_options(parser, solver_options(), {name: each.doc for name, each in solver_options().items()})
 
@@ -161,7 +162,7 @@ class File(Study):
             for name in target_signals(parameters) if result.signals else ():
                 _ = result[name]
             for text in parameters.measure if result.signals else ():
-                check(text, result.signals)
+                check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
         """Return name and hash of the document."""
@@ -223,15 +224,14 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
 
 
 def file_command(
-    declare: Callable[[argparse.ArgumentParser], object],
-    answer: Callable[[argparse.Namespace, FileContent], int],
+    declare: Callable[[argparse.ArgumentParser], object], answer: Callable[[argparse.Namespace, FileContent], int],
     has_duration: bool = True,
-) -> Command:
+) -> Command:  # fmt: skip
     """Make a command on a file: its own options, --set, --timeout and, if wanted, --duration; exit status 1 if a run fails."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-        add_repeated(parser, "--set", "PATH=VALUE", "another value at a place of the file", dest="changes")
+        add_repeated(parser, "--set", "PATH=VALUE", "another value of an entry of the file", dest="changes")
         if has_duration:
             parser.add_argument("--duration", metavar="s", help="duration [s]; default that of the file, or 1 s")
         parser.add_argument("--timeout", metavar="s", help="longest time of computing [s]; a search then shows its best so far")

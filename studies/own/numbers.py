@@ -82,9 +82,7 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
-    about = (
-        "a column whose values separate the experiments; if it is named by the path of a number, they are values of this number"
-    )
+    about = "a column whose values separate experiments; if a number's path is its name, they are values of this number"
     add_repeated(parser, "--setting", "COLUMN", about)
     parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
@@ -114,14 +112,14 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is chosen")
-    parser.add_argument("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
+    add = parser.add_argument
+    add("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
     add_repeated(parser, "--subject-to", "CONSTRAINT", about, dest="wants")
-    parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
+    add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
     about = f"largest number of runs, after which the best so far is shown; default {BUDGET}"
-    parser.add_argument("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
-    about = "folder of the new file; default results"
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
+    add("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
+    add("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the new file; default results")
 
 
 def _optimise(options: argparse.Namespace, file: FileContent) -> int:
@@ -149,18 +147,18 @@ optimise = file_command(_declare_optimise, _optimise)
 
 def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
-    parser.add_argument("--members", type=int, default=1000, help="runs, of each combination of lists; default 1000")
+    add = parser.add_argument
+    add("--members", type=int, default=1000, help="runs, of each combination of lists; default 1000")
     about = "a number that varies: uniform between LOW and HIGH, or PATH=A,B,C, a list; all combinations of lists are run"
     add_repeated(parser, "--vary", "PATH=LOW:HIGH", about)
     about = "a reading, as 'rms(B.normal_force)': max min mean rms end impulse share onsets of a signal; default the file's"
     add_repeated(parser, "--of", "READING", about)
-    parser.add_argument("--each", metavar="s", help="window of the readings [s]; default a turn of the first drive")
-    parser.add_argument("--skip", type=int, default=1, help="windows at the start that statistics leave out; default 1")
-    parser.add_argument("--seed", type=int, default=1, help="seed of numbers and starts; default 1")
-    about = "file (.npz) of the finished runs; the same command continues from it"
-    parser.add_argument("--store", metavar="FILE", type=Path, help=about)
+    add("--each", metavar="s", help="window of the readings [s]; default a turn of the first drive")
+    add("--skip", type=int, default=1, help="windows at the start that statistics leave out; default 1")
+    add("--seed", type=int, default=1, help="seed of numbers and starts; default 1")
+    add("--store", metavar="FILE", type=Path, help="file (.npz) of the finished runs; the same command continues from it")
     about = "folder of members.csv, histogram.png, map.png; default results"
-    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
+    add("--out", metavar="DIR", type=Path, default=Path("results"), help=about)
 
 
 def _ensemble(options: argparse.Namespace, file: FileContent) -> int:

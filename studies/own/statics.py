@@ -177,7 +177,7 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
     try:
         rows, _ = jacobian(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
         return rows.shape[1], rows.shape[0], rank(rows)
-    except (ValueError, AttributeError):  # of any element: the description goes on without the mobility
+    except (ValueError, AttributeError):  # from the equations of any element: the description goes on without the mobility
         return None
 
 

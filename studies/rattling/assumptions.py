@@ -84,9 +84,7 @@ class Assumptions(JointAssumptions):
         "constant", tuple(DAMPINGS), "damping ratios of modes: rocker_damping; by frequency; rocker_damping at the lowest two",
         "left open",
     )  # fmt: skip
-    modes_of: str = choice(
-        "free", KINDS, "modes of the rocker: free, by Timoshenko or Euler-Bernoulli; or of Craig-Bampton", "left open"
-    )
+    modes_of: str = choice("free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "left open")
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""

@@ -228,12 +228,8 @@ def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
         flips = metrics.get(f"c_max[{unit}].{claim.name}.flips")
         rows.append(row if flips is None else [*row, f"{flips.value:.2f}"])
     heads = [f"{head}, {g:g} m/s²" for g in p.gravity for head in ("flexible/rigid", "share of samples", "verdict")]
-    notes = (
-        "flexible/rigid: median over samples ± sampling ± model. share of samples in which the claim holds, with its interval."
-    )
-    return Table(
-        ["claim", *heads, *(["flips"] if len(p.gravity) > 1 else [])], rows, f"c_max = {CONTACT_DAMPING:g} {unit}", notes
-    )
+    notes = "flexible/rigid: median over samples ± sampling ± model. share of samples in which the claim holds, with interval."
+    return Table(["claim", *heads, *["flips"] * (len(p.gravity) > 1)], rows, f"c_max = {CONTACT_DAMPING:g} {unit}", notes)
 
 
 def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:

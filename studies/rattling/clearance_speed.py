@@ -28,7 +28,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_ta
 from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .bars import RockerParameters
-from .turns import FORCE, Turns, period, run_turns, solver
+from .turns import FORCE, period, run_turns, solver
 
 MEASURES = {
     "peak_force": (FORCE.format(place="B"), "N"),
@@ -75,17 +75,14 @@ class SpeedPoint(NamedTuple):
     impacts: float = nan
     notes: tuple[str, ...] = ()
 
-    @classmethod
-    def of(cls, turns: Turns) -> SpeedPoint:
-        """Make a point from the means of an ensemble."""
-        means = [turns.means[name] for name in READINGS]
-        mean, error = np.array([each.value for each in means]), np.array([each.error for each in means])
-        return cls(mean, error, turns.depth, turns.means[IMPACTS].value, turns.notes)
-
 
 def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> list[SpeedPoint]:
     """Compute points of the grid that have the same crank speed, by an ensemble of each mechanism; `batch` selects the starts."""
-    return [SpeedPoint.of(each) for each in run_turns(p, mechanisms, (*READINGS, IMPACTS), batch)]
+    found = []
+    for turns in run_turns(p, mechanisms, (*READINGS, IMPACTS), batch):
+        mean, error = np.array([(turns.means[name].value, turns.means[name].error) for name in READINGS]).T
+        found.append(SpeedPoint(mean, error, turns.depth, turns.means[IMPACTS].value, turns.notes))
+    return found
 
 
 def ideal(p: Parameters, speed: float) -> Array:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
+from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
@@ -86,11 +86,6 @@ class Parameters(PlayParameters, Assumptions):
             self.mechanism(rocker)
 
     @property
-    def section(self) -> Section:
-        """Section of all bars, without damping."""
-        return section(self.in_plane_depth)
-
-    @property
     def with_play(self) -> str:
         """Points of the joints with clearance."""
         return WITH_PLAY[self.clearance_joints]
@@ -102,11 +97,12 @@ class Parameters(PlayParameters, Assumptions):
 
     def body(self, rocker: str) -> Rigid | Beam | Modal:
         """Make one of the `ROCKERS`; a modal one has modes of a mesh of solid elements, or those that `modes_of` names."""
+        bar = section(self.in_plane_depth)
         if rocker == "rigid":
-            return Rigid(self.section)
+            return Rigid(bar)
         if rocker == "beam":
-            return Beam(self.section.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
-        modal = Modal(self.section, damping=self.rocker_damping)
+            return Beam(bar.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
+        modal = Modal(bar, damping=self.rocker_damping)
         others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
         modal = replace(modal, modes=others[self.modes_of]) if self.modes_of in others else modal
         return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)

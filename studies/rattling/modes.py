@@ -128,10 +128,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
 
 
 def sameness(found: Ratio, level: float, margin: float) -> str:
-    """Return = if the confidence interval of a ratio lies within 1 ± `margin`, else ≠ if the interval excludes 1, else ?.
-
-    The `level` is the probability beyond each end of the interval.
-    """
+    """Return = for a confidence interval within 1 ± `margin`, else ≠ if it excludes 1, else ?; `level` lies beyond each end."""
     half = found.half_width(level)
     if abs(found.value - 1) + half < margin:
         return AGREES

@@ -101,10 +101,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p,
         **(status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}),
-        metrics=metrics,
-        signals={"angle": turn.angle, "force": turn.force},
+        metrics=metrics, signals={"angle": turn.angle, "force": turn.force},
         tables=[replace(metrics_table(metrics), notes=notes)],
-    )
+    )  # fmt: skip
 
 
 def figure(result: StudyResult) -> Figure:

@@ -205,9 +205,8 @@ class SineStrip:
         time_constant = 2 * self.case.damping / self.frequency  # tau of equation (2)
         bend = self.bending * (a - self.stress_free + time_constant * speed)
         q = self._transverse(self.case.speed * t, y[0], acceleration)
-        return np.concatenate(
-            [[y[1], acceleration], speed, (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length]
-        )
+        modal_acceleration = (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
+        return np.concatenate([[y[1], acceleration], speed, modal_acceleration])
 
 
 class MapPoint(NamedTuple):

@@ -181,18 +181,14 @@ def limits(chosen: StrikeDesign) -> list[Limit]:
     """
     u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load
-    pull = chosen.given.mass * chosen.given.lengths.slider_second_rate(chosen.angle) * np.square(chosen.speed)
+    inertia = chosen.given.mass * chosen.given.lengths.slider_second_rate(chosen.angle) * np.square(chosen.speed)
+    rise = (chosen.push + inertia) / chosen.euler_load  # Q' over P_cr
     stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
         Limit("shortening", "end shortening over length", chosen.shortening, 1.0),
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
         Limit("buckling", "compression on the way over the Euler load", compression, MOST_COMPRESSION),
-        Limit(
-            "pull",
-            "rise of the strip's push in the impact over the Euler load",
-            (chosen.push + pull) / chosen.euler_load,
-            MOST_RISE,
-        ),
+        Limit("pull", "rise of the strip's push in the impact over the Euler load", rise, MOST_RISE),
         Limit("push", "push of the strip over the impact's strength", chosen.push / strength, MOST_PUSH),
         Limit("speed", "crank speed in rad/s", chosen.speed, chosen.given.fastest),
     ]

@@ -100,12 +100,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _result(
-    p: Parameters,
-    runs: Sequence[ModelRun],
-    notes: Sequence[str],
-    metrics: Mapping[str, Mapping[str, Metric]],
+    p: Parameters, runs: Sequence[ModelRun], notes: Sequence[str], metrics: Mapping[str, Mapping[str, Metric]],
     signals: Mapping[str, Array],
-) -> StudyResult:
+) -> StudyResult:  # fmt: skip
     """Make the result: status of the worst run, metrics by case, and their table."""
     return StudyResult(
         parameters=p, **worst([(run.model, run) for run in runs], notes), metrics=by_case(metrics), signals=signals,
@@ -200,10 +197,7 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
 
 
 def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass [kg] with which the slider of `stitched` rests at the dead centre of every turn, to 1 %.
-
-    The upper end of `MASSES` stands for no bound in this range, nan for none that rests.
-    """
+    """Bisect for the largest mass [kg] of `MASSES` with which `stitched` rests at every dead centre, to 1 %; nan for none."""
 
     def is_resting(mass: float) -> bool:
         case = replace(p, mass=mass)

@@ -24,10 +24,7 @@ def _models(result: StudyResult) -> list[str]:
 
 
 def draw_forces(ax: Axes, result: StudyResult, abscissa: str, lowest: float) -> None:
-    """Draw the force on the stop [N] of each model over angle or time, on a logarithmic axis that begins at `lowest`.
-
-    Where there is no contact, the curve runs below the axis.
-    """
+    """Draw the force on the stop [N] of each model over angle or time, on a logarithmic axis from `lowest`; 0 lies below it."""
     for model in _models(result):
         x, force = result.signals[f"{model}.{abscissa}"], result.signals[f"{model}.force"]
         x = np.degrees(x) if abscissa == "angle" else x

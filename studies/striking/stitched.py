@@ -179,10 +179,7 @@ class _Piece(NamedTuple):
 
 
 def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
-    """Run the model for a duration [s] from crank angle 0; the crank turns forward by `motion`.
-
-    A ValueError says that the stop lies beyond the slider's reach.
-    """
+    """Run the model from crank angle 0 for a duration [s], forward by `motion`; a ValueError for a stop beyond reach."""
     crank = _Crank(motion, duration)
     pieces: list[_Piece] = []
     time, turn, contact = 0.0, 0, model.contact_angle

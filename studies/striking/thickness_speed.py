@@ -85,12 +85,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
                 for case, row in zip(cases, rows, strict=True) if row.status != "OK"]  # fmt: skip
     metrics = {model: _metrics(p, {name: column[m] for name, column in columns.items()}) for m, model in enumerate(p.models)}
     wrong = [f"CUBE: {model}, {line}" for model, each in metrics.items() for line in _check_cube(p, each)]
-    assumptions = f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
-    notes = [
-        f"cube: force over that of the first strip, {1e3 * p.thicknesses[0]:g} mm, at {p.slow:g} rad/s.",
-        assumptions,
-        *messages,
-    ]
+    cube = f"cube: force over that of the first strip, {1e3 * p.thicknesses[0]:g} mm, at {p.slow:g} rad/s."
+    notes = [cube, f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg.", *messages]
     return StudyResult(
         parameters=p, **status_of(wrong), metrics=by_case(metrics), signals=columns,
         work={"cases": len(rows), "cases_wall_s": sum(row.wall_s for row in rows)},

@@ -116,16 +116,14 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for h in p.thicknesses:  # PAPER_STOP is met at 120 degrees, whatever `stop_angle` is
         low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
         metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
-    yield_remark = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(
-        yields
-    )
+    remark = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(yields)
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
-        yield_remark,
+        remark,
     ]
     table = replace(metrics_table(metrics), title="Largest contact force", notes="\n".join(filter(None, notes)))
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(failures, yield_remark))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(failures, remark))
 
 
 def _mm(thickness: float) -> str:

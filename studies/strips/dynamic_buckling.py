@@ -142,10 +142,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: {result.message}")
         elif rate <= FIRST_MODE and abs(found / first_mode.force - 1) > AGREES_TO:
             wrong.append(f"{name}: the beam peaks {100 * (found / first_mode.force - 1):+.2g} % off the first mode")
-    notes = "Peaks over the critical load; exact: first mode."
-    return StudyResult(
-        parameters=p, metrics=metrics, signals=signals, tables=[replace(metrics_table(metrics), notes=notes)], **status_of(wrong)
-    )
+    table = replace(metrics_table(metrics), notes="Peaks over the critical load; exact: first mode.")
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status_of(wrong))
 
 
 def figure(result: StudyResult) -> Figure:

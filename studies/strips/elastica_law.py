@@ -35,18 +35,14 @@ class Parameters(StudyParameters):
     thickness: float = quantity(3e-4, "m", 5e-5, 5e-3, "thickness of the strip, for the extensible rod", "strip")
     points: int = integer(201, 11, 10_001, "shortenings between 0 and 1", "numerics")
 
-    @property
-    def section(self) -> Section:
-        """Section of the strip."""
-        return Section(STRIP_WIDTH, self.thickness)
-
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the laws on 0 <= u <= 1 and compare them with the closed form."""
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
-    unit = p.section.bending_stiffness / PAPER.coupler**2
-    rods = {"rod": Rod(), "strip": Rod(axial=p.section.axial_stiffness / unit, shear=p.section.shear_stiffness / unit)}
+    strip = Section(STRIP_WIDTH, p.thickness)
+    unit = strip.bending_stiffness / PAPER.coupler**2  # of forces [N]
+    rods = {"rod": Rod(), "strip": Rod(axial=strip.axial_stiffness / unit, shear=strip.shear_stiffness / unit)}
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
     loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in rods.items()}
     errors = {name: load / exact - 1 for name, load in loads.items()}

@@ -142,13 +142,12 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     first = next((row for row in rows if row.status != "OK"), None)
     others = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
     result = StudyResult(
-        parameters=request.plan.cases[0],
-        status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
+        parameters=request.plan.cases[0], status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
         message=f"{others} of {len(rows)} cases; the first is case {first.number}: {first.message}" if first else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
         work={"wall_s": wall, "vary": options.vary, "store": str(request.store)},
         notes=[f"cases come from {versions} versions of Buckler's source files; --store names a new file"] * (versions > 1),
-    )
+    )  # fmt: skip
     if request.part:
         ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
         return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)

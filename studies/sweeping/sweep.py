@@ -47,18 +47,10 @@ class SweepError(RuntimeError):
 
 
 def sweep(
-    study: str | ModuleType,
-    cases: Sequence[StudyParameters],
-    *,
-    workers: int = 0,
-    executor: Executor | None = None,
-    store: Path | None = None,
-    part: Part | None = None,
-    retry: bool = False,
-    progress: Progress = QUIET,
-    name: str = "",
-    units: Mapping[str, str] | None = None,
-) -> list[Row]:
+    study: str | ModuleType, cases: Sequence[StudyParameters], *, workers: int = 0, executor: Executor | None = None,
+    store: Path | None = None, part: Part | None = None, retry: bool = False, progress: Progress = QUIET,
+    name: str = "", units: Mapping[str, str] | None = None,
+) -> list[Row]:  # fmt: skip
     """Run a study for many parameters; return the rows of all cases, or of the cases of the part, in their order.
 
     Parameters
@@ -108,10 +100,7 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: its number, module of its study, and parameters.
-
-    The first job forecasts the time of the sweep, from the number of jobs for each worker; in other jobs this number is 1.
-    """
+    """Case to run: number, module of its study, parameters; the first job forecasts the run time of `jobs_a_worker` jobs."""
 
     number: int
     module: str
@@ -167,10 +156,7 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
 
 
 def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
-    """Run jobs on processes of this machine.
-
-    If a process dies, every job that was running is a suspect: it runs again alone, to find the job that kills its process.
-    """
+    """Run jobs on processes of this machine; if one dies, each job that was running is a suspect, which runs again alone."""
     remaining, suspects, starts = {job.number: job for job in jobs}, set[int](), 0
     while remaining:
         alone = [remaining[number] for number in sorted(suspects)]
@@ -214,10 +200,7 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Yield each job with its row or exception when it ends; a broken executor gets no further job, and these are missing.
-
-    At most `limit` jobs are submitted at a time.
-    """
+    """Yield each job with its row or exception at its end, `limit` at a time; what a broken executor refuses is missing."""
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:

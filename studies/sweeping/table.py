@@ -211,10 +211,7 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a metric over the numeric parameter with most values: a curve for each combination of the others.
-
-    If all parameters are words, the cases stand side by side, each with the label of its combination.
-    """
+    """Draw a metric over the numeric parameter with most values, a curve for each combination of the others; words in a row."""
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
@@ -273,10 +270,7 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
-    """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, provenance.
-
-    A metric has a column of relative errors, and one of errors in its unit where a case has such an error in place of these.
-    """
+    """Make the columns of all cases, by name and unit: number, parameters, status, metrics, relative or absolute errors, host."""
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]
