@@ -1,4 +1,4 @@
-"""Plane vectors as arrays, x and y along their last axis, and the onsets of contacts in sampled depths."""
+"""Plane vectors as arrays, x and y along their last axis, and the times at which contacts begin and end."""
 
 from __future__ import annotations
 
@@ -37,13 +37,10 @@ HALVINGS = 52
 """Steps of bisection, each of which halves the interval: the number of binary digits of a float."""
 
 
-def onsets(time: Array, depth: Array, rate: Array) -> Array:
-    """Find the times [s] at which a sampled depth changes its sign, by bisection of the cubic Hermite interpolant.
+def find_sign_changes(time: Array, depth: Array, rate: Array) -> Array:
+    """Find the times [s] at which a sampled depth changes its sign, so that a contact begins or ends, by bisection.
 
-    Parameters
-    ----------
-    time, depth, rate : arrays, shape (times,)
-        s, m, m/s.
+    The interpolant is the cubic Hermite polynomial of depth [m] and rate [m/s], each (times,).
     """
     k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
     step, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]

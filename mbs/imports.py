@@ -7,7 +7,7 @@ Other installed packages extend Buckler through entry points:
 - `buckler.spectral`, by kind: function `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
 - `buckler.symbols`, by kind: function `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
 
-The entry points are read when a kind is not one of Buckler's own, and when a file is read.
+`buckler.kinds` is read when a file is read or a schema is written, any other group when a kind is not one of Buckler's own.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def lazy_attributes(package: str, modules: Mapping[str, str]) -> Callable[[str],
 @cache
 def extensions(group: str) -> dict[str, Any]:
     """Return the objects of a group of entry points, by name; warn of any that does not load and leave it out."""
-    from importlib import metadata  # loading takes a tenth of the time of this package, and is seldom needed
+    from importlib import metadata  # loading takes a tenth of the time of this package; scripts without files do without
 
     found: dict[str, Any] = {}
     for point in metadata.entry_points(group=group):

@@ -88,7 +88,7 @@ RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
 CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """Contact law of the paper with its largest damping read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
-"""Function from a point and the names of the bodies of pin and bush to a joint with clearance."""
+"""Function `play(point, first, second)` that returns a joint with clearance; the pin is on `first`, the bush on `second`."""
 
 
 def crank_rocker(
@@ -104,7 +104,7 @@ def crank_rocker(
     speed : float, Ramp or Motion
         Speed of the crank, rad/s.
     play : callable, optional
-        `play(point, first, second)` returns the Clearance of a joint; None leaves all joints ideal.
+        Function that makes each joint with clearance, see `Play`; None leaves all joints ideal.
     with_play : str
         Joints with clearance among O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker).
     section : Section

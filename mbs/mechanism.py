@@ -176,7 +176,7 @@ class Mechanism(Parts):
         return hypot(x1 - x0, y1 - y0)
 
     def assemblies(self) -> Assembly:
-        """Return the places of points without given ones, and their places in the other poses that lengths and angles allow."""
+        """Return the poses that lengths and angles allow: places of the points without given ones, in this and in other poses."""
         return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
@@ -206,7 +206,8 @@ class Mechanism(Parts):
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
         described = {key: value for key, value in substitute(expand(content)).items() if key not in ASIDE}
-        mechanism: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT, PARAMETERS))
+        also_known = (*ASIDE, *SHORT, PARAMETERS)  # keys of a file beside the fields, for messages
+        mechanism: Mechanism = build("", described, {"": cls}, also_known)
         return mechanism
 
     def save(self, path: str | Path) -> Path:
@@ -259,7 +260,8 @@ def _check_velocities(mechanism: Mechanism) -> None:
             raise ValueError(f"{where} = {short(value)}: a link has an angular velocity, one number, rad/s")
         body, point = place(name)
         carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
-        check_known("link", body or next(iter(links)), links, where)
+        if body:
+            check_known("link", body, links, where)
         check_known("point of a link", point, carried, where)
 
 

@@ -29,13 +29,13 @@ def has_compiler() -> bool:
 
 
 class Stopwatch:
-    """Time that this process has spent compiling [s]; `runs` is True while a function is compiled.
+    """Time that this process has spent compiling [s]; `is_active` is True while a function is compiled.
 
     Compile time counts neither as run time nor towards a time limit.
     """
 
     seconds = 0.0
-    runs = False
+    is_active = False
 
 
 COMPILING = Stopwatch()
@@ -64,25 +64,25 @@ class Interrupted(KeyboardInterrupt):
         self.result = result
 
 
-class CtrlC:
-    """Memory of a Ctrl-C, with the signal handler `note`; a call returns True if Ctrl-C was pressed."""
+class Handler:
+    """Signal handler that remembers Ctrl-C; a call returns True if it was pressed."""
 
     def __init__(self) -> None:
-        self.pressed = False
+        self.is_pressed = False
 
     def __call__(self) -> bool:
         """Return True if Ctrl-C was pressed."""
-        return self.pressed
+        return self.is_pressed
 
     def note(self, number: int, frame: FrameType | None) -> None:
         """Remember Ctrl-C; raise KeyboardInterrupt the second time, and at once in the compiler, which never asks for it."""
-        again, self.pressed = self.pressed, True
-        if again or COMPILING.runs:
+        was_pressed, self.is_pressed = self.is_pressed, True
+        if was_pressed or COMPILING.is_active:
             raise KeyboardInterrupt(CTRL_C)
 
 
 @contextmanager
-def ctrl_c() -> Iterator[CtrlC]:
+def catch_ctrl_c() -> Iterator[Handler]:
     """Yield a function that returns True after Ctrl-C; always False in other threads or under a caller's own handler.
 
     Python's default handler would raise a KeyboardInterrupt inside a callback, which the engine turns into a failed step. Nested
@@ -91,20 +91,21 @@ def ctrl_c() -> Iterator[CtrlC]:
     is_main = threading.current_thread() is threading.main_thread()
     previous = signal.getsignal(signal.SIGINT) if is_main else None
     outer = getattr(previous, "__self__", None)
-    handler = outer if isinstance(outer, CtrlC) else CtrlC()
-    replaces = previous is signal.default_int_handler
-    if replaces:
+    handler = outer if isinstance(outer, Handler) else Handler()
+    is_default = previous is signal.default_int_handler
+    if is_default:
         signal.signal(signal.SIGINT, handler.note)
     try:
         yield handler
     finally:
-        if replaces:
+        if is_default:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 _LOCK = Lock()
 _COUNTS: list[list[int]] = []
-"""Stack of the numbers of threads found at the start of each active `one_thread`; threads may end them in any order."""
+"""Numbers of threads found at the start of each active `one_thread`, the latest last. The first entry has the original numbers,
+later ones are 1. Each end takes the last entry, so that the original numbers return with the last end, in whatever order."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 """Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 
@@ -116,8 +117,9 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
             library = ctypes.CDLL(str(file))
-            names = [name for name in NAMES if hasattr(library, name.format("set"))]
-            found += [(getattr(library, name.format("get")), getattr(library, name.format("set"))) for name in names[:1]]
+            name = next((name for name in NAMES if hasattr(library, name.format("set"))), None)  # a library has one of them
+            if name is not None:
+                found.append((getattr(library, name.format("get")), getattr(library, name.format("set"))))
     return found
 
 

@@ -16,7 +16,7 @@ from math import inf
 from time import perf_counter
 from typing import Any, TypeVar, cast
 
-from .process import COMPILING, CTRL_C, CtrlC, Interrupted, ctrl_c, working_time
+from .process import COMPILING, CTRL_C, Handler, Interrupted, catch_ctrl_c, working_time
 from .validate import positive
 
 SOON = 2.0
@@ -26,7 +26,9 @@ TICK = 0.5
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the coarser run before: tolerances differ by 8, and steps go as tol^(1/4)."""
+"""Time of a run over that of the coarser run before, whose tolerance is 8 times as large: steps are proportional to tol^(1/4)."""
+ONE_RUN = (1, 1)
+"""Least and largest number of runs of a call that estimates no error."""
 USUAL_RUNS = (2, 5)
 """Least and largest number of runs that most results need: see `mbs.accuracy.refine`."""
 
@@ -46,7 +48,7 @@ class Forecast:
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
-        self.title, self.cases, self.bar, self.runs = title, cases, bar, (1, 1)
+        self.title, self.cases, self.bar, self.runs = title, cases, bar, ONE_RUN
         self.number, self.done, self.begin = 1, 0.0, working_time()
 
     def __call__(self, done: float) -> None:
@@ -100,7 +102,7 @@ class Ticker:
     def _run(self) -> None:
         start, clear = perf_counter(), "\r\x1b[K" if sys.stderr.isatty() else ""
         while not self.over.wait(TICK):
-            if COMPILING.runs is not self.compiles:
+            if COMPILING.is_active is not self.compiles:
                 continue
             if not self.announced and perf_counter() - start >= SOON and (text := self.state.text()):
                 print(f"{clear}{text}", file=sys.stderr, flush=True)
@@ -118,7 +120,7 @@ class Watch:
     """
 
     def __init__(self, unit: str = "steps", timeout: float | None = None, clock: Callable[[], float] = working_time) -> None:
-        self.unit, self.timeout, self.clock, self.pressed = unit, timeout, clock, CtrlC()
+        self.unit, self.timeout, self.clock, self.ctrl_c = unit, timeout, clock, Handler()
         self.count, self.share, self.most, self.ended, self.start = 0, 0.0, inf, "", clock()
         self.best: Any = None
 
@@ -131,8 +133,8 @@ class Watch:
 
     def check(self) -> None:
         """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once; later calls return."""
-        if self.pressed() and not self.ended:
-            self.pressed.pressed, self.ended = False, CTRL_C
+        if self.ctrl_c() and not self.ended:
+            self.ctrl_c.is_pressed, self.ended = False, CTRL_C
             raise KeyboardInterrupt(CTRL_C)
         if not self.ended and self.timeout and self.clock() > self.start + self.timeout:
             self.ended = f"timeout = {self.timeout:g} s is over"
@@ -176,33 +178,27 @@ def watch(unit: str) -> Callable[[F], F]:
     """Make a decorator that adds `timeout` and `progress` to a function which counts its `unit`, steps or runs, by a `Watch`.
 
     A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
-    the answer is raised in `Interrupted`. A watched function inside another shares its watch, and stops it as well.
+    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that one, the outer
+    one. If it is stopped, it raises TimeUpError, so that the outer one is stopped as well.
     """
 
     def decorate(call: F) -> F:
         @wraps(call)
         def wrapper(*arguments: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
-            outer = watching.get()
-            limit = None if timeout is None else positive("timeout", timeout, "s")
-            is_outermost = outer is UNWATCHED
-            state = Watch(unit, limit) if is_outermost else outer
-            show = is_outermost and (is_interactive() if progress is None else progress)
-            ticker, token = Ticker(state) if show else None, watching.set(state)
+            limit, outer = None if timeout is None else positive("timeout", timeout, "s"), watching.get()
+            if outer is not UNWATCHED:
+                ended_before = outer.ended
+                answer = _call_under(outer, call, arguments, named)
+                if outer.ended != ended_before:
+                    raise TimeUpError(outer.ended)
+                return answer
+            state = Watch(unit, limit)
+            ticker = Ticker(state) if (is_interactive() if progress is None else progress) else None
             try:
-                with ctrl_c() as state.pressed:
-                    ended_before, answer = state.ended, call(*arguments, **named)
-            except Exception as error:
-                if state.pressed():  # the compiler turns a KeyboardInterrupt into an exception of its own
-                    raise KeyboardInterrupt(CTRL_C) from error
-                raise
+                answer = _call_under(state, call, arguments, named)
             finally:
-                watching.reset(token)
                 if ticker:
                     ticker.stop()
-            if not is_outermost:
-                if state.ended != ended_before:
-                    raise TimeUpError(state.ended)
-                return answer
             if state.ended and hasattr(answer, "mark_stopped"):
                 answer = answer.mark_stopped(state.ended)
             if state.ended == CTRL_C:
@@ -212,6 +208,20 @@ def watch(unit: str) -> Callable[[F], F]:
         return cast(F, wrapper)
 
     return decorate
+
+
+def _call_under(state: Watch, call: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    """Call a function under a watch, to which Ctrl-C is reported."""
+    token = watching.set(state)
+    try:
+        with catch_ctrl_c() as state.ctrl_c:
+            return call(*arguments, **named)
+    except Exception as error:
+        if state.ctrl_c():  # the compiler turns a KeyboardInterrupt into an exception of its own
+            raise KeyboardInterrupt(CTRL_C) from error
+        raise
+    finally:
+        watching.reset(token)
 
 
 def forecast(progress: bool | Callable[[float], None] | None, runs: tuple[int, int]) -> Callable[[float], None] | None:

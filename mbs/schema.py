@@ -34,7 +34,7 @@ def schema() -> Schema:
 
 def _run() -> Schema:
     """Return the schema of the table `run`."""
-    quantity = Quantity("").schema()  # a number, or a text with a unit
+    quantity = Quantity("").schema()  # a number, or a text with any unit
     formulas = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
     return {
         "type": "object",
@@ -44,8 +44,8 @@ def _run() -> Schema:
             "accuracy": quantity,
             "of": {**formulas, "description": "Signals that must reach the accuracy."},
             "solver": {"anyOf": [{"enum": ["exudyn", "spectral", "closure"]}, {"type": "object"}]},
-            "verify": {"type": "boolean"},
-            "ledger": {"type": "boolean"},
+            "verify": {"type": "boolean", "description": "Whether another solver checks the run."},
+            "ledger": {"type": "boolean", "description": "Whether the energies of the run are kept."},
             "measure": {**formulas, "description": "Readings to print."},
         },
         "additionalProperties": False,
@@ -64,7 +64,7 @@ def _object(name: str, kind: type) -> Schema:
 
 def _describe(field: Declaration) -> Schema:
     """Return the schema of a field's value, with its meaning, unit and default."""
-    has_unit = field.spec.unit not in ("", "1")  # "": a text, flag or other value; "1": a ratio
+    has_unit = field.spec.unit not in ("", "1")  # "": none or any; "1": a ratio
     unit = f"Unit: {field.spec.unit}." if has_unit else ""
     description = " ".join(filter(None, (field.doc, unit)))
     found = dict(field.spec.schema()) | ({"description": description} if description else {})

@@ -27,8 +27,8 @@ from .geometry import Array
 from .imports import import_late
 from .kinematics import exact
 from .mechanism import Mechanism
-from .process import Interrupted, Progress, ctrl_c, has_compiler, one_thread, working_time
-from .progress import USUAL_RUNS, Forecast, Ticker, forecast
+from .process import Interrupted, Progress, catch_ctrl_c, has_compiler, one_thread, working_time
+from .progress import ONE_RUN, USUAL_RUNS, Forecast, Ticker, forecast
 from .record.errors import Failure, Status
 from .record.result import Result
 from .record.run import Run, shapes_at
@@ -68,7 +68,8 @@ Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
 """Most repetitions of a run whose steps pass edges of a user's function: a step that ends on an edge moves later edges."""
 STALLED = 3
-"""Number of repetitions that do not halve the shift of edges, after which repetition ends."""
+"""Number of repetitions that end the series if none of them halves the least shift before. A shift is that of an edge from one
+repetition to the next, over its distance from another edge."""
 
 
 @one_thread()
@@ -129,7 +130,8 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    runs = _Runs(mechanism, timeout, forecast(progress, (1, 1) if accuracy is None and solver else USUAL_RUNS))
+    is_single = accuracy is None and solver is not None
+    runs = _Runs(mechanism, timeout, forecast(progress, ONE_RUN if is_single else USUAL_RUNS))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
             if isinstance(element, Drive):
@@ -137,7 +139,7 @@ def simulate(
     ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
     try:
         with use_memory(runs.memory):
-            if accuracy is None and solver is not None:
+            if is_single:
                 best = runs(mechanism, duration, solver)
                 result = _result(best, None, ledger, times)
             else:
@@ -171,8 +173,9 @@ class _Runs:
                 return run
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
-            stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
-            if passed.too_many or (not len(passed.edges) and (passed.shift <= SETTLED or stalled)):
+            earlier, latest = shifts[:-STALLED], shifts[-STALLED:]
+            is_stalled = min(latest) > min(earlier, default=inf) / 2
+            if passed.too_many or (not len(passed.edges) and (passed.shift <= SETTLED or is_stalled)):
                 break
         if passed.too_many or len(passed.edges):
             count = f"more than {MOST}" if passed.too_many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
@@ -188,7 +191,7 @@ class _Runs:
         options = {}
         if isinstance(solver, Spectral) and find_spec("numba") and not isinstance(scene := self.scene(solver.degree), str):
             options["scene"] = scene
-        with ctrl_c() as interrupted:  # also while scene and record are built, which the solvers do not interrupt
+        with catch_ctrl_c() as interrupted:  # solvers ask for Ctrl-C in their steps only, not while they build scene and record
             self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
             raise KeyboardInterrupt
@@ -206,7 +209,7 @@ class _Runs:
             return Closure(), "joints and drives alone decide the motion"
         if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
-        levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())
+        levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())  # the degree is the same for any duration
         _, coarsest = levels.settings(levels.first())
         scene = self.scene(coarsest.degree)
         if isinstance(scene, str):

@@ -13,18 +13,14 @@ from .declare import Declared, Quantity, choice, declared, field, part, quantity
 from .scene.scene import Scene
 
 MIN_STEP = 1e-9
-"""Smallest step of the engine [s]: a million times the rounding of a time of some seconds."""
+"""Smallest step of Exudyn [s]: a million times the rounding of a time of some seconds."""
 COARSEST = 40
-"""Least number of steps of the coarsest run of a refinement."""
+"""Least number of steps of the compiled solver's coarsest run in a refinement."""
 
 
 @declared
 class Controlled(Declared):
-    """Steps that are adapted to the local error.
-
-    Notes
-    -----
-    Without a tolerance, a motion that constraints alone determine has equal steps, 400 for each turn of its drive.
+    """Steps that are adapted to the local error; 400 equal ones in a turn of the drive if constraints alone determine the motion.
 
     Examples
     --------
@@ -86,7 +82,7 @@ class Equal(Declared):
 def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
     """Add times between kinks that are closer to each other than the longest step, so that finer runs have finer steps there.
 
-    All times are in s. An interval has as many parts as the `usual` longest step has in this run.
+    All times are in s. Between two such kinks lie `usual / longest` steps, rounded up: `usual` is the default longest step.
     """
     parts = max(1, ceil(usual / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
     added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
@@ -141,8 +137,8 @@ class Exudyn(Declared):
 
 TOLERANCE = 1e-6
 """Default tolerance of the compiled solver."""
-LONGEST = 50
-"""Duration over the default longest step of the compiled solver."""
+LEAST_STEPS = 50
+"""Least number of steps of the compiled solver by default; the other solvers have 200, see `Controlled.longest`."""
 
 
 @declared
@@ -181,26 +177,25 @@ class Spectral(Declared):
         """Return the longest step of a run, s."""
         if isinstance(self.steps, Equal):
             return duration / self.steps.count
-        return self.steps.max_step or duration / LONGEST
+        return self.steps.max_step or duration / LEAST_STEPS
 
 
 WITHOUT_CLEARANCE = 1e-5
-"""Default tolerance of the engine for scenes without clearance in joints."""
+"""Default tolerance of Exudyn for scenes without clearance in joints."""
 WITH_CLEARANCE = 1e-3
-"""Default tolerance of the engine for scenes with clearance in joints."""
+"""Default tolerance of Exudyn for scenes with clearance in joints."""
 DAMPED_CLEARANCE = 3e-5
-"""Default tolerance of the engine with stiffly damped clearance, whose impact forces decay within a microsecond.
-
-1e-3 misses a quarter of these forces, this value 2 %."""
+"""Default tolerance of Exudyn with stiffly damped clearance: impact forces decay within a microsecond, of which 1e-3 misses a
+quarter, this value 2 %."""
 
 
 def usual_tolerance(scene: Scene) -> float:
-    """Return the default tolerance of the engine for a scene."""
+    """Return the default tolerance of Exudyn for a scene."""
     if not scene.clearances:
         return WITHOUT_CLEARANCE
     return DAMPED_CLEARANCE if scene.is_stiffly_damped else WITH_CLEARANCE
 
 
 def position_error(scene: Scene, tolerance: float | None) -> float:
-    """Return the local error of places that the engine allows a step [m], from a tolerance or the default one."""
+    """Return the local error of places that Exudyn allows a step [m], from a tolerance or the default one."""
     return (tolerance or usual_tolerance(scene)) * min([scene.size, *(0.1 * joint.gap for joint in scene.clearances)])

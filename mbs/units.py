@@ -56,8 +56,9 @@ SYMBOLS: dict[str, Unit] = {
 }
 """Units by name. t is the tonne, lb the pound of mass, lbf that of force (lb times 9.80665 m/s^2); all by definition."""
 PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
-"""Powers of ten of the decimal prefixes, which the following units do not take."""
+"""Powers of ten of the decimal prefixes."""
 NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm", "h", "t", "in", "ft", "lb", "lbf"}
+"""Units that take no prefix."""
 SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg", "Ω": "Ohm"})
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
@@ -65,7 +66,8 @@ NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
 """One factor of a unit: `.` or `/`, symbol, exponent."""
 COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()]*")
-"""Single number with a decimal comma, perhaps with a unit; neither a list nor arguments of a function."""
+"""Single number with a decimal comma and perhaps a unit, such as `0,3 mm`. No digit, comma or parenthesis follows the number, so
+that neither a list, as in `0, 3, 5`, nor the arguments of a function match."""
 
 
 def _match_number(text: str) -> re.Match[str]:
@@ -86,7 +88,8 @@ def _symbol(name: str) -> Unit:
     if prefix in PREFIXES and base in SYMBOLS and base not in NEVER_PREFIXED:
         unit = SYMBOLS[base]
         return unit._replace(power=unit.power + PREFIXES[prefix])
-    raise ValueError(f"unknown unit '{name}'; known: {', '.join([*SYMBOLS][2:])}, with prefixes {' '.join(PREFIXES)}")
+    known = ", ".join(symbol for symbol in SYMBOLS if symbol not in ("1", "%"))
+    raise ValueError(f"unknown unit '{name}'; known: {known}, with prefixes {' '.join(PREFIXES)}")
 
 
 @lru_cache(maxsize=256)

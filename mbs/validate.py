@@ -28,7 +28,8 @@ def number(
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
         suffix = "" if unit in ("", "1") else f" {unit}"
         shown = value.given if isinstance(value, Measured) else f"{short(value)}{suffix}"
-        if math.isinf(checked) and math.inf in (high, -low):
+        has_no_bound = low == -math.inf or high == math.inf
+        if math.isinf(checked) and has_no_bound:
             raise ValueError(f"{name} = {shown}: must be finite")
         left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
         raise ValueError(f"{name} = {shown}: must lie in {left}{low:g}, {high:g}{right}{suffix}")

@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from ..declare import Quantity, declared, field, names, part, quantity
-from ..geometry import Array, cross, onsets
+from ..geometry import Array, cross, find_sign_changes
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, locate_contact
@@ -91,7 +91,7 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
         found, point = self._contact(name, record), self.point
-        changes = onsets(record.time, found.depth, found.rate)
+        changes = find_sign_changes(record.time, found.depth, found.rate)
         yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=changes)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)

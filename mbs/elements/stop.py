@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..declare import declared, direction, names, part, quantity
-from ..geometry import Array, cross, onsets, rotate, rotate_left
+from ..geometry import Array, cross, find_sign_changes, rotate, rotate_left
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .references import check_known, check_link, check_moments, check_point_of
@@ -207,7 +207,7 @@ class Stop(Element):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force [N] and depth [m]; with friction also friction force [N] and sliding speed [m/s]."""
         depth, rate = self.approach(record)
-        changes, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
+        changes, force = find_sign_changes(record.time, depth, rate), record.channel(name, "force")[:, 0]
         yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=changes, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
         if self.friction_at:

@@ -13,7 +13,7 @@ import numpy as np
 from ..elements.clearance import Clearance
 from ..elements.element import GROUND
 from ..elements.stop import SLOWEST_ONSET
-from ..geometry import Array, onsets
+from ..geometry import Array, find_sign_changes
 from ..laws import BristleLaw, FrictionLaw, NormalLaw
 from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
@@ -86,7 +86,7 @@ class ClearanceGroup:
 def _compute_onset_speed(h: float, depths: list[float], rates: list[float]) -> float:
     """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
     step = np.array([0.0, h]), np.array(depths), np.array(rates)
-    _, rates_at_onset = hermite(*step, onsets(*step))
+    _, rates_at_onset = hermite(*step, find_sign_changes(*step))
     return float(rates_at_onset[0])
 
 

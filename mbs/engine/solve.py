@@ -11,7 +11,7 @@ import exudyn as exu
 from ..kinematics.diagnosis import diagnose_last_pose
 from ..kinematics.exact import sample_times
 from ..mechanism import Mechanism
-from ..process import Progress, ctrl_c
+from ..process import Progress, catch_ctrl_c
 from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import MIN_STEP, Controlled, Equal, Exudyn, position_error
@@ -40,7 +40,7 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
         scene.system.SetPreStepUserFunction(control.before_step)
     raised: Exception | None = None
     finished = False
-    with ctrl_c() as control.interrupted:
+    with catch_ctrl_c() as control.interrupted:
         try:
             finished = engine.SolveSystem(scene.system, settings)
         except exu.ExudynError as error:

@@ -10,7 +10,7 @@ import numpy as np
 from ..elements import Load
 from ..geometry import Array
 from ..mechanism import Mechanism
-from ..process import Progress, ctrl_c
+from ..process import Progress, catch_ctrl_c
 from ..record.errors import Failure, Status
 from ..record.record import Record
 from ..record.run import Run
@@ -41,7 +41,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
     _ = Scene.of(mechanism).start  # raises for contradictory velocities
     begin = perf_counter()
-    with ctrl_c() as interrupted:
+    with catch_ctrl_c() as interrupted:
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     try:
         return _sample_motion(follower, duration, solver, begin)

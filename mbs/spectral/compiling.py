@@ -64,7 +64,7 @@ class Announcer(Listener):
             if not self.state.count:
                 print(TEXT, file=sys.stderr)
                 self.state.start = perf_counter()
-            self.start, COMPILING.runs = perf_counter(), True
+            self.start, COMPILING.is_active = perf_counter(), True
             self.ticker = Ticker(self.state, compiles=True, announced=self.announced) if is_interactive() else None
         self.depth += 1
 
@@ -74,7 +74,7 @@ class Announcer(Listener):
             return
         self.depth, self.state.count = self.depth - 1, self.state.count + 1
         if self.depth == 0:
-            COMPILING.seconds, COMPILING.runs = COMPILING.seconds + perf_counter() - self.start, False
+            COMPILING.seconds, COMPILING.is_active = COMPILING.seconds + perf_counter() - self.start, False
             if self.ticker:
                 self.announced = self.ticker.stop()
 

@@ -17,7 +17,7 @@ from ..geometry import Array
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
 from ..mechanism import Mechanism
-from ..process import Progress, ctrl_c, working_time
+from ..process import Progress, catch_ctrl_c, working_time
 from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import COARSEST, Spectral, subdivide
@@ -152,7 +152,7 @@ def integrate(
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     RAISED.clear()
-    with ctrl_c() as interrupted:
+    with catch_ctrl_c() as interrupted:
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
             shapes = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]  # of a row of each field
             out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in shapes))

@@ -9,7 +9,7 @@ from buckler.mbs.accuracy.difference import Difference
 from buckler.mbs.accuracy.impacts import Impacts, compare_impacts, levy, match_times
 from buckler.mbs.accuracy.trajectory import RESTING, SMALL, Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.geometry import onsets
+from buckler.mbs.geometry import find_sign_changes
 from buckler.mbs.record.errors import Deferred, Norm
 
 END = 2.0
@@ -78,7 +78,7 @@ def test_a_contact_that_closes_later_is_off_by_its_onset(late):
 
     def push(time, onset):
         depth = time - onset
-        closed = onsets(time, depth, np.ones_like(time))
+        closed = find_sign_changes(time, depth, np.ones_like(time))
         return np.where(depth > 0, 5.0 * np.exp(-depth), 0.0), "N", Kind.CONTACT, "", "", 0.0, 0.0, "", closed
 
     time = np.linspace(0, END, 1001)
@@ -106,10 +106,10 @@ def test_a_comparison_ends_where_it_is_told_to():
 
 def test_onsets_lie_where_the_cubic_passes_zero():
     time = np.linspace(0, 4, 17)
-    found = onsets(time, np.sin(time + 1e-3), np.cos(time + 1e-3))
+    found = find_sign_changes(time, np.sin(time + 1e-3), np.cos(time + 1e-3))
     assert found == pytest.approx([np.pi - 1e-3], abs=2e-5)
     fine = np.linspace(0, 4, 401)
-    many = onsets(fine, np.cos(9 * fine), -9 * np.sin(9 * fine))
+    many = find_sign_changes(fine, np.cos(9 * fine), -9 * np.sin(9 * fine))
     assert many == pytest.approx(np.pi / 9 * (np.arange(len(many)) + 0.5), abs=1e-8) and len(many) == 11
 
 

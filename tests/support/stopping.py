@@ -14,7 +14,7 @@ def stop_at(monkeypatch, look, by="timeout"):
 
     def check(watch):
         if next(number) == look:
-            watch.pressed.pressed = by == "Ctrl-C"
+            watch.ctrl_c.is_pressed = by == "Ctrl-C"
             watch.timeout, watch.start = (1.0, -inf) if by == "timeout" else (None, watch.start)
         LOOK(watch)
 
