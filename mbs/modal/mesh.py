@@ -177,31 +177,43 @@ def _check_connected(grid: Any, where: str) -> None:
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     """Raise a ValueError for inverted cells: the determinant of the map from the reference cell changes sign or is 0 in them.
 
-    Also inverted is a cell on the same side of a shared face as its neighbour. A cell whose nodes are numbered in the mirrored
-    order is not inverted: its determinant is negative everywhere.
+    Cells that overlap a neighbour are inverted, too. A cell whose nodes are numbered in the mirrored order is not inverted: its
+    determinant is negative everywhere.
     """
     element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
     places = element.doflocs.T  # of the nodes in the reference cell
     slopes = np.array([np.broadcast_to(element.lbasis(places, i)[1], places.shape) for i in range(len(element.doflocs))])
     determinant = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))  # cells, nodes
     least = ZERO * np.abs(determinant).max(axis=1)
-    is_inverted = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least) | (least == 0.0)
-    inner = np.flatnonzero(straight.f2t[1] >= 0)
-    pair, face = straight.f2t[:, inner], straight.p[:, straight.facets[:, inner]]
-    edge = face[:, 1] - face[:, 0]
-    normal = np.cross(edge.T, (face[:, 2] - face[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
-    middle, centres = face.mean(axis=1), straight.p[:, straight.t].mean(axis=1)
-    side = np.stack([(normal * (centres[:, cells] - middle)).sum(axis=0) for cells in pair])
-    flat = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
-    overlapping = pair[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)]
-    bad_faces, faces = (np.bincount(cells.ravel(), minlength=len(is_inverted)) for cells in (overlapping, pair))
-    share = bad_faces / faces.clip(1)  # of two overlapping cells the one with the larger share of bad faces is inverted
-    is_inverted[overlapping[share[overlapping] >= share[overlapping[::-1]]]] = True
+    changes_sign = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least)
+    is_inverted = changes_sign | (least == 0.0) | _find_overlaps(straight)
     if is_inverted.any():
         raise ValueError(
             f"{where}: inverted cells = {is_inverted.sum()}, the first is number {np.argmax(is_inverted) + 1}: must be 0; "
             "its corners are in no order of meshio's, or a node lies across a face"
         )
+
+
+def _find_overlaps(grid: Any) -> Array:
+    """Return the mask of cells that lie on the same side of a shared face as their neighbour, (cells,).
+
+    Of two such cells the one with the larger share of bad faces is marked, both if the shares are equal.
+    """
+    shared = np.flatnonzero(grid.f2t[1] >= 0)
+    pairs, corners = grid.f2t[:, shared], grid.p[:, grid.facets[:, shared]]  # cells (2, faces); (dim, corners, faces)
+    edge = corners[:, 1] - corners[:, 0]
+    normal = np.cross(edge.T, (corners[:, 2] - corners[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
+    middle, centres = corners.mean(axis=1), grid.p[:, grid.t].mean(axis=1)  # of faces; of cells
+    side = np.stack([(normal * (centres[:, cells] - middle)).sum(axis=0) for cells in pairs])  # height over the face * |normal|
+    flat = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)  # a lower cell is flat and has no side
+    overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)]
+    count = grid.t.shape[1]
+    bad_faces, faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
+    first_share, second_share = (bad_faces / faces.clip(1))[overlapping]
+    is_marked = np.zeros(count, dtype=bool)
+    is_marked[overlapping[0, first_share >= second_share]] = True
+    is_marked[overlapping[1, second_share >= first_share]] = True
+    return is_marked
 
 
 def find_hanging_nodes(grid: Any) -> Array:
@@ -217,6 +229,7 @@ def find_hanging_nodes(grid: Any) -> Array:
     middle = places.mean(axis=1)
     radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)
     near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON_FACE))
+    # pairs of a simplex and a node near it
     face = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
     node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
     is_no_corner = (face_of_simplex[face] != node[:, None]).all(axis=1)

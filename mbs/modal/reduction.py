@@ -102,36 +102,50 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     chosen, damping = _choose(modal, plane_part(shares), omega, solid.rigid)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
-    stations = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
+    sections = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
     is_planar = plane_part(shares)
-    in_plane = modes[is_planar]
-    at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, in_plane)) for nodes, about in stations])
-    line, line_modes = _line(solid, in_plane, at_stations)
-    arms, flat = (solid.nodes - solid.centre)[:, :2], in_plane[..., :2]
-    momenta = np.array([solid.mass @ mode for mode in flat]).reshape(-1, *arms.shape)
-    products, mass = np.einsum("kn,ln->kl", flat[..., 0], momenta[..., 1]), float(solid.mass.sum())  # of phi_kx phi_ly dm
-    plane = PlanarModel(
-        length=solid.length, mass=mass, inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)), centre=solid.centre[:2],
-        numbers=chosen[is_planar] + 1, frequency=omega[is_planar], damping=damping[is_planar],
+    numbers, frequency, damping = chosen[is_planar] + 1, omega[is_planar], damping[is_planar]
+    plane = _make_planar(solid, sections, modes[is_planar], numbers=numbers, frequency=frequency, damping=damping)
+    return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, plane.mass, solid.centre, plane)
+
+
+def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array, **properties: Array) -> PlanarModel:
+    """Make the planar model from k modes in the plane, (k, nodes, 3), and their numbers, frequencies and damping.
+
+    `sections` has the nodes and the point of the axis of each of `planar.STATIONS`.
+    """
+    # displacements and rotations in x, y, z of each section in each mode, (3, k, 6)
+    at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in sections])
+    line, line_modes = _line(solid, modes, at_stations)
+    arms, shapes = (solid.nodes - solid.centre)[:, :2], modes[..., :2]  # X and phi_k at the nodes
+    momenta = np.array([solid.mass @ shape for shape in shapes]).reshape(-1, *arms.shape)  # (k, nodes, 2)
+    products = np.einsum("kn,ln->kl", shapes[..., 0], momenta[..., 1])  # integrals of phi_kx phi_ly dm
+    return PlanarModel(
+        length=solid.length, mass=float(solid.mass.sum()), centre=solid.centre[:2],
+        inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
         shapes=at_stations[:, :, [0, 1, 5]].transpose(0, 2, 1),  # x, y, rotation in the plane
-        radial=np.einsum("na,kna->k", arms, momenta),
-        gram=np.einsum("kna,lna->kl", flat, momenta),
-        gyration=products - products.T,
+        radial=np.einsum("na,kna->k", arms, momenta),  # integrals of X . phi_k dm
+        gram=np.einsum("kna,lna->kl", shapes, momenta),  # of phi_k . phi_l dm
+        gyration=products - products.T,  # of phi_k x phi_l dm
         line=np.column_stack([line, np.zeros_like(line)]) - solid.centre[:2],
-        line_shapes=line_modes.transpose(1, 2, 0),
+        line_shapes=line_modes.transpose(1, 2, 0), **properties,
     )  # fmt: skip
-    return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, mass, solid.centre, plane)
 
 
 def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number."""
+    """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number.
+
+    The eigensolver finds at most all modes but 2.
+    """
     if isinstance(kind, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if kind.fixed > most:
             raise ValueError(f"fixed = {kind.fixed}: must lie in [0, {most}], as many as the mesh has")
         return craig_bampton(solid, interfaces, kind.fixed)
-    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)  # the eigensolver finds all but 2 at most
-    count = (3 if kind.counting == "in-plane" else 1) * highest + 2  # 2 more: the last may be one of several of equal frequency
+    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)
+    # a first guess, doubled below if a third of the modes do not lie in the plane
+    count = 3 * highest if kind.counting == "in-plane" else highest
+    count += 2  # the last mode may be one of several of equal frequency
     while True:
         omega, modes = free_modes(solid, min(count, most))
         found = plane_part(participation(solid, modes)).sum() if kind.counting == "in-plane" else count
@@ -147,7 +161,7 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
         chosen = np.flatnonzero(is_planar)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
     counted = np.flatnonzero(is_planar) if modes.counting == "in-plane" else np.arange(len(is_planar))
-    skipped = rigid if modes.counting == "free" else 0  # rigid modes are counted, too
+    skipped = rigid if modes.counting == "free" else 0  # "free": the user's numbers count rigid modes, too, which come first
     numbers, most = np.array(modes.numbers) - skipped, len(counted) + skipped
     if numbers.max() > len(counted):
         where = f"with counting = {modes.counting!r} on this mesh"
@@ -181,8 +195,8 @@ def _is_determined(solid: Solid, nodes: Array, about: Array) -> bool:
 def _section_at(solid: Solid, place: Array) -> Array:
     """Find the nodes nearest in x to a place on the axis, as few as determine a rigid motion."""
     away = np.abs(solid.nodes[:, 0] - place[0])
-    for nearest in np.unique(away.round(12)):
-        nodes = np.flatnonzero(away <= nearest + 1e-9 * solid.length)
+    for nearest in np.unique(away):
+        nodes = np.flatnonzero(away <= nearest + 1e-9 * solid.length)  # 1e-9: nodes of one section differ by rounding
         if _is_determined(solid, nodes, place):
             return nodes
     raise ValueError("mesh: all nodes lie on one line: must be a solid")

@@ -22,7 +22,7 @@ MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 SLABS = 24
 """Number of slices, normal to the link, whose rigid motions classify a mode."""
 IN_PLANE = 1e-6
-"""Mean share of energy in the plane below which modes of equal frequency are not recombined; modes without any have 1e-12."""
+"""Mean share of energy in the plane below which modes of equal frequency are not recombined; rounding gives 1e-12."""
 CLUSTER = 1e-3
 """Relative difference up to which frequencies count as equal: modes of one frequency are known up to linear combinations."""
 
@@ -82,9 +82,9 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
     order = 4 if degree == "1" else 6  # of the quadrature; more for curved cells
     basis, vectors = (fem.Basis(grid, kind, intorder=order) for kind in (element, fem.ElementVector(element)))
     planar = grid.p.shape[0] == 2
-    size, moduli = (width, plane_stress) if planar else (1.0, lame_parameters)
-    mass = size * material.density * fem.BilinearForm(lambda u, v, _: u * v).assemble(basis)
-    stiffness = size * linear_elasticity(*moduli(material.modulus, nu)).assemble(vectors)
+    thickness, compute_lame = (width, plane_stress) if planar else (1.0, lame_parameters)  # both give Lame's two parameters
+    mass = thickness * material.density * fem.BilinearForm(lambda u, v, _: u * v).assemble(basis)
+    stiffness = thickness * linear_elasticity(*compute_lame(material.modulus, nu)).assemble(vectors)
     nodes = np.pad(basis.doflocs.T, ((0, 0), (0, 3 - grid.p.shape[0])))
     return Solid(nodes, mass.tocsr(), stiffness.tocsc(), length, material)
 
@@ -102,7 +102,8 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
-    shift = -1e-4 * (speed / solid.length) ** 2  # below 0, so that K - shift M is regular, and near 0
+    # below 0, so that K - shift M is regular, and near 0: the first eigenvalue in bending of a bar 650 times as long as thick
+    shift = -1e-4 * (speed / solid.length) ** 2
     factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
     squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
     flexible = np.argsort(squares)[solid.rigid :]
@@ -112,9 +113,9 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
     """Compute Craig-Bampton modes (doi 10.2514/3.4741): static modes of rigid interfaces, and vibrations with fixed ones.
 
-    An interface is an array of node numbers. `fixed` is the number of vibrations. The eigenvalue problem in the span of these
-    modes makes them orthogonal. Without its rigid motions 6 + `fixed` modes are left, 3 + `fixed` of a planar mesh.
-    They are returned as by `free_modes`.
+    An interface is an array of node numbers. `fixed` is the number of vibrations. Each of the two interfaces has 6 static modes, or
+    3 in the plane. The eigenvalue problem in the span of all makes them orthogonal. Without the rigid motions of the link
+    6 + `fixed` modes are left, or 3 + `fixed` in the plane. They are returned as by `free_modes`.
     """
     dim, static = solid.dim, 2 * solid.rigid
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
@@ -180,7 +181,11 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         linear = mass * np.einsum("ka,la->akl", translation, translation)
         rotary = 0.5 * np.einsum("ka,la->akl", rotation, spin_momentum)
         rotary = rotary + rotary.transpose(0, 2, 1)
-        forms += [linear[0], linear[1] + rotary[2], linear[2] + rotary[1], rotary[0]]
+        in_plane, out_of_plane = (
+            linear[1] + rotary[2],
+            linear[2] + rotary[1],
+        )  # sections move along y and turn about z, or reverse
+        forms += [linear[0], in_plane, out_of_plane, rotary[0]]
     return forms
 
 
@@ -199,11 +204,13 @@ def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
-            if np.trace(forms[0] + forms[1]) < IN_PLANE * len(group):
+            in_plane = forms[0] + forms[1]  # axial and bending
+            if np.trace(in_plane) < IN_PLANE * len(group):
                 continue
-            _, mix = np.linalg.eigh(-(forms[0] + forms[1]) - 1e-3 * forms[0])  # the last term orders axial before bending
+            # eigenvalues ascend: the most motion in the plane is first; the small term orders axial before bending
+            _, mix = np.linalg.eigh(-in_plane - 1e-3 * forms[0])
             shapes[group] = np.einsum("kl,kna->lna", mix, shapes[group])
-            omega[group] = np.sqrt(mix.T**2 @ omega[group] ** 2)
+            omega[group] = np.sqrt(mix.T**2 @ omega[group] ** 2)  # Rayleigh quotients
     x = solid.nodes[:, 0]
     sums = shapes[:, x <= x.min() + 0.05 * np.ptp(x)].sum(axis=1)
     largest = np.take_along_axis(sums, np.argmax(np.abs(sums), axis=1)[:, None], axis=1)
