@@ -113,9 +113,9 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
 def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> tuple[Array, Array]:
     """Compute Craig-Bampton modes (doi 10.2514/3.4741): static modes of rigid interfaces, and vibrations with fixed ones.
 
-    An interface is an array of node numbers. `fixed` is the number of vibrations. Each of the two interfaces has 6 static modes, or
-    3 in the plane. The eigenvalue problem in the span of all makes them orthogonal. Without the rigid motions of the link
-    6 + `fixed` modes are left, or 3 + `fixed` in the plane. They are returned as by `free_modes`.
+    An interface is an array of node numbers. `fixed` is the number of vibrations. Each of the two interfaces has 6 static modes
+    (in the plane 3). The eigenvalue problem in the span of all makes them orthogonal. Without the rigid motions of the link
+    6 + `fixed` modes are left (in the plane 3 + `fixed`). They are returned as by `free_modes`.
     """
     dim, static = solid.dim, 2 * solid.rigid
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
@@ -181,10 +181,7 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         linear = mass * np.einsum("ka,la->akl", translation, translation)
         rotary = 0.5 * np.einsum("ka,la->akl", rotation, spin_momentum)
         rotary = rotary + rotary.transpose(0, 2, 1)
-        in_plane, out_of_plane = (
-            linear[1] + rotary[2],
-            linear[2] + rotary[1],
-        )  # sections move along y and turn about z, or reverse
+        in_plane, out_of_plane = linear[1] + rotary[2], linear[2] + rotary[1]  # along y and about z; along z and about y
         forms += [linear[0], in_plane, out_of_plane, rotary[0]]
     return forms
 

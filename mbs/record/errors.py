@@ -20,8 +20,10 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run; any status but OK has a message that says what to do.
 
-    CHAOTIC and SENSITIVE: the run has the requested accuracy up to `error.until` only. UNSTABLE: an equilibrium is not stable.
-    UNSEEN: a user's function has edges between the steps. These four belong to runs that reached their end, as SUSPECT does.
+    Five statuses are of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow exponentially;
+    SENSITIVE: more runs than allowed would be needed; both have the requested accuracy up to `error.until` only. UNSTABLE: an
+    equilibrium is not stable. UNSEEN: a user's function has edges between the steps. Of the others, LOCKED: the linkage cannot
+    go on as it is driven. SINGULAR: its constraints no longer decide the motion.
 
     Examples
     --------
@@ -94,28 +96,23 @@ class Deferred(Mapping[Key, float]):
 
     @cached_property
     def _all(self) -> Mapping[Key, float]:
-        """All numbers; what they are computed from is then released."""
-        found, self._compute = self._compute(), dict
+        found, self._compute = self._compute(), dict  # which releases the data of the computation
         return found
 
     def __getitem__(self, key: Key) -> float:
-        """Return a number; KeyError if there is none."""
         return self._known[key] if key in self._known else self._all[key]
 
     def __iter__(self) -> Iterator[Key]:
-        """Iterate over all keys."""
         return iter(self._all)
 
     def __len__(self) -> int:
-        """Return the number of all keys."""
         return len(self._all)
 
     def __repr__(self) -> str:
-        """Return the text of all numbers."""
         return repr(dict(self))
 
     def __reduce__(self) -> tuple[type, tuple[dict[Key, float]]]:
-        """Store all numbers as a dictionary."""
+        # a copy by pickle is a plain dictionary of all numbers
         return dict, (dict(self),)
 
 
@@ -142,7 +139,7 @@ class Errors(Mapping[Any, float]):
         Largest error of all places; nan without an estimate.
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of forces and rates over their size, of energies (`energy.kinetic`, ...)
-        over the throughput. Empty without an estimate. Those without a limit are computed when they are read.
+        over the throughput. Empty without an estimate. Most are computed when they are read.
     sizes : mapping of (str, Norm) to float
         Sizes to which the errors are relative, in the signal's unit.
     kind : str
@@ -150,7 +147,8 @@ class Errors(Mapping[Any, float]):
     until : float
         Time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories.
     turn : float
-        Time of a turn of the drive [s], of which batches of chaotic motions are multiples; 0 if no drive has a constant speed.
+        Period of revolution of the drive [s], 0 if no drive has a constant speed. A chaotic motion is divided into batches of
+        whole periods for its statistics.
     unresolved : tuple of str
         Forces that vibrate too fast for the steps; their means over the axial period, `F.mean`, are resolved.
     notes : tuple of str
@@ -191,17 +189,14 @@ class Errors(Mapping[Any, float]):
         return self.signals.get((name, norm), nan) * self.sizes.get((name, norm), nan)
 
     def __eq__(self, other: object) -> bool:
-        """Compare all fields; two nan are equal."""
-        return isinstance(other, Errors) and repr(vars(self)) == repr(vars(other))
+        return isinstance(other, Errors) and repr(vars(self)) == repr(vars(other))  # as texts: two nan are equal
 
     __hash__ = None  # type: ignore[assignment]
 
     def __iter__(self) -> Iterator[Key]:
-        """Iterate over signals and norms."""
         return iter(self.signals)
 
     def __len__(self) -> int:
-        """Return the number of errors."""
         return len(self.signals)
 
     def __repr__(self) -> str:

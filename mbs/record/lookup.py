@@ -101,7 +101,8 @@ def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> t
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
     v, a, change = h * q_t, 0.5 * h**2 * q_tt, end - q
-    d0, d1, d2 = change - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a  # parts of c3, c4 and c5 at s = 1
+    # at s = 1: c3 + c4 + c5, and the first and the second derivative of c3 s^3 + c4 s^4 + c5 s^5
+    d0, d1, d2 = change - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a
     c3, c4, c5 = 10 * d0 - 4 * d1 + 0.5 * d2, -15 * d0 + 7 * d1 - d2, 6 * d0 - 3 * d1 + 0.5 * d2
     values = q + s * (v + s * (a + s * (c3 + s * (c4 + s * c5))))
     return values, v + s * (2 * a + s * (3 * c3 + s * (4 * c4 + 5 * s * c5)))
@@ -116,7 +117,9 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
 
 
 EVEN = 10.0
-"""Ratio of neighbouring steps beyond which the sample between them counts as a kink, which parabolas do not cross."""
+"""Ratio of neighbouring steps beyond which the sample between them counts as a kink, which parabolas do not cross.
+
+Solvers sample a kink or jump on both sides, a short time apart."""
 
 
 def trapezoidal(time: Array, rate: Array) -> Array:
@@ -131,25 +134,35 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
     """Integrate rates, (..., times), from the first time to the fourth order; for values known to rounding.
 
     The trapezoidal rule is corrected by slopes at both ends of a step: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5).
-    A slope is that of the parabola through three neighbours; at a kink, of the parabola on the same side. Between secants of one
-    sign a slope is at most three times the smaller secant, and no cubic overshoots where a force becomes constant: C. de Boor,
-    B. Swartz, J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9.
     """
     steps = np.diff(time)
     areas = steps * (rate[..., 1:] + rate[..., :-1]) / 2
     if len(steps) > 1:
-        secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
-        even = (after < EVEN * before) & (before < EVEN * after)
-        slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
-        most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
-        slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
-        first, last = np.zeros_like(secant), np.zeros_like(secant)  # slopes f0' and f1' of each step
-        first[..., 1:], last[..., :-1] = slope, slope
-        difference, after_kink, before_kink = first - last, np.append(True, ~even), np.append(~even, True)
-        difference[..., after_kink] = 2 * (secant[..., after_kink] - last[..., after_kink])
-        one_sided = 2 * (first[..., before_kink] - secant[..., before_kink])
-        difference[..., before_kink] = np.where(after_kink[before_kink], 0.0, one_sided)
-        areas += difference * steps**2 / 12
+        areas += _compute_slope_differences(steps, rate) * steps**2 / 12
     found = np.zeros(rate.shape)
     np.cumsum(areas, axis=-1, out=found[..., 1:])
     return found
+
+
+def _compute_slope_differences(steps: Array, rate: Array) -> Array:
+    """Return the slope f0' at the start less f1' at the end of each of two or more steps, (..., steps); `rate` is (..., times).
+
+    The slope at a sample is that of the parabola through it and its two neighbours. Between secants of one sign it is at most
+    three times the smaller secant; then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz, J. Approx.
+    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. No parabola crosses a kink or an end of the run. In a step with one
+    such end a parabola has the slope of the other end: the mean of f0' and f1' is the secant. Between two such ends f is linear.
+    """
+    secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
+    slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
+    most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
+    slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
+    is_kink = np.ones(len(steps) + 1, dtype=bool)  # of each sample; the first and the last one count as kinks
+    is_kink[1:-1] = (after >= EVEN * before) | (before >= EVEN * after)
+    at_start, at_end = is_kink[:-1], is_kink[1:]
+    start, end = np.zeros_like(secant), np.zeros_like(secant)  # f0' and f1'
+    start[..., 1:], end[..., :-1] = slope, slope
+    difference = start - end
+    difference[..., at_start] = 2 * (secant - end)[..., at_start]
+    difference[..., at_end] = 2 * (start - secant)[..., at_end]
+    difference[..., at_start & at_end] = 0.0
+    return difference

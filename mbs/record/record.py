@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..elements.element import Recorded
+from ..elements.element import Pair, Recorded
 from ..functions import Called
 from ..geometry import Array
 from ..mechanism import Mechanism
@@ -25,13 +25,13 @@ from .lookup import hermite, trapezoidal
 class RigidMotion:
     """Motion of a rigid link, with its mass [kg] and inertia about the centre of mass [kg m^2].
 
-    `arms` lead from the centre of mass to each point at t = 0 [m]. `q` has the place [m] and the angle since t = 0 [rad],
+    `arms` lead from the centre of mass to each point at t = 0 [m], (x, y). `q` has the place [m] and the angle since t = 0 [rad],
     (times, 3).
     """
 
     mass: float
     inertia: float
-    arms: Mapping[str, Any]
+    arms: Mapping[str, Pair | Array]
     q: Array
     q_t: Array
     q_tt: Array
@@ -124,12 +124,15 @@ class Record(Recorded):
     undetermined: Sequence[str] = ()
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples."""
+        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples.
+
+        They differ from the power at jumps alone; these differences are integrated by the trapezoidal rule.
+        """
         if sides is None:
             return self.rule(self.time, power)
         before, after = sides
-        of_jumps = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
-        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(of_jumps)])
+        jumps = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
+        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumps)])
 
     def user_functions(self) -> Iterator[tuple[str, Called]]:
         """Yield the user's functions of states with their arguments over the run, each with the name of its element."""
@@ -138,7 +141,7 @@ class Record(Recorded):
                 yield name, called
 
     def at(self, times: Array) -> Record:
-        """Interpolate the motions at other times [s] within the run, without channels; raise a ValueError for one sample."""
+        """Interpolate the motions at other times [s] within the run, for drawing; raise a ValueError for one sample."""
         if len(self.time) < 2:
             raise ValueError(f"a record of {len(self.time)} times cannot be interpolated; two are needed")
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}

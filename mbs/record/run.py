@@ -2,7 +2,8 @@
 
 A flexible link and the masses at its ends vibrate axially at kilohertz after each jump of an acceleration, hardly damped. The
 phase depends on microseconds of the start or of an impact. Each reaction and internal force `F` therefore has a signal `F.mean`:
-the mean over an axial period T, taken twice. It multiplies amplitudes at a frequency f by (sin(pi f T)/(pi f T))^2.
+the mean over an axial period T, taken twice. A running mean over T multiplies amplitudes at a frequency f by
+sin(pi f T)/(pi f T), two of them by its square, which is zero at f = 1/T, 2/T, ...
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from .record import Record, between
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     """Return all signals by name: places and velocities of points, signals of elements, running means of vibrating forces.
 
-    The text `asked`, if not '', restricts them to the points and elements that it mentions.
+    The text `asked`, if not '', restricts them to the points and elements that it mentions. A name within another word counts as
+    mentioned, which gives some signals too many.
     """
 
     def is_asked(name: str) -> bool:
-        """Return True if the text mentions a point or an element, or if there is no text."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}
@@ -89,13 +90,13 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
 
 
 def running_mean(time: Array, values: Array, period: float) -> Array:
-    """Compute the mean over a period about each time; near the ends of the run, over the first or the last period."""
+    """Compute the mean over a period [s] about each time; near the ends of the run, over the first or the last period."""
     total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
     period = min(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
 
     def integral(t: Array) -> Array:
-        """Return the integral from the start to times t, of values that are linear between samples."""
+        """Return the integral from the start to times t [s], of values that are linear between samples."""
         k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
         since = t - time[k]
         slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])
@@ -107,10 +108,12 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
 def resolves(time: Array, period: float) -> bool:
     """Return True if steps resolve a vibration of a period [s].
 
-    Steps longer than a quarter of the period damp the vibration; in sum they may cover one period at most.
+    Steps longer than a quarter of the period damp the vibration. A run with more than one period of such steps does not resolve
+    it.
     """
     steps = np.diff(time)
-    return not float(steps[STEPS_PER_PERIOD * steps > period].sum()) > period
+    long_steps = steps[STEPS_PER_PERIOD * steps > period]
+    return not float(long_steps.sum()) > period
 
 
 BALANCE = 1e-2
@@ -129,24 +132,24 @@ def ledger(record: Record) -> dict[str, Array]:
     Returns
     -------
     dict
-        Stored: `kinetic`, `strain`, `contact`, `weight`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
+        Stored: `kinetic`, `strain`, `contact`, `weight`, `spring`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
         `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy.
-        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. Potentials count from
-        their minimum. Each joint with clearance also has `<point>.taken_contact` and `<point>.taken_friction`.
+        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. In it weight and
+        springs, whose zero is arbitrary, count from their minimum in the run. Each joint with clearance also has
+        `<point>.taken_contact` and `<point>.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     stored = {"kinetic": zero, "strain": zero}
     dissipated = {"taken_damping": zero}
     supplied = {"given_drive": zero}
+    kinds = {"stored": ("", stored), "dissipated": ("taken_", dissipated), "supplied": ("given_", supplied)}
     of_joints: dict[str, Array] = {}
     for name, element in Scene.of(record.mechanism).elements.items():
         for kind, what, values in element.energies(name, record):
             if kind == "part":  # of one joint with clearance, already in a sum
                 of_joints[what] = values
                 continue
-            prefix, energies = {"stored": ("", stored), "dissipated": ("taken_", dissipated), "supplied": ("given_", supplied)}[
-                kind
-            ]
+            prefix, energies = kinds[kind]
             energies[prefix + what] = energies.get(prefix + what, zero) + values
     total, lost = sum(stored.values(), zero), sum(dissipated.values(), zero)
     error = total - total[0] + lost - sum(supplied.values(), zero)
@@ -156,7 +159,10 @@ def ledger(record: Record) -> dict[str, Array]:
 
 
 def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
-    """Return the throughput [J] of a run, and the share of it by which unresolved stiff vibrations may disturb the balance."""
+    """Return the throughput [J] of a run, and the share of it by which unresolved stiff vibrations may disturb the balance.
+
+    The share is twice the energy of these vibrations over the throughput.
+    """
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     least = mass * (AT_REST * Scene.of(mechanism).size / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
@@ -177,12 +183,13 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energy [J] that bristles of sliders store at a negligible deflection, 2 energy / force."""
+    """Return the largest energy [J] of bristles of sliders that are hardly bent, by the deflection 2 energy / force of a spring."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
             stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("stored", "contact"))
+            # the signal is named after the point, or after the guide if the point's joint has clearance
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)
             if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:

@@ -74,7 +74,8 @@ class StripMotion:
 
     `pieces` are the stress-free lengths of the elements [m], `nodes` the node numbers of the link's points. `reference` has the
     stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` are the
-    coordinates, velocities and accelerations over time, (times, nodes, coordinates).
+    coordinates, velocities and accelerations over time, (times, nodes, coordinates). `body.step` is the number of nodes from one
+    element to the next: 2 for quadratic beams, else 1.
     """
 
     body: Flexible
@@ -112,9 +113,11 @@ class StripMotion:
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Compute place, velocity and acceleration of the centre of mass, each (times, 2)."""
-        weights = centre_weights(self.body, self.pieces)  # of x or y; of a cable also of its slope, two columns further
+        weights = centre_weights(self.body, self.pieces)
+        # columns of x and of y; for cables of (x, dx/ds) and of (y, dy/ds)
+        x, y = (slice(0, 1), slice(1, 2)) if self.body.has_angles else (slice(0, None, 2), slice(1, None, 2))
         place, velocity, acceleration = (
-            np.stack([(values[:, :, axis::2][:, :, : weights.shape[1]] * weights).sum(axis=(1, 2)) for axis in (0, 1)], axis=1)
+            np.stack([(values[:, :, columns] * weights).sum(axis=(1, 2)) for columns in (x, y)], axis=1)
             for values in (self.q, self.q_t, self.q_tt)
         )
         return place, velocity, acceleration
@@ -261,8 +264,10 @@ class CableMotion(StripMotion):
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:
     """Return the weights of nodal positions, and of slopes of a cable, in the centre of mass, shape (nodes, 1 or 2)."""
-    step = body.step  # integrals over [0, 1] of linear or cubic Hermite functions (values, slopes), then of quadratic functions
-    local = {1: [[0.5, 1 / 12], [0.5, -1 / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
+    step = body.step
+    # integrals over [0, 1] of the functions of value and slope at each node; those of linear functions are 1/2, too
+    hermite, quadratic = [[0.5, 1 / 12], [0.5, -1 / 12]], [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]
+    local = quadratic if step == 2 else hermite
     weights = np.zeros((len(pieces) * step + 1, 2))
     for e, piece in enumerate(pieces):
         weights[e * step : e * step + step + 1] += np.array(local) * (1.0, piece) * piece / pieces.sum()
