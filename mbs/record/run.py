@@ -183,7 +183,7 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energy [J] of bristles of sliders that are hardly bent, by the deflection 2 energy / force of a spring."""
+    """Return the largest energy [J] of sliders' bristles that are hardly bent; the deflection is 2 energy / force."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
