@@ -257,7 +257,7 @@ class Path(Route):
         return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return what a diagram shows over the parameter: positions on the path, and at critical points; prefix of its label."""
+        """Return values to draw over the parameter: positions on the path, and at critical points; prefix of its label."""
         criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
         return self.point(link, point), criticals, ""
 

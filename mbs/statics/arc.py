@@ -8,6 +8,7 @@ arc is the distance of a state from the start of a step, measured along the step
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -35,8 +36,8 @@ ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 KNOWN_POINTS = 3
 """Number of known equilibria through which a step is interpolated."""
-BEYOND = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs up to which a corner of the path is searched, and lengths of the first step behind it, tried in this order."""
+CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+"""Arcs up to which a corner of the path is searched, tried in this order; as are the same lengths of the first step behind it."""
 HALVINGS = 30
 """Number of halvings that locate a corner: to a billionth of the arc."""
 NONE: Mapping[float, Rest] = MappingProxyType({})
@@ -69,7 +70,7 @@ class Arc:
         normal = self.metric * before if before is not None else np.zeros(len(self.metric))
         if before is None:
             normal[-1] = 1.0 / self.span
-        tangent = self.problem.tangent(rest, normal, abs(self.span))
+        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))
         return np.asarray(tangent / self.size(tangent))
 
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
@@ -82,9 +83,8 @@ class Arc:
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
         predicted = problem.vector(rest) + step * direction
-        first = predicted if guess is None else guess
-        start = Rest(first[:n], first[n:-1], float(first[-1]))
-        new = problem.newton(start, Plane(normal, value, abs(self.span)), must_decrease=guess is None, origin=rest)
+        first, plane = self._rest(predicted if guess is None else guess), Plane(normal, value, unit=abs(self.span))
+        new = problem.newton(first, plane, must_decrease=guess is None, origin=rest)
         change, correction = step * direction, problem.vector(new) - predicted
         for part in (slice(None), slice(n)):  # the whole state, its coordinates
             size, corrected = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (change, correction))
@@ -104,33 +104,41 @@ class Arc:
     def pass_corner(self, rest: Rest, direction: Array) -> Step:
         """Step around a corner of the path, where a contact closes or opens, along the tangent behind it.
 
-        The corner is located by bisection on the direction; raise a StaticsError if there is none.
+        The arc of the step counts from the corner, which is near `rest`. Raise a StaticsError if there is no corner.
         """
-        start, n = self.problem.vector(rest), len(rest.q)
-
-        def look_ahead(arc: float) -> tuple[Rest, Array, bool]:
-            """Return the state at an arc along the direction, its tangent, and True if the tangent has turned."""
-            vector = start + arc * direction
-            state = Rest(vector[:n], vector[n:-1], float(vector[-1]))
-            after = self.direction(state, direction)
-            return state, after, float(self.metric * direction @ after) < np.cos(CORNER)
-
-        for far in BEYOND:
-            *_, has_turned = look_ahead(far)
-            if not has_turned:
+        for far in CORNER_ARCS:
+            corner = self._find_corner(rest, direction, far)
+            if corner is None:
                 continue
-            near = 0.0
-            for _ in range(HALVINGS):
-                middle = 0.5 * (near + far)
-                *_, has_turned = look_ahead(middle)
-                near, far = (near, middle) if has_turned else (middle, far)
-            state, after, _ = look_ahead(far)
-            for arc in BEYOND:
-                try:
-                    return Step(rest, after, self.find_on_plane(state, after, arc), arc)
-                except StaticsError:
-                    continue
+            after = self.direction(corner, direction)
+            for arc in CORNER_ARCS:
+                with suppress(StaticsError):
+                    return Step(rest, after, self.find_on_plane(corner, after, arc), arc)
         raise StaticsError("there is no corner")
+
+    def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
+        """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
+
+        def at(arc: float) -> Rest:
+            """Return the state at an arc along the direction."""
+            return self._rest(self.problem.vector(rest) + arc * direction)
+
+        def is_behind(arc: float) -> bool:
+            """Return True if the tangent has turned at an arc."""
+            return float(self.metric * direction @ self.direction(at(arc), direction)) < np.cos(CORNER)
+
+        if not is_behind(far):
+            return None
+        near = 0.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (near + far)
+            near, far = (near, middle) if is_behind(middle) else (middle, far)
+        return at(far)
+
+    def _rest(self, vector: Array) -> Rest:
+        """Split a vector (q, lambda, p) into a state."""
+        n = self.problem.scene.size
+        return Rest(vector[:n], vector[n:-1], float(vector[-1]))
 
     def equilibrium_at(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
         """Find the equilibrium at an arc within a step, from a guess interpolated between the ends and `known` equilibria."""
@@ -180,9 +188,8 @@ class Arc:
             if not all(sides):
                 return None
             a, b = max(sides[0]), min(sides[1])
-            ends, n = (self.problem.vector(known[a]), self.problem.vector(known[b])), len(step.rest.q)
-            vector = ends[0] + values[a] / (values[a] - values[b]) * (ends[1] - ends[0])
-            return Rest(vector[:n], vector[n:-1], float(vector[-1]))
+            first, second = self.problem.vector(known[a]), self.problem.vector(known[b])
+            return self._rest(first + values[a] / (values[a] - values[b]) * (second - first))
 
     def find_crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there.

@@ -24,7 +24,9 @@ FEW = 1
 MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece: a parabola that touches zero in the next piece decreases by 3/4."""
 SHORTEST_PIECE = 1.6e-3
-"""Arc length at which the halving of pieces ends."""
+"""Arc length below which pieces are not halved: the longest step by default, 0.1, is halved six times."""
+NEAR_LIMIT = 1e-2
+"""Distance from a limit point, over the step, within which a root of an eigenvalue is that of the limit point itself."""
 SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 GROWTH_THRESHOLDS = (1e-3, 1.0)
@@ -60,7 +62,7 @@ def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
     problem.set_parameter(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
     undamped = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
-    problem.shift = undamped.shift
+    problem.shift = undamped.shift  # with which the search at the next state begins
     return TangentState(undamped, undamped if tangent.conservative else spectrum(tangent))
 
 
@@ -113,7 +115,7 @@ def _pieces(
 ) -> Iterator[Piece]:  # fmt: skip
     """Halve a step until no eigenvalue decreases by more than `MOST_DECREASE`, so that none passes zero twice in a piece.
 
-    The decrease extrapolated from the step before is limited as well. A step near a corner or another path is not halved.
+    The decrease extrapolated from the step before is limited as well.
     """
     mu, mu_after, *_ = _pairs(arc.problem, step, before, after)
     decreases = (mu - mu_after) / np.where(mu, mu, np.inf)
@@ -121,22 +123,28 @@ def _pieces(
         last_step, last_state = last
         mu_last, mu, *_ = _pairs(arc.problem, last_step, last_state, before)
         decreases = np.append(decreases, (mu_last - mu) / np.where(mu, mu, np.inf) * step.arc / last_step.arc)
-    try:
-        if step.arc < SHORTEST_PIECE or not (decreases > MOST_DECREASE).any():
-            raise StaticsError("short enough")  # caught below: the step is not halved
-        rest = arc.equilibrium_at(step, 0.5 * step.arc)
-        middle = arc.direction(rest, step.direction)
-        vector = arc.problem.vector(step.new) - arc.problem.vector(rest)
-        second = Step(rest, middle, step.new, float(arc.metric * middle @ vector))
-        if not 0.25 * step.arc < second.arc < step.arc:
-            raise StaticsError("on another path")
-        between = state_at(arc.problem, rest)
-    except StaticsError:
+    must_be_halved = step.arc >= SHORTEST_PIECE and (decreases > MOST_DECREASE).any()
+    halves = _halve(arc, step) if must_be_halved else None
+    if halves is None:
         yield step, before, after, end
         return
-    first = Step(step.rest, step.direction, rest, 0.5 * step.arc)
-    yield from _pieces(arc, first, before, between, middle, last)
+    first, second = halves
+    between = state_at(arc.problem, second.rest)
+    yield from _pieces(arc, first, before, between, second.direction, last)
     yield from _pieces(arc, second, between, after, end, (first, before))
+
+
+def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
+    """Halve a step; return None near a corner of the path, or if the equilibrium in the middle lies on another path."""
+    try:
+        rest = arc.equilibrium_at(step, 0.5 * step.arc)
+        direction = arc.direction(rest, step.direction)
+    except StaticsError:
+        return None
+    vector = arc.problem.vector(step.new) - arc.problem.vector(rest)
+    second = Step(rest, direction, step.new, float(arc.metric * direction @ vector))
+    is_on_path = 0.25 * step.arc < second.arc < step.arc
+    return (Step(step.rest, step.direction, rest, 0.5 * step.arc), second) if is_on_path else None
 
 
 class Pairs(NamedTuple):
@@ -186,7 +194,7 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
     arcs = [arc.arc_of(step, rest) for rest in rests]
     for limit in limits:
         distances = np.abs(np.array(arcs) - arc.arc_of(step, limit.rest))
-        if arcs and distances.min() < 1e-2 * step.arc:  # the nearest root is that of the limit point itself
+        if arcs and distances.min() < NEAR_LIMIT * step.arc:
             k = int(np.argmin(distances))
             arcs.pop(k)
             rests.pop(k)

@@ -1,8 +1,9 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
 The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T. A tangent
-(2 n + 1,) is scaled: coordinates over units, rates over (units 2 pi/T), p over its range. In the metric coordinates and
-rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
+(2 n + 1,) is scaled: coordinates over units, rates over (units 2 pi/T), p over its range. The length of a tangent is taken in a
+metric, in which coordinates and rates are also divided by the size of the motion. Constraints leave f free coordinates. At
+critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ CURVE_BUDGET = 20 * BUDGET
 class Orbit(NamedTuple):
     """Periodic motion on the curve, at a parameter.
 
-    `basis` (n, f) spans the free coordinates, `matrix` is [dP/dx - 1, dP/dp]. `tangent` (2 n + 1,) is the scaled tangent of the
-    curve. `size` is the largest range of a coordinate in a period, in the coordinate's unit.
+    `basis` (n, f) spans the free coordinates, `matrix` (2 f, 2 f + 1) is [dP/dx - 1, dP/dp]. `tangent` (2 n + 1,) is the scaled
+    tangent of the curve. `size` is the largest range of a coordinate in a period, in the coordinate's unit.
     """
 
     found: Found
@@ -64,7 +65,7 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
 
-    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1: a point counts once.
+    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1, which the table of a `Route` needs.
     """
 
     kind: str
@@ -104,7 +105,7 @@ class ResponseCurve:
         shooting, changes = self.shooting, []
         basis = shooting.basis(state)
         out, monodromy = shooting.monodromy(state, basis)
-        for side in (1.0, -1.0):
+        for side in (1.0, -1.0):  # differences in p over its range have the same half width as those in x
             self.set_parameter(parameter + side * shooting.width * self.span)
             projected = shooting.project(state)
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
@@ -145,7 +146,7 @@ class ResponseCurve:
 
     @cached_property
     def finer(self) -> ResponseCurve:
-        """Curve with finer steps, narrower differences and, unless `fixed`, a higher degree."""
+        """Curve with finer steps, narrower differences and, unless `fixed`, a higher degree; `refine` sets its parameter."""
         scene = self.shooting.scene
         problem = self.problem.with_degree(0 if self.fixed or not has_strips(scene) else DEGREE_STEP)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
@@ -167,7 +168,7 @@ class ResponseCurve:
         errors = np.full(len(values), np.inf)
         with suppress(*SEARCH_STOPS):
             curve, start, _ = self.refine(orbit)
-            refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)
+            refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)  # its best state, periodic or not
             if refined.residual <= CLOSED:
                 shooting, found = curve.shooting, refined
                 values, errors, error = compare_multipliers(shooting, start, refined, values)
@@ -235,7 +236,11 @@ class ResponseCurve:
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
-        """Follow the curve to its end; return motions, critical points with errors, and the reason of the end."""
+        """Follow the curve to its end; return motions, critical points with errors, and the reason of the end.
+
+        Reasons, see `explain_end`: 'reached' for the end, 'back' at the start, 'singular' if no step succeeds, 'steps' after all
+        steps of the curve, 'spent' after all time steps of its runs, 'stopped' by the user.
+        """
         orbits, criticals, ended, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
         self.shooting.steps_left = CURVE_BUDGET
         while len(orbits) <= steps and not ended:

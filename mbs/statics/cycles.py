@@ -14,7 +14,7 @@ from ..spectral.run import RunState
 from ..spectral.scene import DEGREE, CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
-from .answer import CRITICAL_ACCURACY, DEGREE_STEP, MAX_DEGREE, Answer, Ending, check
+from .answer import CRITICAL_ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Answer, Ending, check
 from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, find_multipliers
 
@@ -57,7 +57,8 @@ class Periodic(Answer):
         marker = self.scene.marker(link, point)
         motions = [self.scene.read(marker, q, v) for q, v in zip(self.q, self.v, strict=True)]
         position = CubicHermiteSpline(self.time, [m.position for m in motions], [m.velocity for m in motions])
-        extrema = (np.append(roots[np.isfinite(roots)], 0.0) for roots in position.derivative().roots(extrapolate=False))
+        rests = position.derivative().roots(extrapolate=False)  # nan where a component is constant
+        extrema = (np.append(roots[np.isfinite(roots)], 0.0) for roots in rests)  # 0: a time for a component that never moves
         return np.array([np.ptp(position(times)[:, axis]) / 2 for axis, times in enumerate(extrema)])
 
     def rows(self) -> list[tuple[str, str]]:
@@ -99,8 +100,12 @@ def periodic(
     try:
         return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
     except SEARCH_STOPS as error:
-        states, none, scene = np.empty((0, shooting.scene.size)), np.empty(0), shooting.scene
-        return Periodic(*failure_of(error), scene, period, none, states, states, none.astype(complex), none, False, np.inf)
+        status, message = failure_of(error)
+        none, states = np.empty(0), np.empty((0, shooting.scene.size))
+        return Periodic(
+            status, message, shooting.scene, period, time=none, q=states, v=states,
+            multipliers=none.astype(complex), errors=none, stable=False, error=np.inf,
+        )  # fmt: skip
 
 
 def failure_of(error: BaseException) -> tuple[Ending, str]:
@@ -113,7 +118,7 @@ def failure_of(error: BaseException) -> tuple[Ending, str]:
 def prepare(
     mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
 ) -> tuple[Shooting, RunState]:  # fmt: skip
-    """Check the input; return the map over a period and the state at which the search starts."""
+    """Check the input, return the map over a period and its first state; `settle` periods are left to be integrated."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
     whole("settle", settle, 0, 1_000_000)
@@ -127,7 +132,7 @@ def prepare(
 
 
 def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
-    """Refine steps and degree until state and multipliers do not change; errors are the last changes.
+    """Refine steps, and the degree unless it is `fixed`, until state and multipliers do not change; errors are last changes.
 
     The motion before a refinement is kept if the refinement fails, or if changes grow by rounding.
     """
@@ -162,7 +167,7 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
     errors = distances_to(new_values, values)
     if finer.autonomous:
         distance = np.abs(new_values - 1.0)
-        is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these
+        is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these; 3: a margin
         errors = np.where(is_near, np.maximum(errors, distance), errors)
     return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.residual)
 
@@ -170,17 +175,17 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Make the result: stability, status, message, and the motion over the period."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.autonomous and len(values) else None
-    grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
+    grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
     message = []
     if grows.any():
         worst = complex(values[grows][0])
         is_positive = abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0
         behaviour = "" if is_positive else " and turns" if worst.imag else " and alternates"
         message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{behaviour}")
-    status = Ending.OK if error < 1e-4 and not shooting.grazes else Ending.INACCURATE
+    status = Ending.OK if error < LARGEST_ERROR and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
         message.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
-    if 1e-4 <= error < np.inf:
+    if LARGEST_ERROR <= error < np.inf:
         message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
     is_first = np.diff(out.time, prepend=-np.inf) > LEAST_INTERVAL * found.period  # of two rows of an event

@@ -6,6 +6,7 @@ A path is followed by the steps of `arc`, with strips of a higher degree until t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
 from ..spectral.start import slopes
 from ..validate import one_of
-from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_DEGREE, MAX_STEP, Ending, Path, check, check_path, explain_end
+from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -30,6 +31,8 @@ DEGREE = 12
 """Degree of the strips of the first path; refined paths have a higher one."""
 STEPS = 250
 """Default of the largest number of steps."""
+MAX_PATH_DEGREE = 30
+"""Degree of strips at which refinement of a path ends; lower than that of an equilibrium, as a path has many."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
 """Message of a path whose refinement Ctrl-C or the time limit ended."""
 OFFSET = 1e-8
@@ -53,8 +56,8 @@ def path(
     """Follow the equilibria of a mechanism as loads grow, a drive moves or any number changes.
 
     Loads and drives start at 0, from the stress-free pose; a mechanism that can move freely there starts at the equilibrium under
-    the first step of the load. A number starts at its value. Constant loads are applied before. Raise a ValueError for an invalid
-    argument or an unknown name.
+    the first step of the load. A number starts at its value in the mechanism. Constant loads are applied before. Raise a
+    ValueError for an invalid argument or an unknown name.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def path(
 
     def run(degree: int) -> Path:
         """Follow the path with strips of a degree."""
-        problem = problem_over(mechanism, degree, load, drive, parameter)
+        problem = problem_over(mechanism, degree, load=load, drive=drive, parameter=parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)
         except USER_STOPS:
@@ -101,7 +104,7 @@ def path(
         finally:
             problem.set_parameter(problem.initial)
 
-    watching.get().most = 2 * steps
+    watching.get().most = 2 * steps  # for the time that is shown: at least two paths, of different degrees
     return _refine(run, degree)
 
 
@@ -128,7 +131,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         answer = found if fixed else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_DEGREE - 10:  # lower, as a path is long
+        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
@@ -137,7 +140,10 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of the critical points and ends of two paths by name; infinite for points of one path only."""
+    """Return differences of the critical points and ends of two paths by name; infinite for points of one path only.
+
+    Ends are compared at the points of the first link that has mass.
+    """
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
@@ -161,7 +167,7 @@ class _Follower:
         self.steps, self.step, self.longest = steps, step, longest
         if to == self.start:
             raise ValueError(f"to = {to:g}: the path begins there")
-        self.arc = Arc(problem, self.start, to)
+        self.continuation = Arc(problem, self.start, to)
 
     def run_all(self, branches: bool) -> Path:
         """Follow the path from the start and, if `branches`, the paths that leave it."""
@@ -179,7 +185,7 @@ class _Follower:
         others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
         rest = find_equilibrium(others, 1.0)[0]._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
-            return settle(problem, rest._replace(parameter=self.step * self.to))
+            return settle(problem, rest._replace(parameter=self.step * self.to))  # loads start at 0
         return rest
 
     def run(self, rest: Rest, direction: Array | None) -> Path:
@@ -200,43 +206,48 @@ class _Follower:
 
         Critical points are not searched in a step that begins at a branching or passes a corner.
         """
-        rest = rests[0]
-        arc, at_branching = (self.step, False) if direction is None else (min(self.step, BRANCH_STEP), True)
-        direction = self.arc.direction(rest, None) if direction is None else direction
-        last = None
+        at_branching = direction is not None
+        length = min(self.step, BRANCH_STEP) if at_branching else self.step
+        direction = self.continuation.direction(rests[0], None) if direction is None else direction
+        last = None  # the step before, with the stability at its start
         for _ in range(self.steps):
-            at_corner = False
-            try:
-                watching.get().step((rest.parameter - self.start) / (self.to - self.start))
-                step = self.arc.advance(rest, direction, arc)
-            except StaticsError:
-                try:
-                    step, at_corner = self.arc.pass_corner(rest, direction), True
-                except StaticsError:
-                    return "singular"
-            after = self.arc.direction(step.new, step.direction)
-            if self.arc.may_have_jumped(step, after):
-                arc = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
+            rest, state_before = rests[-1], states[-1]
+            watching.get().step((rest.parameter - self.start) / (self.to - self.start))
+            step, at_corner = self._advance(rest, direction, length)
+            if step is None:
+                return "singular"
+            after = self.continuation.direction(step.new, step.direction)
+            if self.continuation.may_have_jumped(step, after):
+                length = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
                 continue
-            state = state_at(self.problem, step.new)
-            found = [] if at_branching or at_corner else find_criticals(self.arc, step, states[-1], state, after, last)
+            state, found = state_at(self.problem, step.new), list[Critical]()
+            if not (at_branching or at_corner):
+                found = find_criticals(self.continuation, step, state_before, state, after, last)
             if leaving := self._find_branch(found):
                 number, direction = leaving
+                self.branch = None  # it is taken
                 points += found[: number + 1]
-                rest, at_branching, last, self.branch = self._offset_parameter(found[number]), True, None, None
-                arc = min(self.step, BRANCH_STEP)
-                rests.append(rest)
-                states.append(state_at(self.problem, rest))
+                rests.append(self._offset_parameter(found[number]))
+                states.append(state_at(self.problem, rests[-1]))
+                at_branching, last, length = True, None, min(self.step, BRANCH_STEP)
                 continue
             points += found
-            last = None if at_corner else (step, states[-1])
-            rest, direction, at_branching = step.new, after, False
-            arc = next_arc(step.arc, self.arc.angle(step, after), self.longest)
-            rests.append(rest)
+            last = None if at_corner else (step, state_before)
+            direction, at_branching = after, False
+            length = next_arc(step.arc, self.continuation.angle(step, after), self.longest)
+            rests.append(step.new)
             states.append(state)
             if reason := self._check_end(step, rests, points, len(found)):
                 return reason
         return "steps"
+
+    def _advance(self, rest: Rest, direction: Array, length: float) -> tuple[Step | None, bool]:
+        """Take a step, if need be around a corner of the path; return it, None if both fail, and True at a corner."""
+        with suppress(StaticsError):
+            return self.continuation.advance(rest, direction, length), False
+        with suppress(StaticsError):
+            return self.continuation.pass_corner(rest, direction), True
+        return None, False
 
     def _offset_parameter(self, point: Critical) -> Rest:
         """Return the state of a branching with a parameter slightly nearer to the end, where the tangent is not singular."""
@@ -255,10 +266,10 @@ class _Follower:
             while points and (points[-1].rest.parameter - self.to) / (self.to - self.start) > 0.0:
                 points.pop()
             return "reached"
-        if not self.arc.is_on_step(last, rests[0]):
+        if not self.continuation.is_on_step(last, rests[0]):
             return ""
-        start = self.arc.arc_of(last, rests[0]) - ON_CURVE * last.arc
-        while new and self.arc.arc_of(last, points[-1].rest) > start:  # the start may be a branching itself
+        start = self.continuation.arc_of(last, rests[0]) - ON_CURVE * last.arc
+        while new and self.continuation.arc_of(last, points[-1].rest) > start:  # the start may be a branching itself
             points.pop()
             new -= 1
         rests[-1] = rests[0]
@@ -277,13 +288,13 @@ class _Follower:
         return None
 
     def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
-        """Return the sum of critical shapes that moves a point of a link most in a direction; None if none moves it."""
+        """Return the weighted sum of critical shapes that moves a point of a link most in a direction; None if none moves it."""
         self.problem.set_parameter(critical.rest.parameter)
         scene = self.problem.scene
         shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
         velocities = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes
         moves = along @ velocities / np.linalg.norm(along) / scene.length
-        return shapes @ moves if np.abs(moves).max() > MOVES else None
+        return shapes @ moves if np.abs(moves).max() > MOVES else None  # among weights of one norm `moves` moves the point most
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
         """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
@@ -301,5 +312,5 @@ class _Follower:
 
     def _unit(self, shape: Array) -> Array:
         """Return a shape (n,) as a direction (n + r + 1,) of unit length in the metric of the path."""
-        vector = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
-        return np.asarray(vector / self.arc.size(vector))
+        vector = np.concatenate([shape, np.zeros(len(self.continuation.metric) - len(shape))])
+        return np.asarray(vector / self.continuation.size(vector))

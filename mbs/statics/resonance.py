@@ -45,7 +45,7 @@ class Response(Route):
         return np.array([motion.amplitude(link, point) for motion in self.motions])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return data of a diagram: amplitudes along the curve and at the critical points, and a prefix of the label."""
+        """Return values to draw over the parameter: amplitudes on the curve, and at critical points; prefix of its label."""
         criticals = [critical.motion.amplitude(link, point) for critical in self.points]
         return self.amplitude(link, point), criticals, "amplitude of "
 
@@ -95,7 +95,7 @@ def response(
         positive("to", to, "Hz")
         problem: Problem = Paced(shooting.scene, initial=1.0 / shooting.period)
     else:
-        problem = problem_over(mechanism, shooting.scene.degree, load, None, parameter)
+        problem = problem_over(mechanism, shooting.scene.degree, load=load, parameter=parameter)
     if float(to) == problem.initial:
         raise ValueError(f"to = {to:g}: the curve begins there")
     curve = ResponseCurve(shooting, problem, float(to), degree is not None)
@@ -103,7 +103,8 @@ def response(
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
-        return Response(*failure_of(error), "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
+        status, message = failure_of(error)
+        return Response(status, message, "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
     finally:
         curve.set_parameter(problem.initial)
 

@@ -36,11 +36,11 @@ LONGEST_SHARE = 1 / 64
 OFFSET = 2e-5
 """Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
 LEAST_OFFSET = 1e-5
-"""Least half width of the differences, limited by the error `EVENT_TOLERANCE` of events over it."""
+"""Least half width of the differences, by which the error of the runs' events, about `EVENT_TOLERANCE`, is divided."""
 STEP_RATIO = 20
 """Most steps of a run on stored steps, over the number of stored steps."""
 CLOSED = 1e-7
-"""Largest residual of a periodic motion, in units of coordinates: the error of the steps without damping."""
+"""Largest residual of a periodic motion, in units of coordinates: as large as the error of the integration without damping."""
 CONVERGED = 1e-9
 """Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
@@ -102,7 +102,8 @@ class Shooting:
     def finer(self, degree: int) -> Shooting:
         """Return the map with shorter steps, strips of another degree and narrower differences."""
         scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
-        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST_OFFSET, self.width / 2))
+        tolerance = self.tolerance / 2**5  # for half the step, as collocation at three Radau points has the order 5
+        return Shooting(scene, self.period, tolerance, self.longest / 2, max(LEAST_OFFSET, self.width / 2))
 
     def _is_autonomous(self) -> bool:
         """Return True if the equations are the same at three times, for an arbitrary state near the start."""
@@ -124,7 +125,8 @@ class Shooting:
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
         ends = None if adapts else self.step_ends * self.period
-        every = 2 if adapts and not self.has_onsets else 1  # stored steps, see `ends_of_steps`, are about as many
+        stores_steps = adapts and not self.has_onsets
+        every = 2 if stores_steps else 1  # every second step is a row, from which `ends_of_steps` makes two steps again
         watching.get().step()
         time_left = watching.get().time_left
         out, failure, counts = integrate(self.scene, self.period, solver, time_left, state=state, ends=ends, every=every)
@@ -149,10 +151,10 @@ class Shooting:
         return state
 
     def project(self, state: RunState) -> RunState:
-        """Project a state onto the constraints by the least change in the norm of the mass matrix."""
+        """Project a nearby state onto the constraints by the least change in the norm of the mass matrix."""
         scene, q, v = self.scene, state.q, state.v
         zero = np.zeros(scene.size)
-        for _ in range(4):
+        for _ in range(4):  # of Newton's method; a closed state does not change any more
             q = q - scene.accelerate(q, zero, scene.assemble(q, tangents=False).residual)[0]
         a = scene.assemble(q, tangents=False)
         return state._replace(q=q, v=v + scene.accelerate(q, zero, a.speed - a.jacobian @ v)[0])
@@ -260,9 +262,10 @@ class Shooting:
 
 
 def ends_of_steps(time: Array) -> Array:
-    """Return ends of steps for later runs from the times of a run that wrote every second row, and two rows at an event.
+    """Return ends of steps for later runs from the times of a run that wrote every second step, and two rows at an event.
 
-    The ends lie at a quarter and three quarters between rows.
+    The ends lie at a quarter and three quarters between rows: as many as the steps of the run, and none at an event, whose time
+    differs in later runs.
     """
     rows = time[np.append(np.diff(time) > 1e-9 * time[-1], True)]
     gaps = np.diff(rows)

@@ -61,8 +61,9 @@ class Paced(Problem):
 
 
 def problem_over(
-    mechanism: Mechanism, degree: int, load: str | list[str] | None, drive: str | None, parameter: str | None
-) -> Problem:
+    mechanism: Mechanism, degree: int, *,
+    load: str | list[str] | None = None, drive: str | None = None, parameter: str | None = None,
+) -> Problem:  # fmt: skip
     """Make the problem over loads, by default all, a drive or any number of a mechanism."""
     if parameter is not None:
         return Varied(mechanism, parameter, degree)
