@@ -67,11 +67,13 @@ class Forecast:
             return ""
         spent = working_time() - self.begin
         run_time = spent / self.done
-        least, most = (
-            run_time - spent + sum(run_time * GROWTH**k for k in range(1, max(0, runs - self.number) + 1)) for runs in self.runs
-        )
-        if self.cases > 1:
-            least, most = (rest + (self.cases - 1) * (rest + spent) for rest in (least, most))
+        earlier = sum(run_time * GROWTH**k for k in range(1 - self.number, 0))  # time of the runs before this one
+        expected = []
+        for runs in self.runs:
+            later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
+            further_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
+            expected.append(run_time - spent + later + further_cases)
+        least, most = expected
         if most < WORTH:
             return ""
         first, last = write_duration(least), write_duration(most)

@@ -40,6 +40,16 @@ def test_the_time_is_told_within_three_seconds(clock, capsys):
     assert told.line() == "arch run 1: 20 %"
 
 
+def test_each_further_case_takes_the_time_of_all_its_runs(clock):
+    told = Forecast("arch", cases=3.0)
+    told.runs = (2, 2)
+    for now, done in ((2.5, 0.5), (5.0, 1.0), (5.0, 0.0), (7.0, 0.2)):
+        clock[0] = now
+        told(done)
+    case = 10 + 10 / 8 ** (1 / 4)  # the second run takes ten seconds, the first one less
+    assert told.text() == f"arch: about {write_duration(8.0 + 2 * case)} more, 3 cases one after another"
+
+
 def test_a_call_tells_the_time_of_its_steps(clock):
     state = Watch("steps", clock=lambda: clock[0])
     for step in range(1, 21):
