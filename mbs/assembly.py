@@ -21,7 +21,8 @@ from .validate import short
 Pair = tuple[float, float]
 """Coordinates x and y [m]."""
 AGREE = 1e-9
-"""Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write."""
+"""Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write. Linear
+equations that differ by less count as one."""
 STARTS = 48
 """Random starts in a round; more cost time, fewer may miss a pose."""
 ROUNDS = 8
@@ -52,7 +53,7 @@ def assemble(
         Given places [m].
     links : iterable of Link
     guides : iterable of Guide
-        Guides with `through` keep their point on a line.
+        A guide with a second point `through` keeps its own point on a line through that point, in the direction `along`.
     near : dict of str to (float, float), optional
         Rough places [m]: the pose with the least sum of squared distances from them is taken. By default it is the pose whose
         first differing point is highest, then farthest right.
@@ -66,7 +67,8 @@ def assemble(
     lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}
     deciding = [link for link in links if link.length is not None or link.angle is not None]
     concerned = [point for link in deciding for point in (link.start, link.end)]
-    concerned += [point for link in links if link.name in lengths for point in link.carried_places(1.0)]
+    any_length = 1.0  # only the names of the carried points that have a place on their link are needed
+    concerned += [point for link in links if link.name in lengths for point in link.carried_places(any_length)]
     unknown = list(dict.fromkeys(point for point in concerned if point not in points))
     for point in near:
         if point not in unknown:
@@ -78,19 +80,19 @@ def assemble(
     guided = [guide for guide in guides if guide.through and {guide.point, guide.through} <= set(places)]
     lines = [((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag for guide in guided]
     base, free = _solve_linear([*_linear_equations(places, links, lengths), *lines], 2 * len(unknown))
-    size = max(lengths.values(), default=0.0) or 1.0
+    size = max(lengths.values(), default=0.0) or 1.0  # [m]
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
-    vectors = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)
-    poses = _Poses(vectors.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in of_length]), base, free)
+    chords = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)
+    poses = _Poses(chords.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in of_length]), base, free)
     poses.check_decided(of_length)
     solutions, solved = poses.find_all(size)
     found = [_by_name(unknown, x) for x in solutions]
     if not solved:
         raise _out_of_reach(of_length, {**points, **found[0]})
-    allowed = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)] or found
-    first, *others = sorted(sorted(allowed, key=_topmost(unknown, size)), key=_nearest(near, size))
+    right = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)]
+    first, *others = sorted(sorted(right or found, key=_topmost(unknown, size)), key=_nearest(near, size))
     for link in deciding:
-        _check(link, {**points, **first})
+        _check(link, {**points, **first})  # raises an error if a link has the sense opposite to its angle
     poses.check_regular(unknown, first, of_length)
     return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
 
@@ -160,7 +162,7 @@ def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
         return np.zeros(count), np.eye(count)
     matrix = np.array(equations)
     u, values, vt = np.linalg.svd(matrix[:, :-1])
-    rank = int((values > AGREE * max(1.0, values[0])).sum())
+    rank = int((values > AGREE * max(1.0, values[0])).sum())  # number of independent equations
     base = vt[:rank].T @ (-(u.T @ matrix[:, -1])[:rank] / values[:rank])
     return base, vt[rank:].T
 
@@ -168,18 +170,18 @@ def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
 class _Poses:
     """Poses of the links whose length alone is given: solutions z of |M z + c| = L, with M and c complex.
 
-    `vectors` are the linear forms of the links from end to end, shape (links, unknowns + 1).
+    `chords` are the linear forms of E - S, from start to end of each link, shape (links, unknowns + 1).
     """
 
-    def __init__(self, vectors: Array, lengths: Array, base: Array, free: Array) -> None:
+    def __init__(self, chords: Array, lengths: Array, base: Array, free: Array) -> None:
         self.base, self.free, self.lengths = base, free, lengths
-        self.matrix, self.constant = vectors[:, :-1] @ free, vectors[:, :-1] @ base + vectors[:, -1]
+        self.matrix, self.constant = chords[:, :-1] @ free, chords[:, :-1] @ base + chords[:, -1]
 
     def residual(self, z: Array) -> tuple[Array, Array]:
         """Compute (|v|^2 - L^2) / 2 L, v = M z + c [m], and its derivatives by z, for z of shape (starts, free)."""
-        vectors = z @ self.matrix.T + self.constant
-        value = (np.abs(vectors) ** 2 - self.lengths**2) / (2 * self.lengths)
-        return value, (vectors.conj()[..., None] * self.matrix).real / self.lengths[:, None]
+        v = z @ self.matrix.T + self.constant
+        value = (np.abs(v) ** 2 - self.lengths**2) / (2 * self.lengths)
+        return value, (v.conj()[..., None] * self.matrix).real / self.lengths[:, None]
 
     def check_decided(self, links: list[Any]) -> None:
         """Raise a ValueError if there are fewer equations than unknowns, by the rank of the derivatives in a random pose."""
@@ -217,15 +219,15 @@ class _Poses:
         damping = np.full(len(z), 1e-2)
         value, slopes = self.residual(z)
         for _ in range(ITERATIONS):
-            square = np.einsum("sqi,sqj->sij", slopes, slopes)
+            square = np.einsum("sqi,sqj->sij", slopes, slopes)  # axes: starts s, links q, free coordinates i and j
             square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])  # 1e-14: so that the matrix is regular
-            right = np.einsum("sqi,sq->si", slopes, value)
-            trial = z - np.linalg.solve(square, right[..., None])[..., 0]
+            gradient = np.einsum("sqi,sq->si", slopes, value)
+            trial = z - np.linalg.solve(square, gradient[..., None])[..., 0]
             new_value, new_slopes = self.residual(trial)
-            better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
-            z = np.where(better[:, None], trial, z)
-            value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
-            damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
+            is_better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
+            z, value = np.where(is_better[:, None], trial, z), np.where(is_better[:, None], new_value, value)
+            slopes = np.where(is_better[:, None, None], new_slopes, slopes)
+            damping = np.where(is_better, damping / 10, damping * 10).clip(1e-15, 1e6)
             if (np.abs(value) < 1e-14 * self.lengths.max()).all():
                 break
         return z, np.abs(value).max(axis=1)

@@ -130,8 +130,8 @@ def simulate(
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     times = _times(shapes, duration)
-    is_single = accuracy is None and solver is not None
-    runs = _Runs(mechanism, timeout, forecast(progress, ONE_RUN if is_single else USUAL_RUNS))
+    single = solver if accuracy is None else None  # solver of a single run, whose error is not estimated
+    runs = _Runs(mechanism, timeout, forecast(progress, USUAL_RUNS if single is None else ONE_RUN))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
             if isinstance(element, Drive):
@@ -139,8 +139,8 @@ def simulate(
     ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
     try:
         with use_memory(runs.memory):
-            if is_single:
-                best = runs(mechanism, duration, solver)
+            if single is not None:
+                best = runs(mechanism, duration, single)
                 result = _result(best, None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()

@@ -159,7 +159,7 @@ class SpectralLevels(Levels):
     degrees = 2
 
     @property
-    def damping(self) -> Factor | None:
+    def damping(self) -> Factor:
         """Factor of the amplitude of a vibration in one step."""
         return radau
 

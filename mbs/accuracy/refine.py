@@ -251,7 +251,8 @@ class _Refinement:
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
             """Estimate errors: those by the differences, and those by numerical damping, which both runs have in common."""
             errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
-            return add(errors, estimate_damping_errors(run, self.levels.damping, differences))
+            common = estimate_damping_errors(run, self.levels.damping, differences)
+            return {key: error + common.get(key, 0.0) for key, error in errors.items()}
 
         return estimate
 
@@ -316,8 +317,3 @@ class _Refinement:
         every, every_size = Deferred(known, lambda: errors()[0]), Deferred(sizes, lambda: errors()[1])
         found = Errors(largest, every, every_size, kind, until, find_drive_period(trial.run.record.mechanism), vibrating, notes)
         return CheckedRun(trial.run, found, find_worst(allowed, known), chaos, count=self.count)
-
-
-def add(errors: Mapping[Key, float], more: Mapping[Key, float]) -> dict[Key, float]:
-    """Add errors of the same signals and norms."""
-    return {key: error + more.get(key, 0.0) for key, error in errors.items()}
