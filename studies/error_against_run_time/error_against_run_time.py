@@ -119,7 +119,8 @@ def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
     ]
     headers = ["work", "series", "setting", "error", "time [ms]", "tuned run's time over this", "front"]
     works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
-    return Table(headers, rows, "Error against run time", f"{works}\n{notes}")
+    front = "front: no other run of the work is as accurate and as fast"
+    return Table(headers, rows, "Error against run time", f"{works}\n{front}. {notes}")
 
 
 def figure(result: StudyResult) -> Figure:

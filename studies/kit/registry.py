@@ -17,38 +17,34 @@ class Entry(NamedTuple):
     summary: str
 
 
-_LISTED = (
-    ("strips", "elastica-law", "load of the pinned strip against shortening: exact, quartic, fast law"),
-    ("strips", "contact-force-table", "largest contact force for three strip thicknesses, with and without dry friction"),
-    ("striking", "slider-crank", "flexible slider-crank striking its stop: constant speed, rising speed, voltages"),
-    ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
-    ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
-    ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
-    ("striking", "design", "slider-crank designed backwards: forces and angle in, strip, stop and speed out"),
-    ("error_against_run_time", "error-against-run-time", "error against run time: hand-tuned engine, one run, an accuracy"),
-    ("strips", "dynamic-buckling", "strip compressed at constant speed: peak force over speed and bow"),
-    ("extremes", "extremes", "extreme and random mechanisms: is any run reported fine that is wrong?"),
-    ("rattling", "crank-rocker", "crank-rocker with clearance in its joints, rocker rigid or flexible"),
-    ("rattling", "clearance-speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"),
-    ("rattling", "buffering", "does a flexible rocker buffer? each published claim, over all that is left open"),
-    ("rattling", "modes", "which modes of the rocker matter, and what their numbers mean"),
-)
-"""Package, name and subject of each study, in the order in which they are listed."""
 STUDIES: dict[str, Entry] = {
-    name: Entry(f"buckler.studies.{package}.{name.replace('-', '_')}", summary) for package, name, summary in _LISTED
+    name: Entry(f"buckler.studies.{package}.{name.replace('-', '_')}", summary)
+    for package, name, summary in (
+        ("strips", "elastica-law", "load of the pinned strip against shortening: exact, quartic, fast law"),
+        ("strips", "contact-force-table", "largest contact force for three strip thicknesses, with and without dry friction"),
+        ("striking", "slider-crank", "flexible slider-crank striking its stop: constant speed, rising speed, voltages"),
+        ("striking", "paper-figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"),
+        ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
+        ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
+        ("striking", "design", "slider-crank designed backwards: forces and angle in, strip, stop and speed out"),
+        ("error_against_run_time", "error-against-run-time", "error against run time: hand-tuned engine, one run, an accuracy"),
+        ("strips", "dynamic-buckling", "strip compressed at constant speed: peak force over speed and bow"),
+        ("extremes", "extremes", "extreme and random mechanisms: is any run reported fine that is wrong?"),
+        ("rattling", "crank-rocker", "crank-rocker with clearance in its joints, rocker rigid or flexible"),
+        ("rattling", "clearance-speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"),
+        ("rattling", "buffering", "does a flexible rocker buffer? each published claim, over all that is left open"),
+        ("rattling", "modes", "which modes of the rocker matter, and what their numbers mean"),
+    )
 }
-"""Studies of Buckler, by name."""
+"""Studies of Buckler, by name, in the order in which they are listed."""
 
 
 def find_studies() -> dict[str, Entry]:
     """Find the studies of Buckler, and those that other packages declare as entry points of the group `buckler.studies`."""
     from importlib.metadata import entry_points
 
-    others = {
-        point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "")
-        for point in entry_points(group="buckler.studies")
-    }
-    return {**others, **STUDIES}
+    points = entry_points(group="buckler.studies")
+    return {point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in points} | STUDIES
 
 
 def entry(name: str) -> Entry:

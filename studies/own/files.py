@@ -144,7 +144,7 @@ class File(Study):
         return parameters
 
     def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Make the cases of a sweep over the paths of `--vary`; the second item, shared values, is empty as `Cases` has them."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`, with all other values; so none are shared."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, numbers = change(json.loads(base["document"]), changes), {}
@@ -153,7 +153,11 @@ class File(Study):
                     numbers[name] = declare_path(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
-        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), numbers), {}
+
+        def make(values: dict[str, Any]) -> Parameters:
+            return Parameters(**base, changes=tuple((changes | values).items()))
+
+        return Cases(make, numbers), {}
 
     def check(self, parameters: Any) -> None:
         """Run a microsecond; raise an error for a wrong start or an unknown signal."""

@@ -42,8 +42,6 @@ SUMMARISED = ("force.coupler_rocker", "acceleration.rocker")
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Numbers in metrics.json of the comparison of a set with the largest one."""
-SPEED = FourBarParameters().speed
-"""Crank speed [rad/s]."""
 
 Case = tuple[str, float]
 """Unit in which the published c_max is read, and side of the bars in the plane [m]."""
@@ -93,7 +91,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong: list[str] = []
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
         mechanisms = [p.bars(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
-        turns = dict(zip(p.mode_sets, run_turns(p, mechanisms, READINGS, batch, ideal_motion(SPEED)), strict=True))
+        ideal = ideal_motion(FourBarParameters().speed)
+        turns = dict(zip(p.mode_sets, run_turns(p, mechanisms, READINGS, batch, ideal), strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
         for modes, each in turns.items():
             metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[BEST])

@@ -211,7 +211,7 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a metric over the numeric parameter with most values, a curve for each combination of the others; words in a row."""
+    """Draw a metric over the numeric parameter with most values, a curve for each combination of others; without one by case."""
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
