@@ -123,7 +123,10 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
-    while has_strips(found.scene) and not watching.get().ended:
+    if not has_strips(found.scene):
+        found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
+        return found
+    while not watching.get().ended:
         finer = run(found.scene.degree + DEGREE_STEP)
         if watching.get().ended:
             return replace(found, message=COARSE)
@@ -135,7 +138,6 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
-    found.errors.update(_errors(found, found))
     return found
 
 

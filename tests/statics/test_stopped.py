@@ -53,6 +53,7 @@ def test_a_path_keeps_its_first_steps(monkeypatch, by):
     assert 2 < count < len(whole.parameter)
     assert found.parameter == pytest.approx(whole.parameter[:count], rel=1e-9)
     assert found.ended == "stopped" and f"it led to {found.parameter[-1]:.6g}, not to 15" in found.message
+    assert not found.errors, "a strip's errors are not known without a path of a higher degree"
 
 
 def test_a_path_that_was_refined_only_in_part_is_the_coarser_whole(monkeypatch):
