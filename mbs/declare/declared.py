@@ -153,10 +153,7 @@ _KINDS: dict[str, type] = {}
 def register(kind: Class) -> Class:
     """Register a user's frozen dataclass, such as a contact law, so that files may name it; also a decorator.
 
-    Raises
-    ------
-    ValueError
-        If it is no dataclass, or its name is taken.
+    Raise a ValueError if it is no dataclass, or its name is taken.
     """
     if not dataclasses.is_dataclass(kind):
         raise ValueError(f"{kind.__name__}: must be a frozen dataclass")

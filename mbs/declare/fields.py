@@ -29,10 +29,7 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by the specification of its values; with the default None the value None is allowed, too.
-
-    `bounds` and `group`, a heading of the command line's help, are those of `Declaration`.
-    """
+    """Declare a field by the specification of its values; a default None is allowed, too. See `Declaration` for the rest."""
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}

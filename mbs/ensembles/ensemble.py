@@ -37,7 +37,7 @@ from ..spectral.start import start_rates
 from ..spectral.statistics import Accumulator
 from ..spectral.tables import ForceKind, Forces
 from ..validate import one_of, positive, whole
-from .members import Members, split
+from .members import Members
 from .readings import StatisticReading, columns, formulas_of, values_of
 from .result import Ensemble
 
@@ -180,14 +180,8 @@ def ensemble(
         Executor of chunks of members; by default one thread for each core.
     store : path, optional
         File (.npz) that keeps the members that have run; the same call continues from it.
-    timeout : float, optional [s]
-        Time limit, after which the members that have run are the answer.
-    progress : bool, optional
-        True shows the expected time, by default in terminals.
-
-    Returns
-    -------
-    Ensemble
+    timeout, progress
+        Limit of time [s], after which the members that have run are returned; `progress` shows the state, by default in terminals.
     """
     positive("duration", duration, "s"), whole("skip", skip, 0, 10**6)
     solver = one_of("solver", solver or Spectral(), (Spectral,))
@@ -229,8 +223,8 @@ def _try_first(task: Task) -> None:
 def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None) -> Ensemble:
     """Run the members that have not run yet and add their values; after Ctrl-C or the time limit return what has been added."""
     left = [k for k in range(len(task.members)) if not found.done[k]]
-    chunks = [[left[k] for k in part] for part in split(len(left), CHUNK)]
     pool = executor or ThreadPoolExecutor(os.cpu_count())
+    chunks = [left[first : first + CHUNK] for first in range(0, len(left), CHUNK)]
     running: set[Future[list[tuple[int, Array, str]]]] = {pool.submit(task.run, chunk) for chunk in chunks}
     state = watching.get()
     state.most = len(left)

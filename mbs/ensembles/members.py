@@ -118,8 +118,3 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
     matrix, units = np.vstack([relative, constraints]), scene.units
     right = np.concatenate([target, np.zeros(len(constraints))])
     return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ right))
-
-
-def split(count: int, size: int) -> Sequence[range]:
-    """Split the indices of members into chunks of a size."""
-    return [range(first, min(first + size, count)) for first in range(0, count, size)]

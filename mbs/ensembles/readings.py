@@ -21,7 +21,7 @@ import numpy as np
 
 from ..functions.formulas import CONSTANTS, parse
 from ..geometry import Array
-from ..sensitivity.reading import OPERATORS, POINTWISE, TOKEN
+from ..sensitivity.reading import POINTWISE, TOKEN, evaluate
 from ..spectral.statistics import Accumulator, Statistic
 
 Reduction = Callable[[Array, Array], Array]
@@ -51,7 +51,12 @@ class Formula:
 
     def values(self, signals: Mapping[str, Array]) -> Array:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
-        return np.asarray(_evaluate(self.tree, signals, lambda name, values: POINTWISE[name](values)))
+
+        def call(name: str, arguments: Sequence[ast.expr]) -> Any:
+            """Compute a function of values."""
+            return POINTWISE[name](evaluate(arguments[0], signals, call))
+
+        return np.asarray(evaluate(self.tree, signals, call))
 
 
 @dataclass(frozen=True)
@@ -96,16 +101,15 @@ class StatisticReading:
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
         """Compute the reading in windows of some lengths [s] from sums, (windows, formulas in an order, kinds of sum)."""
 
-        def call(name: str, argument: Any) -> Any:
-            """Compute a statistic of the formula with an index, or a function of values."""
-            return STATISTICS[name](sums[..., argument, :], lengths) if name in STATISTICS else POINTWISE[name](argument)
-
-        def index(node: ast.expr) -> ast.expr:
-            """Replace a formula of signals by its index in the order."""
-            return ast.Constant(order.index(ast.unparse(node)))
+        def call(name: str, arguments: Sequence[ast.expr]) -> Any:
+            """Compute a statistic of a formula of signals, or a function of such statistics."""
+            if name in STATISTICS:
+                formula = order.index(ast.unparse(arguments[0]))
+                return STATISTICS[name](sums[..., formula, :], lengths)
+            return POINTWISE[name](evaluate(arguments[0], {}, call))
 
         with np.errstate(all="ignore"):
-            value = _evaluate(self.tree, {}, call, index)  # no signals: all of them stand in formulas
+            value = evaluate(self.tree, {}, call)  # no signals: all of them stand in statistics
         return np.broadcast_to(np.asarray(value, dtype=float), sums.shape[:-2])
 
 
@@ -131,28 +135,6 @@ def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], e
     sums = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
     sums.add(time, columns(formulas, signals))
     return values_of(readings, formulas, sums)
-
-
-def _evaluate(node: ast.expr, signals: Mapping[str, Array], call: Callable[[str, Any], Any], index: Any = None) -> Any:
-    """Evaluate a syntax tree with the values of signals and calls; `index`, if given, replaces the arguments of statistics."""
-
-    def value_of(node: ast.expr) -> Any:
-        """Evaluate a node."""
-        match node:
-            case ast.Constant(value=value):
-                return value
-            case ast.Name(id=name):
-                return CONSTANTS[name] if name in CONSTANTS else signals[name]
-            case ast.UnaryOp(op=sign, operand=operand):
-                return -value_of(operand) if isinstance(sign, ast.USub) else value_of(operand)
-            case ast.BinOp(op=operator, left=left, right=right):
-                return OPERATORS[type(operator)](value_of(left), value_of(right))
-            case ast.Call(func=ast.Name(id=name), args=[argument]):
-                is_replaced = index is not None and name in STATISTICS
-                return call(name, value_of(index(argument) if is_replaced else argument))
-        raise AssertionError(node)  # `StatisticReading.of` accepts no other node
-
-    return value_of(node)
 
 
 def _statistics(node: ast.AST) -> Iterator[ast.Call]:

@@ -35,38 +35,17 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Readings of an ensemble.
-
-    Attributes
-    ----------
-    members : Members
-        Numbers and initial states of the members.
-    readings : tuple of str
-    edges : array, shape (windows + 1,) [s]
-        Times between windows.
-    skip : int
-        Number of windows at the start that statistics leave out.
-    values : array, shape (members, windows, readings)
-        Readings; nan if a member failed or has not run.
-    done : array of bool, shape (members,)
-        True for members that have run.
-    said : list of str
-        Reasons of failures; '' for members that did not fail.
-    interrupted : bool
-        True after Ctrl-C.
-    timed_out : bool
-        True if the time limit was over before all members had run.
-    """
+    """Readings of an ensemble, by member, window of time and formula."""
 
     members: Members
-    readings: tuple[str, ...]
-    edges: Array
-    skip: int
-    values: Array
-    done: Array
-    said: list[str]
-    interrupted: bool = False
-    timed_out: bool = False
+    readings: tuple[str, ...]  # formulas
+    edges: Array  # times between windows [s], (windows + 1,)
+    skip: int  # number of windows at the start that statistics leave out
+    values: Array  # (members, windows, readings), nan if a member failed or has not run
+    done: Array  # True for members that have run, (members,)
+    said: list[str]  # reasons of failures, '' for members that did not fail
+    interrupted: bool = False  # by Ctrl-C
+    timed_out: bool = False  # the time limit was over before all members had run
 
     @classmethod
     def blank(cls, members: Members, readings: tuple[str, ...], edges: Array, skip: int) -> Ensemble:

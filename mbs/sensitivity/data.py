@@ -1,7 +1,4 @@
-"""Experiments: measured signals over time, measured numbers and bounds, and their input from text files.
-
-A setting is a number that differs between experiments. A heading is the text above a column, with name and unit.
-"""
+"""Experiments: measured signals over time, measured numbers and bounds, and their input from text files."""
 
 from __future__ import annotations
 
@@ -129,7 +126,8 @@ def _table(text: str) -> tuple[list[Column], Rows]:
     lines = text.splitlines()
     for separator in SEPARATORS:
         rows = [(number, _cells(line, separator)) for number, line in enumerate(lines, 1) if line.strip()]
-        first = next((k for k, (_, row) in enumerate(rows) if len(row) > 1 and row[0] and None not in map(_value, row)), 0)
+        has_numbers = [len(row) > 1 and row[0] != "" and None not in map(_value, row) for _, row in rows]
+        first = has_numbers.index(True) if any(has_numbers) else 0  # number of lines above the numbers
         if first and len(rows) > first + 1:
             return _columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:]
     raise ValueError("needs a line of names and two of numbers at least")

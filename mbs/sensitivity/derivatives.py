@@ -134,6 +134,9 @@ def sensitivities(
 ) -> Sensitivities:  # fmt: skip
     """Compute derivatives of readings by numbers of a mechanism.
 
+    Raise a ValueError on a wrong path or reading, before anything runs, and a RunFailedError if the run of the unchanged
+    mechanism fails, or its state of rest is not stable.
+
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
@@ -152,13 +155,6 @@ def sensitivities(
         Arguments of the function that makes the mechanism.
     timeout, progress
         Limit of time [s], after which missing derivatives are nan; `progress` shows the state, by default in terminals.
-
-    Raises
-    ------
-    ValueError
-        On a wrong path or reading, before anything runs.
-    RunFailedError
-        If the run of the unchanged mechanism fails, or the state of rest of the mechanism is not stable.
     """
     require_compiler()
     if duration is not None:

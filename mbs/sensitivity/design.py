@@ -69,6 +69,9 @@ def optimise(
 ) -> Design:  # fmt: skip
     """Choose numbers of a mechanism that minimise a reading subject to constraints.
 
+    If no design meets the constraints, `possible` of the result is False, and its `message` says why. Raise a ValueError on wrong
+    input, before anything runs, and a RunFailedError if no start leads to a run that ends.
+
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
@@ -95,18 +98,6 @@ def optimise(
         Largest number of runs, derivatives included, after which the best design so far is returned.
     timeout, progress
         Limit of time [s], after which the best design so far is returned; `progress` shows the state, by default in terminals.
-
-    Returns
-    -------
-    Design
-        `possible` is False, and `message` says why, if no design met the constraints.
-
-    Raises
-    ------
-    ValueError
-        On wrong input, before anything runs.
-    RunFailedError
-        If no start leads to a run that ends.
     """
     require_compiler()
     constraints, named = [parse_constraint(text) for text in subject_to], readings or {}

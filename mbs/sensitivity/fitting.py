@@ -112,6 +112,8 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Fit numbers of a mechanism to experiments.
 
+    Raise a ValueError on wrong input, before anything runs, and a RunFailedError if no start leads to a run that ends.
+
     Parameters
     ----------
     mechanism : Mechanism, mapping or callable
@@ -128,13 +130,6 @@ def fit(
         Numbers whose interval is found by the profile likelihood: at nine values of each, all other numbers are fitted again.
     timeout, progress
         Limit of time [s], after which the best fit so far is returned; `progress` shows the state, by default in terminals.
-
-    Raises
-    ------
-    ValueError
-        On wrong input, before anything runs.
-    RunFailedError
-        If no start leads to a run that ends.
 
     References
     ----------

@@ -31,10 +31,6 @@ NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": N
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
-END_FROM_OUTSIDE = (Status.TIMED_OUT, Status.INTERRUPTED)
-"""Statuses of a run that the user or a time limit ended, which has values up to its end."""
-AT_TIME = re.compile(r"\bat\(")
-"""Pattern of readings at a given time, which may lie after the end of an incomplete run."""
 OF_CONTACTS = ("begins", "ends", "peak")
 """Readings of single contacts; out of contact the signal is exactly zero, so that errors have the sign of the signal."""
 BATCHES = 20
@@ -175,10 +171,13 @@ class Measure(NamedTuple):
 
 
 def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
-    """Read formulas, by default peaks of forces, torques and deflections, off a run that finished or was ended from outside."""
-    ended = result.status in END_FROM_OUTSIDE and len(result.time) > 1
-    readable = [text for text in texts or peaks(result) if not (ended and AT_TIME.search(text))]
-    return [_measure(result, text) for text in readable] if ended or result.status.finished else []
+    """Read formulas, by default peaks of forces, torques and deflections, off a run that finished.
+
+    A run that a time limit or the user ended is read up to its end, but not at given times, which may lie after it.
+    """
+    is_cut_short = result.status in (Status.TIMED_OUT, Status.INTERRUPTED) and len(result.time) > 1
+    readable = [text for text in texts or peaks(result) if not (is_cut_short and re.search(r"\bat\(", text))]
+    return [_measure(result, text) for text in readable] if is_cut_short or result.status.finished else []
 
 
 def _measure(result: Result, text: str) -> Measure:

@@ -82,17 +82,11 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
         elif key == "kind":
             return None
         else:
-            part, declaration = _find_field(part, key, path)
+            fields = declarations(type(part)) if is_dataclass(part) else {}
+            if key not in fields:
+                raise ValueError(f"{path}: '{key}' is not known there; known: {', '.join(fields) or 'nothing'}")
+            part, declaration = getattr(part, key), fields[key]
     return declaration
-
-
-def _find_field(part: object, name: str, path: str) -> tuple[object, Declaration | None]:
-    """Return the value of a field of a part of a mechanism, and its declaration."""
-    fields = declarations(type(part)) if is_dataclass(part) else {}
-    if name in fields:
-        return getattr(part, name), fields[name]
-    known = ", ".join(fields) or "nothing"
-    raise ValueError(f"{path}: '{name}' is not known there; known: {known}")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import nan
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -156,7 +156,23 @@ def value_of(
     node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve,
     given: Mapping[ast.expr, float] = MappingProxyType({}),
 ) -> Any:  # fmt: skip
-    """Evaluate a formula by its syntax tree; `given` are values of nodes that are not to be evaluated."""
+    """Evaluate a formula of signals by its syntax tree; `given` are values of nodes that are not to be evaluated."""
+
+    def call(name: str, arguments: Sequence[ast.expr]) -> Any:
+        """Compute a function of values, or read a number off a signal."""
+        series, *rest = (evaluate(argument, signals, call, given) for argument in arguments)
+        if name in POINTWISE:
+            return POINTWISE[name](series)
+        return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
+
+    return evaluate(node, signals, call, given)
+
+
+def evaluate(
+    node: ast.expr, signals: Mapping[str, Array], call: Callable[[str, Sequence[ast.expr]], Any],
+    given: Mapping[ast.expr, float] = MappingProxyType({}),
+) -> Any:  # fmt: skip
+    """Evaluate a syntax tree; `call` gets the name of each function and its arguments as trees, and returns its value."""
     if node in given:
         return given[node]
     match node:
@@ -165,16 +181,13 @@ def value_of(
         case ast.Name(id=name):
             return signals[name] if name in signals else CONSTANTS[name]
         case ast.UnaryOp(op=sign, operand=operand):
-            inner = value_of(operand, time, signals, curve, given)
+            inner = evaluate(operand, signals, call, given)
             return -inner if isinstance(sign, ast.USub) else inner
         case ast.BinOp(op=operator, left=left, right=right):
-            return OPERATORS[type(operator)](*(value_of(part, time, signals, curve, given) for part in (left, right)))
+            return OPERATORS[type(operator)](evaluate(left, signals, call, given), evaluate(right, signals, call, given))
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            series, *rest = (value_of(argument, time, signals, curve, given) for argument in arguments)
-            if name in POINTWISE:
-                return POINTWISE[name](series)
-            return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
-    raise AssertionError(node)  # parse lets nothing else through
+            return call(name, arguments)
+    raise AssertionError(node)  # `parse` accepts no other node
 
 
 def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
@@ -203,5 +216,7 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
                 return "s"
             if name == "impulse":
                 return "s" if inner == "1" else f"{inner} s" if inner else ""
-            return inner if name in KEEPS_UNIT or inner == "1" else "1" if name in ("sin", "cos") else ""
+            if name in KEEPS_UNIT or inner == "1":
+                return inner
+            return "1" if name in ("sin", "cos") else ""
     return ""

@@ -43,14 +43,12 @@ SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
 CONVERGED = 0.5
 """Residual with which a constraint is met, so that least squares end; at 1 the reading is at an end of its interval."""
-WORTHWHILE = 1e-2
-"""Relative decrease of the sum of squared residuals below which least squares for constraints alone end."""
-PRECISION = 1e-9
-"""Change of the minimised reading, over its first value, below which SLSQP ends: below the solver's tolerance, 1e-8."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
-CONSTRAINT = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
-"""Pattern of a constraint, a reading with a bound or a value: `off` is the tolerance behind ±."""
+CONSTRAINT = re.compile(
+    r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
+)
+"""Pattern of a constraint: a reading with a bound, or with a value and perhaps a tolerance."""
 
 
 class EnoughError(Exception):
@@ -124,14 +122,14 @@ def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
     try:
         if match is None:
             raise ValueError("has none of =, <=, >= with a value behind it")
-        value, (off, percent, _) = measured(match["value"]), (match["off"] or "").partition("%")
-        width = EXACT * abs(value) if not off else float(off) / 100 * abs(value) if percent else float(measured(off))
+        value = measured(match["value"])
+        tolerance, percent, _ = (match["tolerance"] or f"{100 * EXACT} %").partition("%")
+        width = float(tolerance) / 100 * abs(value) if percent else float(measured(tolerance))
         if width < 0:
             raise ValueError("a tolerance is positive")
     except ValueError as error:
         raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
-    sign = match["sign"]
-    low, high = (value - width, value + width) if sign == "=" else (value, inf) if sign == ">=" else (-inf, value)
+    low, high = {"=": (value - width, value + width), ">=": (value, inf), "<=": (-inf, value)}[match["sign"]]
     return Constraint(given.strip(), match["reading"], float(low), float(high), getattr(value, "given", ""))
 
 
@@ -207,7 +205,7 @@ class Search:
             pairs = [(point, found) for point, found in pairs if np.isfinite(found).any()]
             pairs = pairs if len(pairs) == 2 else [*pairs, (x, readings)]
             (first, before), (last, after) = pairs[0], pairs[-1]
-            columns.append((after - before) / ((last - first) @ axis or 1.0))
+            columns.append((after - before) / ((last - first) @ axis or 1.0))  # 1: both sides failed, all are the point itself
         return np.nan_to_num(np.array(columns).T, posinf=0.0, neginf=0.0)
 
     def pair_constraints(self, readings: Array) -> list[tuple[Constraint, float]]:
@@ -251,9 +249,9 @@ class Search:
     def descend(self, x: Array) -> None:
         """Minimise subject to the constraints; with nothing to minimise, meet them by least squares, wide differences first."""
         if not self.objective:
-            for width in (WIDE, WIDTH):
+            for width in (WIDE, WIDTH):  # each ends when a step reduces the sum of squares by less than 1 %
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME_POINT, ftol=WORTHWHILE, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
+                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
             return
         _, objective = self.merit(self.evaluate(x))
         row, scale = self.row[self.objective], abs(objective) or 1.0  # the minimised reading is scaled by its first value
@@ -263,9 +261,9 @@ class Search:
             "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAR),
             "jac": lambda x: np.array([end.side * self.slopes(x)[k] / end.scale for k, end in ends]),
         }
-        minimize(
+        minimize(  # until the scaled reading changes by less than 1e-9, below the solver's tolerance of 1e-8
             lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x, jac=lambda x: self.slopes(x)[row] / scale,
-            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": PRECISION},
+            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": 1e-9},
             constraints=[margins] if ends else (),
         )  # fmt: skip
 

@@ -1,8 +1,8 @@
 """Marks of a picture of a mechanism: lines, discs and labels, each fixed in a frame that moves with a body.
 
-Pictures by matplotlib, the report page and ParaView files draw the same marks. A frame has a position [m] and the
-angle turned since t = 0 [rad]; at t = 0 its axes are those of the ground. Lengths of marks are in m. An `ink` is a key
-of `INKS`. Numbers without a name are proportions of symbols, chosen by their look.
+Pictures by matplotlib, the report page and ParaView files draw the same marks. A frame has a position [m] and the angle turned
+since t = 0 [rad]; at t = 0 its axes are those of the ground, whose frame is ''. Lengths of marks are in m. An `ink` is a key of
+`INKS`. Numbers without a name are proportions of symbols, chosen by their look.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from ..elements.element import GROUND
 from ..mechanism import Mechanism
 
-Points = tuple[tuple[float, float], ...]
+Pair = tuple[float, float]
+Points = tuple[Pair, ...]
 
 
 class Outline(NamedTuple):
@@ -34,7 +35,7 @@ class Disc(NamedTuple):
 
     frame: str
     ink: str
-    centre: tuple[float, float]
+    centre: Pair
     radius: float
 
 
@@ -55,12 +56,15 @@ class StripMark(NamedTuple):
 
 
 class Arrow(NamedTuple):
-    """A force at a frame: two components that `signals` names, or one along the direction `along` of the frame `within`."""
+    """A force at a frame. Two `signals` are its components along x and y of the ground; one is its component along `along`.
+
+    The direction `along` (x, y) is fixed in the frame `within`.
+    """
 
     frame: str
     ink: str
     signals: tuple[str, ...]
-    along: tuple[float, float] = (0.0, 0.0)
+    along: Pair = (0.0, 0.0)
     within: str = ""
 
 
@@ -69,7 +73,7 @@ class Label(NamedTuple):
 
     frame: str
     text: str
-    place: tuple[float, float]
+    place: Pair
     what: str
 
 
@@ -111,21 +115,23 @@ INKS: dict[str, Ink] = {
     **LINKS,
 }
 """Colours by the kind of thing a mark represents. Lines have a contrast of at least 3 : 1 to white."""
-FIXED = "="
-"""Prefix of the name of a frame that follows a point without turning."""
 MIDDLE = "@"
-"""Prefix of the name of the frame at the middle of a flexible link."""
+"""Prefix of a link's name in the name of the frame at the middle of a flexible link, which does not turn."""
 UNIT = 0.027
 """Size of a symbol over the extent of the mechanism."""
-Pair = tuple[float, float]
 
 
 class FrameSource(NamedTuple):
-    """Point reference that a frame follows, '' for the ground; or a `pin`, at `factor` times its distance from this reference."""
+    """Point reference that a frame follows, '' for the ground; its axes stay those of the ground if it `turns` not.
+
+    With a `pin`, also a point reference, the frame lies on the line from the reference to the pin, at `factor` times their
+    distance: it enlarges the clearance of a joint.
+    """
 
     reference: str
+    turns: bool = True
     pin: str = ""
-    factor: float = 0.0
+    factor: float = 1.0
 
 
 class Sheet:
@@ -136,26 +142,30 @@ class Sheet:
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:
         self.mechanism, self.record = mechanism, record
-        places = np.array(list(mechanism.points.values()))
-        self.extent = float(max(np.ptp(places, axis=0).max(), 1e-9))
-        self.unit = UNIT * self.extent
+        extent = np.ptp(list(mechanism.points.values()), axis=0).max()
+        self.unit = UNIT * float(max(extent, 1e-9))
         self.frames = {"": FrameSource("")}
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
     def at(self, body: str, point: str) -> str:
-        """Return the frame of a point on a body; without a body, on any link that has the point."""
-        ref = f"{body}:{point}" if body == GROUND or body in self.record.links else point
-        return self.frame(ref)
+        """Return the frame of a point on a body, or on any link if the record has no motion of the body, such as a strut."""
+        has_motion = body == GROUND or body in self.record.links
+        return self.frame(f"{body}:{point}" if has_motion else point)
 
     def frame(self, ref: str) -> str:
         """Return the frame of a point reference, such as 'crank:A'."""
-        self.frames.setdefault(ref, FrameSource(ref.removeprefix(FIXED)))
+        self.frames.setdefault(ref, FrameSource(ref))
         return ref
+
+    def upright(self, ref: str) -> str:
+        """Return the frame that follows a point reference without turning."""
+        self.frames.setdefault(f"={ref}", FrameSource(ref, turns=False))
+        return f"={ref}"
 
     def inside(self, bush: str, pin: str, factor: float) -> str:
         """Return the frame of a pin whose distance from the bush is drawn larger by a factor."""
         name = f"{bush}~{pin}"
-        self.frames[name] = FrameSource(bush, pin, factor)
+        self.frames[name] = FrameSource(bush, pin=pin, factor=factor)
         return name
 
     def body(self, name: str) -> str:
@@ -215,7 +225,7 @@ def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> I
     angles = [first + (last - first) * k / 24 for k in range(25)]
     arc = tuple((centre[0] + radius * cos(a), centre[1] + radius * sin(a)) for a in angles)
     yield Outline(frame, ink, arc)
-    tangent = (-sin(last + 0.1), cos(last + 0.1))  # the head is long, so that it leans inwards
+    tangent = (-sin(last + 0.1), cos(last + 0.1))  # 0.1 rad: the head points a little inwards, by its look
     yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), tangent, 0.55 * radius, arc[-1]))
 
 

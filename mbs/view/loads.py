@@ -1,6 +1,7 @@
 """Symbols of springs, loads, masses, drives and couplings. Belts, ropes and pitch circles are drawn to scale.
 
-Each function takes the sheet, the name of the element and the element. Numbers are proportions, over the size of a symbol.
+Each function takes the sheet, the name of the element and the element. Numbers are proportions, over the size of a symbol
+(`sheet.unit`), chosen by their look.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..elements.motor import Motor
 from ..elements.references import distance
 from ..elements.rigid import Mass
 from ..elements.spring import Spring, TorsionSpring
-from .drawing import FIXED, Disc, Label, Mark, Outline, Sheet, Span, arrow, hatching, place_along, turning, unit
+from .drawing import Disc, Label, Mark, Outline, Sheet, Span, arrow, hatching, place_along, turning, unit
 
 
 def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
@@ -34,7 +35,7 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that the two bodies of the spring share."""
-    frame = sheet.frame(FIXED + sheet.shared_point(spring.first, spring.second))
+    frame = sheet.upright(sheet.shared_point(spring.first, spring.second))
     polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in (2.25 * 2 * pi * k / 60 for k in range(61))]  # 2.25 turns
     yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))
 
@@ -44,7 +45,7 @@ def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     along = unit(load.initial_force(sheet.mechanism))
     follows = load.follows.partition(":")[0] if load.follows else None  # the link with which the force turns
     point = place(load.point).point
-    frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)
+    frame = sheet.body(follows) if follows else sheet.upright(point)
     start = sheet.local(follows, point) if follows else (0.0, 0.0)
     tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
     yield from arrow(frame, "load", tail, tip, sheet.unit)
@@ -68,10 +69,10 @@ def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
 
 def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
     """Yield a circle with an M and a turning arrow at the joint in which the motor turns a link."""
-    frame = sheet.frame(FIXED + sheet.pivot(load.link))
-    u = sheet.unit
-    yield Disc(frame, "motor", (-1.6 * u, 1.6 * u), 0.85 * u)
-    yield Label(frame, "M", (-1.6 * u, 1.6 * u), "symbol")
+    frame, u = sheet.upright(sheet.pivot(load.link)), sheet.unit
+    upper_left = (-1.6 * u, 1.6 * u)  # where `symbols` leaves room for it
+    yield Disc(frame, "motor", upper_left, 0.85 * u)
+    yield Label(frame, "M", upper_left, "symbol")
     yield from turning(frame, "drive", 1.1 * u)
 
 
@@ -79,11 +80,11 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
     """Yield a turning arrow about the pivot of a driven link, or a straight arrow beside a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
-        yield from turning(sheet.frame(FIXED + sheet.pivot(drive.target)), "drive", 1.15 * u)
+        yield from turning(sheet.upright(sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
     guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
     tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
-    yield from arrow(sheet.frame(FIXED + drive.target), "drive", tail, tip, 0.8 * u)
+    yield from arrow(sheet.upright(drive.target), "drive", tail, tip, 0.8 * u)
 
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
@@ -94,9 +95,12 @@ def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
 def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
     """Yield the pitch circles of two gears; coaxial gears have none and get two circles of the size of a symbol."""
     apart = distance(sheet.mechanism, gear.first, gear.second)
-    radius = gear.ratio * apart / (gear.ratio - 1) if apart else 1.5 * sheet.unit
-    yield _circle(sheet, gear.first, abs(radius))
-    yield _circle(sheet, gear.second, abs(apart - radius) if apart else 2.0 * sheet.unit)
+    radii = (1.5 * sheet.unit, 2.0 * sheet.unit)
+    if apart:
+        to_pitch_point = gear.ratio * apart / (gear.ratio - 1)  # from the first centre towards the second, see `Gear.rows`
+        radii = (abs(to_pitch_point), abs(apart - to_pitch_point))
+    yield _circle(sheet, gear.first, radii[0])
+    yield _circle(sheet, gear.second, radii[1])
 
 
 def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:

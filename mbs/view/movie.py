@@ -1,7 +1,7 @@
 """The motion of a run for pictures: frames, bent lines and marks at evenly spaced times, as plain arrays.
 
 A `Movie` holds these arrays. A `Result` has a `Film`, which makes the movie from the run's `Record` at its first use; a pickled
-`Film` holds the movie without the record.
+`Film` holds the movie without the record. Frames and marks are those of `drawing`; the frame '' is the ground.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.record import Record, select
-from .drawing import FIXED, MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark
+from .drawing import MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark
 from .symbols import draw_marks
 
 STATIONS = 25
@@ -77,8 +77,8 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     """
     per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # some 32 stations in all
     line = motion.line(per_element)
-    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
-    fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval before the next recorded time
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
+    fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
     rows, positions = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
     before, after = positions[: len(k)], positions[len(k) :]
     axial, *_, bending = select(recorded, rows).strains()  # between them shear, if the strip has it
@@ -147,10 +147,8 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     return line, bend / length, axial
 
 
-LEAST_PICTURES = 240
-"""Least number of pictures of a movie."""
-MOST_PICTURES = 1440
-"""Largest number of pictures of a movie."""
+PICTURES = (240, 1440)
+"""Least and largest number of pictures of a movie."""
 PICTURES_PER_TURN = 180
 """Number of pictures for each revolution of the link that turns most."""
 CIRCLE = np.exp(2j * pi * np.arange(48) / 48)
@@ -176,7 +174,7 @@ class Movie:
     @property
     def box(self) -> tuple[float, float, float, float]:
         """Least and largest x, then y [m], of frames, bent lines and outlines, outlines at their first picture."""
-        places = [frame[:, :2] for name, frame in self.frames.items() if name]
+        places = [frame[:, :2] for name, frame in self.frames.items() if name != ""]
         places += [band.points.reshape(-1, 2) for band in self.bands.values()]
         places += [to_ground(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Outline)]
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
@@ -248,7 +246,7 @@ def pictures(record: Record) -> int:
     """Count the pictures of a run, from the revolutions of the link that turns most, within limits."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
-    return int(np.clip(PICTURES_PER_TURN * max(turns, default=0.0), LEAST_PICTURES, MOST_PICTURES)) + 1
+    return int(np.clip(PICTURES_PER_TURN * max(turns, default=0.0), *PICTURES)) + 1
 
 
 def _finite(record: Record) -> Record:
@@ -272,22 +270,23 @@ def _movie(record: Record, source: Record) -> Movie:
     marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
         sheet.frame(point)
-    frames = {name: _frame(record, name, source) for name, source in sheet.frames.items()}
+    frames = {name: _frame(record, source) for name, source in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
         shape = bent_line(link.body, record, source, link)
         if shape is not None:
-            section, middle = link.body.section, shape[0][:, shape[0].shape[1] // 2]
+            section, points = link.body.section, shape[0]
+            middle = points[:, points.shape[1] // 2]
             bands[link.name] = Band(*shape, section.thickness, section.width, section.material.modulus)
             frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
 
-def _frame(record: Record, name: str, source: FrameSource) -> Array:
+def _frame(record: Record, source: FrameSource) -> Array:
     """Compute x, y [m] and the angle [rad] of a frame, (times, 3)."""
     if not source.reference:
         return np.zeros((len(record.time), 3))
-    (place, _velocity), (turn, _rate) = record.point(source.reference), record.turn(source.reference)
+    (place, _velocity), (angle, _rate) = record.point(source.reference), record.turn(source.reference)
     if source.pin:
         place = place + source.factor * (record.point(source.pin)[0] - place)
-    return np.column_stack([place, np.zeros_like(turn) if name.startswith(FIXED) else turn])
+    return np.column_stack([place, angle if source.turns else np.zeros_like(angle)])

@@ -18,7 +18,7 @@ from .drawing import Outline
 from .movie import Movie, make_movie, to_ground
 
 STRIP_DATA = ("curvature", "axial_force", "stress")
-"""Names of the values at the nodes of flexible links; at nodes of rigid links they are 0."""
+"""Names of the values at the nodes of flexible links; at nodes of rigid links they are 0. The curvature is that of bending."""
 
 
 class MeshSolid(NamedTuple):
@@ -31,7 +31,10 @@ class MeshSolid(NamedTuple):
 
 
 def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = None) -> Path:
-    """Write the motion of a run as an .xdmf file, at the times of its movie or at others [s]; see `Result.write_paraview`."""
+    """Write the motion of a run as an .xdmf file, at the times of its movie or at others [s]; see `Result.write_paraview`.
+
+    The record of the run, from which a movie at other times is made, is part of the result's film unless it was pickled.
+    """
     from meshio.xdmf import TimeSeriesWriter
 
     path = Path(path)
@@ -64,18 +67,21 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
     for mark in movie.marks:
         if isinstance(mark, Outline) and mark.closed and mark.width > 0:  # the outline of a rigid link, no symbol
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
-            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles with a common corner
+            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles: outlines of links are convex
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
             yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():
         along = np.gradient(band.points, axis=1)
         size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
         normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
-        sides = [band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0)]
-        corners = np.stack([_at_height(side, z) for z in (-band.width / 2, band.width / 2) for side in sides], axis=2)
-        hexahedron = np.array([0, 4, 5, 1, 2, 6, 7, 3])  # 0 to 3 are corners of the section at a station, 4 to 7 at the next
+        right, left = (band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0))
+        bottom, top = -band.width / 2, band.width / 2
+        section = [_at_height(right, bottom), _at_height(left, bottom), _at_height(right, top), _at_height(left, top)]
+        corners = np.stack(section, axis=2)
+        # corners 0 to 3 at a station, 4 to 7 at the next; VTK lists the four of one face, then those opposite to them
+        hexahedron = np.array([0, 4, 5, 1, 2, 6, 7, 3])
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + hexahedron
-        values = dict(zip(STRIP_DATA, (band.bending, band.axial_force, band.stress), strict=True))
+        values = {"curvature": band.bending, "axial_force": band.axial_force, "stress": band.stress}
         data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
         yield MeshSolid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
 

@@ -31,8 +31,6 @@ MOST_FRAMES = 120
 """Largest number of pictures of an animation."""
 MOST_FIT_ROWS = 12
 """Largest number of rows of a fit's figure."""
-LINE_STYLE: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
-"""Round ends and corners of lines."""
 
 
 def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool = True) -> Axes:
@@ -46,8 +44,9 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
         if axes is None:
             import matplotlib.pyplot as plt
 
-            wide, high = _extent(movie)
-            height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))  # mm, 15 of them for the text
+            left, right, low, high = _limits(movie)
+            height = WIDTH * (high - low) / (right - left) + 15.0  # [mm], 15 of them for the text
+            height = float(np.clip(height, 0.25 * WIDTH, WIDTH))
             axes = plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
         for mark in movie.marks:
             if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
@@ -56,18 +55,17 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
     return axes
 
 
-def _extent(movie: Movie) -> tuple[float, float]:
-    """Compute width and height of a mechanism with its margins [m]."""
+def _limits(movie: Movie) -> tuple[float, float, float, float]:
+    """Return the limits of a picture, of x, then y [m]: those of the mechanism and a margin."""
     left, right, low, high = movie.box
-    margins = 2 * MARGIN * movie.unit
-    return right - left + margins, high - low + margins
+    gap = MARGIN * movie.unit
+    return left - gap, right + gap, low - gap, high + gap
 
 
 def _frame_axes(axes: Axes, movie: Movie) -> None:
-    """Set equal scales, limits with a margin, and labels."""
-    left, right, low, high = movie.box
-    gap = MARGIN * movie.unit
-    axes.set(xlim=(left - gap, right + gap), ylim=(low - gap, high + gap), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    """Set equal scales, limits and labels."""
+    left, right, low, high = _limits(movie)
+    axes.set(xlim=(left, right), ylim=(low, high), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     axes.grid(False)
 
 
@@ -93,15 +91,13 @@ class _MarkArtist:
             self.move_to = outline.set_xy
         else:
             width = 2.0 if isinstance(mark, StripMark) else ink.width
-            (line,) = axes.plot([], [], zorder=2, color=ink.line, linewidth=width, **LINE_STYLE)
+            style: dict[str, Any] = {"color": ink.line, "solid_capstyle": "round", "solid_joinstyle": "round"}
+            (line,) = axes.plot([], [], zorder=2, linewidth=width, **style)
             self.move_to = lambda corners: line.set_data(*corners.T)
 
     def move(self, movie: Movie, k: int) -> None:
         """Move the artist to its place in picture number k."""
         self.move_to(corners(movie, self.mark, k))
-
-
-# --- signals ----------------------------------------------------------------------------------------------------------
 
 
 def plot_signals(result: Result, names: Sequence[str], axes: Axes | Sequence[Axes] | None = None) -> Axes | Array:
@@ -133,7 +129,8 @@ def plot_energy(result: Result, axes: Axes | None = None) -> Axes:
     with house_style():
         (axes,) = _rows(axes, 1)
         for name, values in result.energy.items():
-            if "." in name or name in ("throughput", "error") or not np.any(values):
+            is_of_one_joint = "." in name  # as `B.taken_contact`, part of the sum `taken_contact`
+            if is_of_one_joint or name in ("throughput", "error") or not np.any(values):
                 continue
             dashes = "--" if name.startswith("taken_") else ":" if name.startswith("given_") else "-"
             axes.plot(result.time, values, dashes, label=name.replace("taken_", "taken by ").replace("given_", "given by "))
@@ -160,9 +157,6 @@ def _warn(axes: Axes, result: Result) -> None:
         axes.set_title(f"\u25b2 {result.status}: do not trust these values", color="#B3261E", loc="left")
 
 
-# --- animation --------------------------------------------------------------------------------------------------------
-
-
 def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
     """Write a movie as an animated GIF of some seconds, `width` pixels wide; see `Result.animate`."""
     from PIL import Image
@@ -187,8 +181,8 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    wide, high = _extent(movie)
-    height = 2 * round(float(np.clip(width * high / wide, 0.3 * width, 1.2 * width)) / 2)
+    left, right, low, high = _limits(movie)
+    height = round(float(np.clip(width * (high - low) / (right - left), 0.3 * width, 1.2 * width)))
     figure = Figure(figsize=(width / 100, height / 100), dpi=100)
     canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
     artists = [_MarkArtist(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
@@ -205,9 +199,6 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
         return np.array(canvas.buffer_rgba())
 
     return draw
-
-
-# --- fits -------------------------------------------------------------------------------------------------------------
 
 
 def plot_fit(fit: Any) -> Figure:
@@ -227,12 +218,11 @@ def plot_fit(fit: Any) -> Figure:
         ax.plot(profile.at, profile.cost, "o-", markersize=3)
         ax.axhline(profile.level, linestyle="--", label="end of the 95 % interval")
         ax.legend()
-        top = profile.cost.min() + 4 * (profile.level - profile.cost.min())
+        least = profile.cost.min()
+        top = least + 4 * (profile.level - least)  # the level is at a quarter of the height
         ax.set(xlabel=label_with_unit(name, fit.units[name]), ylabel="half the sum of squares", ylim=(None, top))
     return figure
 
-
-# --- paths of equilibria ----------------------------------------------------------------------------------------------
 
 MARKERS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
 """Markers of critical points, by their kind."""
@@ -247,15 +237,15 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, in_legend = "xy".index(axis), set[str]()
     for branch in (path, *getattr(path, "branches", ())):
-        heights, critical_heights, prefix = branch.heights(link, point)
-        for curve, stable in _pieces(branch, heights[:, column]):
+        places, critical_places, prefix = branch.heights(link, point)  # for the label, a response has the prefix 'amplitude of'
+        for curve, stable in _pieces(branch, places[:, column]):
             label = "stable" if stable else "unstable"
-            style: dict[str, Any] = {"linestyle": "-", "color": "C0"} if stable else {"linestyle": "--", "color": "C3"}
-            ax.plot(*curve, label=None if label in in_legend else label, **style)
+            style = "C0-" if stable else "C3--"
+            ax.plot(*curve, style, label=None if label in in_legend else label)
             in_legend.add(label)
-        for critical, height in zip(branch.points, critical_heights, strict=True):
+        for critical, place in zip(branch.points, critical_places, strict=True):
             kind, parameter = critical.kind, critical.rest.parameter
-            ax.plot(parameter, height[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
+            ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
             in_legend.add(kind)
     ax.set(xlabel="parameter", ylabel=f"{prefix}{axis} of {link}:{point} [m]")
     ax.legend()

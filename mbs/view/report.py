@@ -25,6 +25,8 @@ from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
 """Largest size of the quantised motion [bytes]; base64 adds a third."""
+FEWEST_PICTURES = 60
+"""Least number of pictures of a motion, even if it is then larger than `MOTION`: a convention."""
 SIGNALS = 180_000
 """Largest size of the quantised signals [bytes]; base64 adds a third."""
 BINS = (40, 800)
@@ -128,9 +130,6 @@ class ArrayStore:
         return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
 
 
-# --- motion -----------------------------------------------------------------------------------------------------------
-
-
 def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
     """Store the movie of a run; return what the page needs to draw it."""
     if result.film is None:
@@ -142,7 +141,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
         fields = mark._asdict()
-        frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}
+        frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}  # names become numbers
         marks.append([type(mark).__name__, *map(_round, (fields | frames).values())])
     bands = {}
     for name, band in movie.bands.items():  # with bending and axial strain the page can show curvature or stress
@@ -167,7 +166,8 @@ def _movie_within_size(result: Result) -> Movie:
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     coordinates = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
-    most = max(60, int(MOTION / (2 * (4 * stations + coordinates + 1))))
+    numbers_per_picture = 4 * stations + coordinates + 1  # x, y, bending and axial strain of a station; the time
+    most = max(FEWEST_PICTURES, int(MOTION / (2 * numbers_per_picture)))
     if len(movie.time) <= most or result.film.record is None:
         return movie
     return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], most))
@@ -178,9 +178,6 @@ def _round(value: object) -> Any:
     if isinstance(value, float):
         return float(f"{value:.5g}")
     return tuple(map(_round, value)) if isinstance(value, tuple) else value
-
-
-# --- signals ----------------------------------------------------------------------------------------------------------
 
 
 def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[str, Any]:
@@ -214,11 +211,12 @@ def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array
     k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
     share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)
     at = values[:, k] * (1 - share) + values[:, k + 1] * share
-    starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
-    has_samples = np.searchsorted(time, edges[1:], side="right") > starts
-    low, high = (np.where(has_samples, extreme.reduceat(values, starts, axis=1), np.nan) for extreme in (np.fmin, np.fmax))
-    low = np.fmin(low, np.fmin(at[:, :-1], at[:, 1:]))
-    return at, low, np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
+    first = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)  # sample of each bin
+    has_samples = np.searchsorted(time, edges[1:], side="right") > first
+    # `reduceat` reduces the samples from each first one to the next; for a bin without samples it returns one of another bin
+    low = np.where(has_samples, np.fmin.reduceat(values, first, axis=1), np.nan)
+    high = np.where(has_samples, np.fmax.reduceat(values, first, axis=1), np.nan)
+    return at, np.fmin(low, np.fmin(at[:, :-1], at[:, 1:])), np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
 
 
 FIRST = (
@@ -237,9 +235,6 @@ def first_shown(result: Result, preferred: Sequence[str] = ()) -> list[str]:
         if quantity in FIRST and len(finite) and np.ptp(finite) > best.get(quantity, (0.0, ""))[0]:
             best[quantity] = (float(np.ptp(finite)), name)
     return ([best[quantity][1] for quantity in FIRST if quantity in best] or list(result.signals))[:3]
-
-
-# --- pages ------------------------------------------------------------------------------------------------------------
 
 
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:

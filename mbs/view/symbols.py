@@ -2,7 +2,7 @@
 
 A symbol is a function (sheet, name, element) that yields marks. The table is by the name of the element's class; a class that is
 not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark. Numbers are
-proportions, over the size of a symbol.
+proportions, over the size of a symbol (`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad].
 """
 
 from __future__ import annotations
@@ -23,24 +23,8 @@ from ..elements.section import Section
 from ..elements.stop import Stop
 from ..imports import extensions
 from ..scene.scene import Scene
-from . import loads
-from .drawing import (
-    FIXED,
-    MIDDLE,
-    Arrow,
-    Disc,
-    Label,
-    Mark,
-    Outline,
-    Pair,
-    Sheet,
-    StripMark,
-    arrow,
-    capsule,
-    hatching,
-    place_along,
-    unit,
-)  # fmt: skip
+from . import drawing, loads
+from .drawing import MIDDLE, Arrow, Disc, Label, Mark, Outline, Pair, Sheet, StripMark, capsule, hatching, place_along, unit
 
 Symbol = Callable[..., Iterator[Mark]]
 
@@ -54,7 +38,7 @@ def draw_marks(sheet: Sheet) -> list[Mark]:
     marks += _gravity(sheet)
     joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
     for point in sheet.mechanism.points:
-        frame = sheet.frame(FIXED + point)
+        frame = sheet.upright(point)
         if point not in joints and any(point in link.points for link in sheet.mechanism.links):
             marks.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
         marks.append(Label(frame, point, _free_side(sheet, point), "point"))
@@ -69,9 +53,11 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
     occupied = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
     is_supported = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
-    occupied += [-pi / 2] if is_supported or any(guide.point == point for guide in mechanism.guides) else []
-    occupied += [0.75 * pi for load in mechanism.loads if isinstance(load, Motor) and sheet.pivot(load.link) == point]
-    occupied = sorted(occupied) or [-0.75 * pi]
+    if is_supported or any(guide.point == point for guide in mechanism.guides):
+        occupied.append(-pi / 2)  # the symbol of a support or guide is below
+    if any(isinstance(load, Motor) and sheet.pivot(load.link) == point for load in mechanism.loads):
+        occupied.append(0.75 * pi)  # the symbol of a motor is at the upper left
+    occupied = sorted(occupied) or [-0.75 * pi]  # of a point alone the name is opposite, to the upper right
     gaps = [(after - before, before) for before, after in pairwise([*occupied, occupied[0] + 2 * pi])]
     width, before = max(gaps)
     angle = before + width / 2
@@ -87,9 +73,6 @@ def symbol(element: object) -> Symbol:
             return SYMBOLS[kind.__name__]
     found: Symbol = extensions("buckler.symbols").get(type(element).__name__, unknown)
     return found
-
-
-# --- links ------------------------------------------------------------------------------------------------------------
 
 
 def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
@@ -110,10 +93,10 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Outline(frame, ink, outline, True, width)
-        left, up = -along[1], along[0]  # the normal of the bar, on which the name stands clear of the bar
-        half_name, half_height = 0.2 * len(name) + 0.25, 0.5  # in symbols
-        offset = 0.5 * thickness + sheet.unit * (half_height * abs(up) + half_name * abs(left))
-        label = (label[0] + offset * left, label[1] + offset * up)
+        normal_x, normal_y = -along[1], along[0]  # the name stands beside the bar
+        half_width, half_height = 0.2 * len(name) + 0.25, 0.5  # of the name, in symbols
+        offset = 0.5 * thickness + sheet.unit * (half_height * abs(normal_y) + half_width * abs(normal_x))
+        label = (label[0] + offset * normal_x, label[1] + offset * normal_y)
     if not has_section:
         x, y = link.body.mass_properties(length)[2]
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
@@ -126,9 +109,6 @@ def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
     yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
-
-
-# --- joints, guides, stops --------------------------------------------------------------------------------------------
 
 
 def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
@@ -185,7 +165,7 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     frame = sheet.at(GROUND, guide.point)
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
-    block = sheet.frame(FIXED + guide.point)
+    block = sheet.upright(guide.point)
     yield Outline(block, "block", _block(along, u), True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
@@ -194,30 +174,31 @@ HALF_BLOCK = (0.95, 0.58)
 """Half length and half height of a block, over the size of a symbol."""
 
 
-def _block(along: tuple[float, float], unit: float) -> tuple[tuple[float, float], ...]:
+def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
+    """Return the outline of a block along a direction."""
     x, y = HALF_BLOCK
     return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, unit)
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
+    """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow.
+
+    The wall is fixed in the frame of a point of the body with the face, and drawn where the face is at t = 0.
+    """
     mechanism, u = sheet.mechanism, sheet.unit
-    along, side = stop.face_normal(mechanism), stop.side(mechanism)
-    origin = stop.origin(mechanism)
-    frame, start = sheet.at(*place(origin)), mechanism.points[place(origin).point]
-    (x, y), (x0, y0) = mechanism.points[stop.point], start
+    normal, side = stop.face_normal(mechanism), stop.side(mechanism)
+    body, reference = place(stop.origin(mechanism))
+    frame = sheet.at(body, reference)
+    (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
     is_block = stop.point in {guide.point for guide in mechanism.guides}
-    clearance, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
-    front = stop.distance_to_face(mechanism) + side * clearance
+    size_of_point, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
+    front = stop.distance_to_face(mechanism) + side * size_of_point  # along the normal, from the stop's point
     back = front + side * 0.6 * u
     wall = ((front, -half), (front, half), (back, half), (back, -half))
-    yield Outline(frame, "stop", place_along(wall, along, 1.0, (x - x0, y - y0)), True)
-    push = (-side * along[0], -side * along[1])
+    yield Outline(frame, "stop", place_along(wall, normal, 1.0, (x - x0, y - y0)), True)
+    push = (-side * normal[0], -side * normal[1])
     point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
-
-
-# --- all kinds --------------------------------------------------------------------------------------------------------
 
 
 def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
@@ -247,7 +228,10 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals."""
+    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals.
+
+    The point is that of the second body of a joint, unless this is the ground. The turn of the frame has no effect.
+    """
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")
@@ -262,7 +246,7 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
         places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
         corner = (float(places[:, 0].max()) + 3 * u, float(places[:, 1].max()) + 3 * u)
         tip = (corner[0] + 3 * u * gx, corner[1] + 3 * u * gy)
-        yield from arrow("", "other", corner, tip, 0.8 * u)
+        yield from drawing.arrow("", "other", corner, tip, 0.8 * u)
         yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
 
 

@@ -29,9 +29,9 @@ ORDER = ("failed", "no complaint", "not applicable", "not run")
 UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
 """Message of the check ACCURACY where no error was estimated."""
 NOT_APPLICABLE = "not_applicable"
-"""Key of a result's provenance: the reasons why checks did not apply, by name."""
-SEPARATOR = re.compile(r"; (?=[A-Z_]{3,}: )")
-"""Pattern between the messages of two checks; a semicolon inside a message is not followed by a name."""
+"""Key of a result's provenance, under which the reasons stand why checks did not apply, by name."""
+NAME = r"[A-Z_]{3,}: "
+"""Pattern of the name of a check, with which its message begins; a semicolon inside a message is not followed by a name."""
 
 
 class CheckVerdict(NamedTuple):
@@ -46,20 +46,20 @@ class CheckVerdict(NamedTuple):
 def verdicts(result: Result) -> list[CheckVerdict]:
     """Return the verdicts of all checks of a run, in the order of `ORDER`."""
     reasons: dict[str, list[str]] = {}
-    for reason in SEPARATOR.split(result.message) if result.status == "SUSPECT" and result.message else ():
-        name, _, message = reason.partition(": ") if SEPARATOR.match("; " + reason) else ("OTHER", "", reason)
+    for reason in re.split(f"; (?={NAME})", result.message) if result.status == "SUSPECT" and result.message else ():
+        name, _, message = reason.partition(": ") if re.match(NAME, reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(message)
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
-    finished = result.status.finished
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
-        if name == "SOLVERS" and not result.verified >= 0:  # not compared with the other solver
+        is_compared = result.verified >= 0  # difference from the other solver, nan without such a run
+        if name == "SOLVERS" and not is_compared:
             continue
         verdict, message = "no complaint", ""
         if name in reasons:
             verdict, message = "failed", "; ".join(reasons[name])
         elif name == "ACCURACY" and not result.error.known:
             verdict, message = "not run", UNKNOWN
-        elif not finished:
+        elif not result.status.finished:
             verdict = "not run"
         elif name in not_applicable:
             verdict, message = "not applicable", not_applicable[name]
