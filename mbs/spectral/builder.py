@@ -1,7 +1,7 @@
 """Lists of a mechanism's coordinates, markers, measures, constraints and forces, to which each element adds its own.
 
 A marker is a point of a body with an angle; a measure is a length or an angle between two markers; a row is a constraint on
-a sum of measures. The place of a coordinate is its index in `q`. `packing` turns the lists into the arrays `Tables`.
+a sum of measures; a dof is the index of a coordinate in `q`. `packing` turns the lists into the arrays `Tables`.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class ForceRow:
 class Builder:
     """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`.
 
-    A dof is the index of a coordinate. Where an index is absent it is -1.
+    Where an index is absent it is -1.
     """
 
     mechanism: Mechanism

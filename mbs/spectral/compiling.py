@@ -35,16 +35,16 @@ from ..progress import Ticker, Watch, is_interactive
 F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 """Signature of a function that Numba compiles inline, and the function that emits its code for LLVM."""
-TEXT = (
+ANNOUNCEMENT = (
     "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs. "
     "`buckler --compile` does it beforehand."
 )
-"""Announcement of a compilation."""
-FUNCTIONS = 215
-"""Number of functions that Numba compiles for an implicit run, as counted: scale of the progress line."""
+"""Text printed on stderr when a compilation begins."""
+USUAL_FUNCTIONS = 215
+"""Number of functions that Numba compiles for an implicit run, as counted: full scale of the progress line."""
 WORD = ir.IntType(64)
 """Integer of the size of an address, in which references are stored."""
-SUMS = {"reassoc", "contract", "arcp", "nsz"}
+FAST_SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Fast-math flags of LLVM that let sums be reordered and vectorised; NaN and infinity keep their meaning."""
 
 
@@ -52,31 +52,35 @@ class Announcer(Listener):
     """Listener to Numba that announces a compilation of the kernel on stderr, once, and adds its time to `COMPILING`."""
 
     def __init__(self) -> None:
-        self.depth, self.start = 0, 0.0  # number of functions being compiled, one within the other; start of the outermost [s]
-        self.state, self.announced = Watch("functions compiled", clock=perf_counter), False
-        self.state.most = FUNCTIONS
+        self.depth = 0  # number of functions being compiled, one within the other
+        self.start = 0.0  # time at which the compilation of the outermost one began [s]
+        self.progress = Watch("functions compiled", clock=perf_counter)
+        self.progress.most = USUAL_FUNCTIONS
+        self.ticker: Ticker | None = None  # prints the progress while the outermost one is compiled
+        self.announced = False  # the expected time was printed
 
     def on_start(self, event: Event) -> None:
-        """Note that Numba begins to compile a function, perhaps within another."""
+        """Start the clock and the progress line when Numba begins to compile a function within no other."""
         if not _is_ours(event):
             return
         if self.depth == 0:
-            if not self.state.count:
-                print(TEXT, file=sys.stderr)
-                self.state.start = perf_counter()
             self.start, COMPILING.is_active = perf_counter(), True
-            self.ticker = Ticker(self.state, compiles=True, announced=self.announced) if is_interactive() else None
+            if not self.progress.count:  # the first function of this process
+                print(ANNOUNCEMENT, file=sys.stderr)
+                self.progress.start = self.start
+            if is_interactive():
+                self.ticker = Ticker(self.progress, compiles=True, announced=self.announced)
         self.depth += 1
 
     def on_end(self, event: Event) -> None:
-        """Count the time when Numba has compiled the outermost function."""
+        """Count a compiled function; after the outermost one, stop the clock and the progress line."""
         if not _is_ours(event) or self.depth == 0:
             return
-        self.depth, self.state.count = self.depth - 1, self.state.count + 1
+        self.depth, self.progress.count = self.depth - 1, self.progress.count + 1
         if self.depth == 0:
             COMPILING.seconds, COMPILING.is_active = COMPILING.seconds + perf_counter() - self.start, False
             if self.ticker:
-                self.announced = self.ticker.stop()
+                self.announced, self.ticker = self.ticker.stop(), None
 
 
 def _is_ours(event: Event) -> bool:
@@ -89,7 +93,7 @@ register("numba:compile", Announcer())
 
 @cache
 def _stamp() -> str:
-    """Hash the contents of all files whose functions are compiled."""
+    """Hash the contents of all files whose functions are compiled, and of those that define their constants."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
     return stamp_of(Path(__file__), here / "tables.py", *own, here.parent / "laws" / "table.py")
@@ -101,11 +105,12 @@ def jit(function: F) -> F:
     The machine code stays on disk as long as no file with compiled functions changes.
     """
     names = list(signature(function).parameters)
-    text = f"lambda {', '.join(names)}: inner({', '.join(f'by_reference({name})' for name in names)})"
+    references = [f"by_reference({name})" for name in names]
+    text = f"lambda {', '.join(names)}: inner({', '.join(references)})"
     namespace = {"inner": compiled(function), "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
     entry.__name__ = entry.__qualname__ = function.__name__
-    return compile_cached(entry, _stamp(), nogil=True, fastmath=SUMS)
+    return compile_cached(entry, _stamp(), nogil=True, fastmath=FAST_SUMS)
 
 
 class _IntermediateCode(JITCodeLibrary):
@@ -113,13 +118,14 @@ class _IntermediateCode(JITCodeLibrary):
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """Object that ignores environments of functions: without machine code there are none."""
+        """Stand-in for Numba's code generator, which would write addresses of Python objects into machine code."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
         pass
 
     def _finalize_final_module(self) -> None:
+        """List the globals that hold addresses of this process, as they forbid callers a cache on disk; translate nothing."""
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -132,7 +138,7 @@ class _IntermediateCompiler(Compiler):
     """Compiler of functions to intermediate code."""
 
     def compile_extra(self, func: FunctionType) -> object:
-        """Compile a function, into a library of its own."""
+        """Compile a function into a library of intermediate code."""
         self.state.library = _IntermediateCode(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
 
@@ -140,27 +146,27 @@ class _IntermediateCompiler(Compiler):
 def compiled(function: F, **options: object) -> F:
     """Compile a function that only compiled functions call: Python cannot call it, and nothing is kept on disk."""
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _IntermediateCompiler}
-    dispatcher = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
+    dispatcher = numba.njit(error_model="numpy", nogil=True, fastmath=FAST_SUMS, **options)(function)
     dispatcher._compiler.fold_argument_types = partial(_generalise, dispatcher._compiler.fold_argument_types)
     return dispatcher
 
 
 def _generalise(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mapping[str, types.Type]) -> tuple[Any, Any]:
     """Replace the type of a constant argument by the general one: else Numba compiles a function again for each constant."""
-    python_signature, found = fold(args, kws)
-    return python_signature, tuple(map(types.unliteral, found))
+    python_signature, argument_types = fold(args, kws)
+    return python_signature, tuple(map(types.unliteral, argument_types))
 
 
 def inline(function: F) -> F:
-    """Compile a function that LLVM inlines into its callers: a call takes a tenth of a microsecond."""
+    """Compile a function that LLVM inlines into its callers, which saves the tenth of a microsecond of a call."""
     return compiled(function, forceinline=True)
 
 
 class Reference(types.Type):
     """Type of a pointer to words: address and shape of each array of a named tuple, one after the other.
 
-    `words` has the index of each field's first word, `count` is their number. A named tuple within the tuple is one word, the
-    pointer to its own words. References are not counted: the tuple must outlive the call.
+    `words` has the index of each field's first word, `count` is the number of words. A named tuple within the tuple is one word,
+    the pointer to its own words. Numba counts no references to the arrays: the tuple must outlive the call.
     """
 
     def __init__(self, record: types.Type) -> None:
@@ -203,7 +209,7 @@ def _return_argument(context: BaseContext, builder: ir.IRBuilder, signature: Sig
 def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
     """Return a reference to a named tuple of arrays, for functions that are called from here; return anything else unchanged."""
     if not _has_only_arrays(argument):
-        return argument(argument), _return_argument
+        return typing.signature(argument, argument), _return_argument  # types of the result and of the argument
 
     def store_words(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
         """Emit code that stores the words of a reference on the stack; return their address."""
@@ -211,11 +217,11 @@ def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
         for i, (name, field) in enumerate(reference.fields.items()):
             part = builder.extract_value(value, i)
             if isinstance(field, Reference):
-                found = [builder.ptrtoint(store_words(context, builder, field, part), WORD)]
+                field_words = [builder.ptrtoint(store_words(context, builder, field, part), WORD)]
             else:
                 array = context.make_array(field)(context, builder, part)
-                found = [builder.ptrtoint(array.data, WORD), *cgutils.unpack_tuple(builder, array.shape)]
-            for k, word in enumerate(found):
+                field_words = [builder.ptrtoint(array.data, WORD), *cgutils.unpack_tuple(builder, array.shape)]
+            for k, word in enumerate(field_words):
                 builder.store(word, cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         return words
 
@@ -223,12 +229,15 @@ def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
         """Emit the address of the words."""
         return builder.bitcast(store_words(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
-    return Reference(argument)(argument), codegen
+    return typing.signature(Reference(argument), argument), codegen
 
 
 @lower_getattr_generic(Reference)
-def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value, name: str) -> ir.Value:
-    """Emit a field of a reference. Nothing writes to the words during the call, so LLVM may read them once, before all loops."""
+def _load_field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value, name: str) -> ir.Value:
+    """Emit the array or the reference that is a field of a reference.
+
+    Nothing writes to the words during the call, so LLVM may read them once, before all loops.
+    """
     words, field = builder.bitcast(value, WORD.as_pointer()), reference.fields[name]
 
     def load(k: int) -> ir.Value:
@@ -240,14 +249,15 @@ def _field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, va
     if isinstance(field, Reference):
         return builder.inttoptr(load(0), cgutils.voidptr_t)
     array = context.make_array(field)(context, builder)
-    shape, item = [load(1 + k) for k in range(field.ndim)], WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
-    strides = [item]
-    for size in reversed(shape[1:]):
+    item_size = WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
+    shape, strides = [load(1 + k) for k in range(field.ndim)], [item_size]
+    for size in reversed(shape[1:]):  # arrays are contiguous, the last index the fastest
         strides.insert(0, builder.mul(strides[0], size))
     array.data = builder.inttoptr(load(0), array.data.type)
     array.shape, array.strides = cgutils.pack_array(builder, shape), cgutils.pack_array(builder, strides)
-    array.itemsize, array.nitems = item, reduce(builder.mul, shape)
-    array.meminfo, array.parent = (cgutils.get_null_value(x.type) for x in (array.meminfo, array.parent))
+    array.itemsize, array.nitems = item_size, reduce(builder.mul, shape)
+    array.meminfo = cgutils.get_null_value(array.meminfo.type)  # no counter of references
+    array.parent = cgutils.get_null_value(array.parent.type)  # no Python object
     return array._getvalue()
 
 
@@ -259,7 +269,7 @@ def _pointer_to(_typing: typing.Context, array: types.Type, index: types.Type) -
         """Emit the address of the element."""
         return builder.gep(context.make_array(signature.args[0])(context, builder, values[0]).data, [values[1]])
 
-    return types.CPointer(array.dtype)(array, index), codegen
+    return typing.signature(types.CPointer(array.dtype), array, index), codegen
 
 
 @inline
@@ -269,7 +279,7 @@ def view(array, first, count):
 
 
 def compile_law(function: F) -> F:
-    """Compile a plain function of `laws`, and those that it calls; `laws` does not depend on this package."""
+    """Compile a plain function of `laws`, and those that it calls, like `compiled`; `laws` itself does not use this package."""
     return compile_plain(function, compiled)
 
 

@@ -2,6 +2,10 @@
 
 Reports are arrays (forces, 8) of the columns `Report`. `start` are those at the step's start, `end` those at its end; depth is
 positive inside a face. Onsets and edges are zeros of the cubic through both values and rates.
+
+Distances [m] in `controls`: a contact counts as at its face within `face_tolerance`. An implicit step to a face or edge ends
+`stop_gap` before it, so that the error of the step cannot reach the force behind it; a motion towards the face then counts as
+arrived within `closing_gap`. The explicit method ends such steps at the face: both gaps are 0.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ def is_contact(tables, k):
 def has_smooth_onset(tables, k):
     """Return True if no step need end at the onset of contact k: its force has no kink there and no onset speed in its law."""
     law = tables.forces[k, Forces.LAW]
-    exponent = tables.law_numbers[law, 1]
+    exponent = tables.law_numbers[law, 1]  # of the depth
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
@@ -30,7 +34,8 @@ def get_depth(tables, reports, k):
     """Return the depth of contact k [m], negative outside; `side` is 1 if the measure grows into the face, else -1."""
     if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
         return reports[k, Report.LENGTH]
-    side, face = tables.data[tables.forces[k, Forces.NUMBERS]], tables.data[tables.forces[k, Forces.NUMBERS] + 1]
+    number = tables.forces[k, Forces.NUMBERS]
+    side, face = tables.data[number], tables.data[number + 1]
     return side * (reports[k, Report.LENGTH] - face)
 
 
@@ -44,8 +49,9 @@ def get_depth_rate(tables, reports, k):
 @compiled
 def evaluate_cubic(x, h, start, start_rate, end, end_rate):
     """Evaluate, at fraction x of a step of length h, the Hermite cubic with these values and rates at its ends."""
-    first, last = (1.0 + 2.0 * x) * start + x * h * start_rate, (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
-    return (1.0 - x) ** 2 * first + x * x * last
+    from_start = (1.0 + 2.0 * x) * start + x * h * start_rate
+    from_end = (3.0 - 2.0 * x) * end + (x - 1.0) * h * end_rate
+    return (1.0 - x) ** 2 * from_start + x * x * from_end
 
 
 @compiled
@@ -81,41 +87,47 @@ def find_zero(h, start, start_rate, end, end_rate):
 def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
-    The step shall end `stop_gap` [m] before the face, with an error up to this gap or, if it is 0, to `face_tolerance`.
-    Smooth onsets count if the contact also opens in the step, or if `controls.stops_at_all_onsets` asks for all onsets.
+    A contact that starts within `face_tolerance` of its face counts as closed. None is looked for if the step already ends near
+    enough to where a step to the face should, `stop_gap` before it. A smooth onset counts only if the contact also opens in the
+    step, or if `controls.stops_at_all_onsets`.
     """
     face_tolerance, gap = controls.face_tolerance, controls.stop_gap
-    first, allowed = 2.0, gap if gap > 0.0 else face_tolerance
+    first, allowed = 2.0, gap if gap > 0.0 else face_tolerance  # allowed: error of the step's end [m]
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             d0, d1 = get_depth(tables, start, k), get_depth(tables, end, k)
             is_wanted = controls.stops_at_all_onsets or d1 <= 0.0 or not has_smooth_onset(tables, k)
-            if is_wanted and d0 < -face_tolerance and abs(d1 + gap) > allowed:
-                rates = get_depth_rate(tables, start, k), get_depth_rate(tables, end, k)
-                first = min(first, find_zero(h, d0 + gap, rates[0], d1 + gap, rates[1]))
+            is_open, ends_elsewhere = d0 < -face_tolerance, abs(d1 + gap) > allowed
+            if is_wanted and is_open and ends_elsewhere:
+                start_rate, end_rate = get_depth_rate(tables, start, k), get_depth_rate(tables, end, k)
+                first = min(first, find_zero(h, d0 + gap, start_rate, d1 + gap, end_rate))
     return first
 
 
 @compiled
 def find_first_edge(tables, start, end, h, controls):
-    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there."""
+    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there.
+
+    Only the implicit method has edges, so the gap is above 0.
+    """
     first, gap = 2.0, controls.stop_gap
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        d0, d1 = start[k, Report.LENGTH] - edge, end[k, Report.LENGTH] - edge
-        side = -1.0 if d0 > 0.0 else 1.0
-        if abs(d0) > controls.face_tolerance and abs(side * d1 + gap) > gap:
-            rates = side * start[k, Report.RATE], side * end[k, Report.RATE]
-            first = min(first, find_zero(h, side * d0 + gap, rates[0], side * d1 + gap, rates[1]))
+        side = -1.0 if start[k, Report.LENGTH] > edge else 1.0
+        d0, d1 = side * (start[k, Report.LENGTH] - edge), side * (end[k, Report.LENGTH] - edge)  # positive beyond the edge
+        is_before, ends_elsewhere = abs(d0) > controls.face_tolerance, abs(d1 + gap) > gap
+        if is_before and ends_elsewhere:
+            start_rate, end_rate = side * start[k, Report.RATE], side * end[k, Report.RATE]
+            first = min(first, find_zero(h, d0 + gap, start_rate, d1 + gap, end_rate))
     return first
 
 
 @compiled
 def _measure_past_edge(tables, reports, i):
     """Return the distance of a measure beyond edge i in its direction of motion, negative before it, and its speed."""
-    k = int(tables.edges[i, 0])
-    rate = reports[k, Report.RATE]
-    return (reports[k, Report.LENGTH] - tables.edges[i, 1]) * (1.0 if rate > 0.0 else -1.0), abs(rate)
+    k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
+    rate, distance = reports[k, Report.RATE], reports[k, Report.LENGTH] - edge
+    return distance if rate > 0.0 else -distance, abs(rate)
 
 
 @compiled
@@ -123,25 +135,29 @@ def is_at_edge(tables, start, end, controls):
     """Return True if a measure has come near an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
-        is_near = -controls.closing_gap <= _measure_past_edge(tables, end, i)[0] <= 0.0
-        if is_near and abs(start[k, Report.LENGTH] - edge) > controls.face_tolerance:
+        past, _ = _measure_past_edge(tables, end, i)
+        came_from_afar = abs(start[k, Report.LENGTH] - edge) > controls.face_tolerance
+        if came_from_afar and -controls.closing_gap <= past <= 0.0:
             return True
     return False
 
 
 @compiled
-def compute_time_past_events(tables, reports, near):
-    """Return the time [s] until contacts, and measures, that are `near` before their face or edge are 0.1 `near` beyond it."""
+def compute_time_past_events(tables, reports, gap):
+    """Return the time [s] after which what is about to pass a face or edge is beyond it; the largest, or 0 if there is none.
+
+    These are contacts and measures at most `gap` before it that move towards it. They end 0.1 `gap` beyond it.
+    """
     time = 0.0
     for i in range(tables.edges.shape[0]):
         past, speed = _measure_past_edge(tables, reports, i)
-        if -near <= past <= 0.0 and speed > 0.0:
-            time = max(time, (0.1 * near - past) / speed)
+        if -gap <= past <= 0.0 and speed > 0.0:
+            time = max(time, (0.1 * gap - past) / speed)
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             depth, rate = get_depth(tables, reports, k), get_depth_rate(tables, reports, k)
-            if -near <= depth <= 0.0 and rate > 0.0:
-                time = max(time, (0.1 * near - depth) / rate)
+            if -gap <= depth <= 0.0 and rate > 0.0:
+                time = max(time, (0.1 * gap - depth) / rate)
     return time
 
 
@@ -151,54 +167,61 @@ def has_released(tables, state, end, controls):
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
-            if end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > controls.contact_tolerance * state.largest_force[k]:
-                return True
-            old, rate = get_depth(tables, start, k), get_depth_rate(tables, start, k)
-            if abs(old) <= face_tolerance and rate > 0.0 and get_depth(tables, end, k) < -face_tolerance:
+            negligible = controls.contact_tolerance * state.largest_force[k]
+            opens = end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > negligible
+            is_closing = abs(get_depth(tables, start, k)) <= face_tolerance and get_depth_rate(tables, start, k) > 0.0
+            if opens or (is_closing and get_depth(tables, end, k) < -face_tolerance):
                 return True
     return False
 
 
 @compiled
 def update_onset(tables, start, end, k, m, controls):
-    """Update memory m of contact k after a step: return 1 if it closed, -1 if it opened, else 0.
+    """Update memory m of contact k after a step; return whether it closed in the step, and whether it opened.
 
-    Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. A
-    contact also counts as closed near its face if it is about to close.
+    Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. In the
+    implicit method a contact counts as closed when it comes within `closing_gap` of its face.
     """
-    old, new, rate = get_depth(tables, start, k), get_depth(tables, end, k), get_depth_rate(tables, end, k)
-    if new > -old >= 0.0:
-        rate = get_depth_rate(tables, start, k)
-    if new <= 0.0 or old <= 0.0:
+    old, new = get_depth(tables, start, k), get_depth(tables, end, k)
+    is_start_nearer = new > -old >= 0.0
+    rate = get_depth_rate(tables, start if is_start_nearer else end, k)
+    if new <= 0.0 or old <= 0.0:  # else it stays closed
         m[Memory.ONSET] = max(rate, controls.least_onset, controls.least_onset_ratio * m[Memory.FASTEST])
-    is_about_to_close = old < -controls.closing_gap <= new and rate > 0.0 and controls.closing_gap > 0.0
-    if new > 0.0 >= old or is_about_to_close:
-        if tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
-            m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
-        return 1
-    return -1 if end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0 else 0
+    comes_near = controls.closing_gap > 0.0 and old < -controls.closing_gap <= new and rate > 0.0
+    has_closed = new > 0.0 >= old or comes_near
+    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
+        m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
+    has_opened = end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0
+    return has_closed, has_opened and not has_closed
 
 
 @compiled
 def find_face_row(tables, start, end, least):
-    """Return the time of a row just past the face of a closing contact, from the step's start, or, negative, its end; else 0.
+    """Return the time of a row beside the face of a contact that closes in the step [s]; 0 if none does.
 
-    The contact passes the face near one end of the step. The row is twice as far from this end, plus `least` [s].
+    A contact passes its face near one end of the step. The row is on the other side of the face, twice as far from this end,
+    plus `least` [s]. Its time is positive from the start of the step, negative from its end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             old, new = get_depth(tables, start, k), get_depth(tables, end, k)
             if new > 0.0 >= old:
-                at_start = new > -old
-                rate = get_depth_rate(tables, start if at_start else end, k)
+                is_start_nearer = new > -old
+                distance, rate = -old, get_depth_rate(tables, start, k)
+                if not is_start_nearer:
+                    distance, rate = new, get_depth_rate(tables, end, k)
                 if rate > 0.0:
-                    return (least if at_start else -least) - 2.0 * (old if at_start else new) / rate
+                    time = 2.0 * distance / rate + least
+                    return time if is_start_nearer else -time
     return 0.0
 
 
 @compiled
 def compute_depth_bending(tables, start, end, h):
-    """Return the largest deviation of closed contacts' depths from a line over a step, h/8 |change of rate|, over the depth."""
+    """Return the largest relative deviation of a closed contact's depth from a straight line in time over a step.
+
+    The deviation is h/8 |change of rate|, relative to the depth.
+    """
     largest = 0.0
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
@@ -213,7 +236,8 @@ def compute_depth_bending(tables, start, end, h):
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
 
-    Rounding counts as 0. `shifted` are the reports at the end of the step plus its error, `state.end_reports` those without.
+    An error up to `controls.rounding` counts as 0. The reports `state.end_reports` are those at the end of the step, `shifted`
+    those at the end plus its estimated error.
     """
     start, end = state.start_reports, state.end_reports
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)

@@ -49,9 +49,10 @@ class _Front(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a matrix of so many `unknowns`: first the number `coordinates` of coordinates, then constraints.
+    """Return the fronts of a square matrix. The first unknowns are the coordinates, all later ones constraints.
 
-    `row` and `col` (slots,) are the places of the slots; those not `filled` (slots,) are always zero.
+    `coordinates` and `unknowns` are their counts. `row` and `col` (slots,) are the places of the slots, the entries that the
+    matrix stores; those that are not `filled` (slots,) are always zero.
     """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _build_fronts(*pattern, coordinates, unknowns)
@@ -105,11 +106,12 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
     groups: list[list[int]] = []
     group_of = [0] * unknowns
     for u in range(unknowns):
-        if u < coordinates:
+        is_coordinate = u < coordinates
+        if is_coordinate:  # its own neighbour, so that coordinates which are all coupled have equal sets
             neighbours[u].add(u)
-        else:
+        else:  # constraints are not coupled, so those on equal coordinates have equal sets without themselves
             neighbours[u].discard(u)
-        key = u < coordinates, frozenset(neighbours[u])
+        key = is_coordinate, frozenset(neighbours[u])
         group_of[u] = group_of_key.setdefault(key, len(groups))
         if group_of[u] == len(groups):
             groups.append([])

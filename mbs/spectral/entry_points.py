@@ -1,8 +1,9 @@
 """Compiled functions that Python calls, besides the integrators: equations of motion at a state, states of markers.
 
-They are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0, G = dg/dq: n coordinates q, r multipliers lambda, on which
-the friction of guides depends. Differentiated in time, g = 0 gives G v = speed and G a = change. Slots are the places of a matrix
-that can be nonzero. Arrays over them have one entry more, to which the zeros of small blocks are added.
+The equations are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0 with G = dg/dq, for n coordinates q and r multipliers
+lambda; the friction of guides makes f depend on lambda. Differentiated in time, g = 0 gives G v = speed and G a = change.
+Matrices are stored as their slots, the entries that can be nonzero, with one more entry to which zeros are added. `jacobian`
+stores G row by row: entry i is the derivative by coordinate `tables.block_unknowns[i]`. The last entry of a row is not used.
 """
 
 from __future__ import annotations
@@ -42,24 +43,26 @@ def mass_at(tables, work, q, mass):
 def assemble(tables, work, now, matrices, force, sides):
     """Place the markers and compute the terms of the equations of motion at the instant `now`.
 
-    Fills force (n,) with f, and sides (3, r) with g, speed, change, at a jump of a drive the values after it. Rows of `matrices`
-    (4, slots + 1) are the nonzeros of -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, G with G^T; or the last alone.
+    Fills force (n,) with f, and sides (3, r) with g, speed, change; where the speed of a drive has a kink, change is that after
+    it. Rows of `matrices` (4, slots + 1) are -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, G with G^T; `matrices`
+    with one row only gets G with G^T.
     """
+    has_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.block_unknowns.size)
     compute_forces(tables, work, now, force)
-    with_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.block_unknowns.size)  # G by blocks of unknowns
-    if with_tangents:
+    if has_tangents:
         compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
     compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
     compute_changes(tables, work, now.time, JUST_AFTER, sides[2])
-    if with_tangents:
+    if has_tangents:
         add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
-    add_rows(tables, jacobian, matrices[matrices.shape[0] - 1])
+    add_rows(tables, jacobian, matrices[-1])
 
 
 @jit
 def update_stresses(tables, work, shift):
     """Update the stresses of strips, unknowns beside q, for a change `shift` (n,) of q since the last `assemble`."""
-    advance_stresses(tables, work, shift, np.zeros(shift.size), work.stress, work.stress_residual)
+    no_rates = np.zeros(shift.size)
+    advance_stresses(tables, work, shift, no_rates, work.stress, work.stress_residual)
 
 
 @jit
@@ -71,7 +74,7 @@ def accelerate(tables, order, work, q, x):
     compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
     fill_mass(tables, work, q, values)
     add_rows(tables, jacobian, values)
-    last, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
-    factors = np.zeros(last[FrontColumn.ENTRIES] + last[FrontColumn.SIZE] ** 2)  # up to the end of the last front
+    last_front, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
+    factors = np.zeros(last_front[FrontColumn.ENTRIES] + last_front[FrontColumn.SIZE] ** 2)  # of all fronts, one after the other
     factor(order, values, factors, swaps, np.zeros(x.size))
     solve(order, factors, swaps, x, np.zeros(x.size))

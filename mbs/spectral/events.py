@@ -1,4 +1,7 @@
-"""Events of the implicit integrator, compiled: contacts that close or open, edges (jumps or kinks) of laws, restarts."""
+"""Events of the implicit integrator, compiled: contacts that close or open, edges (jumps or kinks) of laws, restarts.
+
+G is the Jacobian of the constraints; G v = speed and G a = change are their first and second time derivatives.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,9 @@ from .samples import write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 FORCE_DECAY = 0.8
-"""Factor by which a contact's largest force is reduced in each step: errors of a force are compared with recent ones."""
+"""Factor of a contact's largest force from step to step: errors of a force are compared with those of recent steps."""
 MOST_JUMP = 0.1
-"""Longest Euler step past a face, as a share of the last step and as a share of the time left."""
+"""Longest motion past a face or edge, as a share of the last step and of the time left."""
 
 
 @compiled
@@ -22,15 +25,19 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.kept_gradients[:] = 0.0  # forces of strips follow from the state's stresses alone
+    work.kept_gradients[:] = (
+        0.0  # forces of strips are then those of the state's stresses, which are unknowns beside q (see `strips`)
+    )
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
     compute_changes(tables, work, t, JUST_AFTER, state.change)
-    copy(state.force, state.right_side[:n]), copy(state.change, state.right_side[n:])
+    copy(state.force, state.right_side[:n])
+    copy(state.change, state.right_side[n:])
     factor_saddle(tables, orders, work, state, state.q, state.start_jacobian)
     solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
-    copy(state.right_side[:n], state.a), copy(state.right_side[n:], state.lam)
+    copy(state.right_side[:n], state.a)
+    copy(state.right_side[n:], state.lam)
     copy(work.reports, state.start_reports)
 
 
@@ -43,9 +50,9 @@ def update_memories(tables, work, state, controls, counts):
         copy(m, state.start_memory[k])
         state.largest_force[k] = max(FORCE_DECAY * state.largest_force[k], abs(work.reports[k, Report.VALUE]))
         if is_contact(tables, k):
-            event = update_onset(tables, state.start_reports, work.reports, k, m, controls)
-            is_event = is_event or event != 0
-            if event > 0:
+            has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
+            is_event = is_event or has_closed or has_opened
+            if has_closed:
                 counts.onsets += 1
         if kind == ForceKind.JOURNAL or kind == ForceKind.FRICTION:
             m[Memory.BRISTLE], m[Memory.SLIDING] = work.reports[k, Report.BRISTLE], work.reports[k, Report.SLIP]
@@ -56,14 +63,16 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    An Euler step moves contacts that are about to close beyond their face, and measures beyond their edge.
+    A step ends just before a face or edge. The rates then move the coordinates just beyond it, by at most 1.1 `closing_gap`: so
+    far below the error allowed that neither constraints nor rates are corrected.
     """
     state = model.state
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)
     h = min(h, MOST_JUMP * clock.previous, MOST_JUMP * (controls.end - clock.time))
     for i in range(state.q.size):
         state.q[i] += h * state.v[i]
-    clock.time, clock.previous, clock.needs_matrix = clock.time + h, 0.0, True
+    clock.time, clock.needs_matrix = clock.time + h, True
+    clock.previous = 0.0  # the next step starts from the accelerations, not from the polynomial of the last step
     _compute_accelerations(model, clock.time)
-    if controls.writes_within_steps:
+    if controls.writes_within_steps:  # rows are also written within steps, close enough for linear interpolation
         write_after_jump(state, clock, controls, out, counts)

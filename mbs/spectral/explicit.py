@@ -2,7 +2,10 @@
 
 Constraints are solved for accelerations; after a step in which they drift, positions and velocities are projected onto them.
 The saddle-point matrix [M G^T; G 0] is factored again only where it changes. If no constraint acts on modal links, M at zero
-deformation is factored, and `couple_modes` adds the rest. Bristles' deflections are states. Source: docs/theory-spectral.md.
+deformation is factored, and `couple_modes` adds the rest. Source: docs/theory-spectral.md.
+
+The state y of a step is (q, v, bristles): n coordinates, their n rates, a deflection for each force. Single numbers that
+compiled functions change are arrays of one element, such as `state.largest_rate[0]`.
 """
 
 from __future__ import annotations
@@ -53,7 +56,8 @@ ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -
 @inline
 def _has_changed(tables, state):
     """Return True if the matrix differs from the one factored last, by modal links or by G; keep G to compare next time."""
-    is_mass_constant = tables.modal.shape[0] == 0 or state.free_modes[0] > 0  # free: no constraint acts on modal links
+    has_free_modes = state.free_modes[0] > 0  # no constraint acts on modal links
+    is_mass_constant = tables.modal.shape[0] == 0 or has_free_modes
     changed = not is_mass_constant or state.has_factors[0] == 0
     for i in range(state.jacobian.size):
         changed = changed or state.jacobian[i] != state.factored_jacobian[i]
@@ -65,8 +69,8 @@ def _has_changed(tables, state):
 def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
-    n, r = state.force.size, state.lam.size
-    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]
+    n, has_free_modes = state.force.size, state.free_modes[0] > 0
+    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]  # of the factors of all forces the last one
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
@@ -82,22 +86,20 @@ def compute_rates(model, t, y, out):
         add_one(tables, work, k, now, state.right_side)
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
     compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
-    for k in range(r):
-        state.right_side[n + k] = state.change[k]
+    copy(state.change, state.right_side[n:])
     if _has_changed(tables, state):
-        if state.free_modes[0] > 0:
+        if has_free_modes:
             renew_rows(tables, state.jacobian, state.matrix)
         else:
             renew_mass(tables, work, q, state.jacobian, state.matrix)
         factor(order, state.matrix, state.factors, state.swaps, state.row_magnitude)
         state.has_factors[0] = 1
     solve(order, state.factors, state.swaps, state.right_side, state.front_work)
-    if state.free_modes[0] > 0:
+    if has_free_modes:
         couple_modes(tables, work, q, state.right_side)
-    for i in range(n):
-        out[i], out[n + i] = v[i], state.right_side[i]
-    for k in range(r):
-        state.lam[k] = state.right_side[n + k]
+    copy(v, out[:n])
+    copy(state.right_side[:n], out[n : 2 * n])
+    copy(state.right_side[n:], state.lam)
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
@@ -112,12 +114,14 @@ def fill_accelerations(model, out):
     state = model.state
     n = state.force.size
     for i in range(out.time.size):
-        copy(out.q[i], state.y_stage[:n]), copy(out.v[i], state.y_stage[n : 2 * n])
+        copy(out.q[i], state.y_stage[:n])
+        copy(out.v[i], state.y_stage[n : 2 * n])
         for k in range(model.tables.forces.shape[0]):
             state.memory[k, Memory.ONSET] = out.memory[i, k, Memory.ONSET]
             state.y_stage[2 * n + k] = out.memory[i, k, Memory.BRISTLE]
         compute_rates(model, out.time[i], state.y_stage, state.stage_rates[1])
-        copy(state.stage_rates[1, n : 2 * n], out.a[i]), copy(state.lam, out.lam[i])
+        copy(state.stage_rates[1, n : 2 * n], out.a[i])
+        copy(state.lam, out.lam[i])
 
 
 @inline
@@ -131,18 +135,25 @@ def _violates_constraints(tables, state, allowed):
 
 
 @inline
-def _project(tables, fronts, state):
+def _project(tables, order, state):
     """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
-    n, r = state.force.size, state.lam.size
-    for order in range(2):
-        y = state.y_new[order * n : order * n + n]
-        state.right_side[:] = 0.0
-        for k in range(r):
-            rate_defect = multiply_row(tables, k, state.jacobian, y) - state.speed[k]  # of the velocities, at order 1
-            state.right_side[n + k] = state.violation[k] if order == 0 else rate_defect
-        solve(fronts, state.factors, state.swaps, state.right_side, state.front_work)
-        for i in range(n):
-            y[i] -= state.right_side[i]
+    n = state.force.size
+    q, v = state.y_new[:n], state.y_new[n : 2 * n]
+    _subtract_correction(order, state, state.violation, q)
+    for k in range(state.lam.size):
+        state.speed[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
+    _subtract_correction(order, state, state.speed, v)
+
+
+@compiled
+def _subtract_correction(order, state, defect, y):
+    """Subtract from y (n,) the vector x of least kinetic energy with G x = defect (r,)."""
+    state.right_side[:] = 0.0
+    for k in range(defect.size):
+        state.right_side[y.size + k] = defect[k]
+    solve(order, state.factors, state.swaps, state.right_side, state.front_work)
+    for i in range(y.size):
+        y[i] -= state.right_side[i]
 
 
 @inline
@@ -151,7 +162,7 @@ def _compute_stages(model, t, h):
     state = model.state
     for stage in range(1, 7):
         target, f, c = state.y_new if stage == 6 else state.y_stage, state.stage_rates, WEIGHTS[stage]
-        for i in range(state.y.size):  # `_try_step` clears rates that are not finite: 0 times nan is nan
+        for i in range(state.y.size):  # c is 0 for later stages, whose rates must be finite: 0 times nan is nan
             target[i] = state.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
@@ -177,11 +188,12 @@ def _estimate_error(state, h, tolerance):
 def _try_step(model, clock, h, last, controls, counts):
     """Try a step of length h; return True if accepted, else shorten the next. If `last`, h ends at a kink or at the run's end."""
     state = model.state
-    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)  # with values just before a kink
+    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)  # 1e-15: values just before a kink
     counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
     is_finite = error < INFINITE
-    if not error <= 1.0 and not (controls.fixed and is_finite):
+    is_accurate = error <= 1.0 or (controls.fixed and is_finite)
+    if not is_accurate:
         clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-EXPONENT) if is_finite else SMALLEST_RATIO)
         if not is_finite:
             state.stage_rates[1:] = 0.0
@@ -221,7 +233,10 @@ def _accept(model, clock, end, stop, controls, out, counts):
 
 @jit
 def run_explicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until `out` is full, with the arguments of `run_implicit`."""
+    """Integrate from the model's state to the end, or until `out` is full; the next call goes on from the model.
+
+    Steps end at the times `stops`. The records `clock`, `controls`, `counts` and the rows `out` are described in `output`.
+    """
     state = model.state
     counts.samples = 0
     if counts.steps == 0:
@@ -238,7 +253,7 @@ def run_explicit(model, clock, controls, stops, out, counts):
             h = stop - clock.time
         last = h >= stop - clock.time
         if counts.steps + counts.rejected > controls.max_steps:
-            counts.status = Ended.TOO_MANY
+            counts.status = Ended.TOO_MANY  # this step is the last
         if not _try_step(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
@@ -246,33 +261,36 @@ def run_explicit(model, clock, controls, stops, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))  # 1e-6: not zero
+            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))  # not of zero
             clock.next_step = max(h * ratio, clock.resumed_step)
             clock.resumed_step = 0.0
 
 
 @inline
 def _update_memories(tables, work, state, controls, counts):
-    """Update onset speeds of contacts; return True if one closed or opened so that rates must be computed anew."""
-    is_event = False
-    n = state.force.size
+    """Update onset speeds and sliding speeds; return True if a contact closed or opened so that rates must be computed anew."""
+    is_event, n = False, state.force.size
     for k in range(tables.forces.shape[0]):
         m = state.memory[k]
         if is_contact(tables, k):
-            event = update_onset(tables, state.start_reports, work.reports, k, m, controls)
-            counts_as_event = controls.stops_at_all_onsets or not has_smooth_onset(tables, k)
-            is_event = is_event or (event != 0 and counts_as_event)
-            if event > 0:
+            has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
+            is_counted = controls.stops_at_all_onsets or not has_smooth_onset(tables, k)
+            is_event = is_event or (is_counted and (has_closed or has_opened))
+            if has_closed:
                 counts.onsets += 1
-            elif event < 0:
-                state.y_new[2 * n + k] = 0.0
+            if has_opened:
+                state.y_new[2 * n + k] = 0.0  # its bristle
         m[Memory.SLIDING] = work.reports[k, Report.SLIP]
     return is_event
 
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row; as its bristles are those of t, STEP_START is t."""
+    """Write the state at time t as a row.
+
+    A row's bristles are those at its STEP_START, from which sliding at the speed SLIDING moves them on until the time of the row.
+    Here STEP_START is t itself, so that SLIDING is not used.
+    """
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

@@ -1,7 +1,8 @@
 """Forces between markers, compiled: along a measure, of a pin in a bush, and at a marker; with their derivatives.
 
-Stiffness is -df/dq, damping -df/dv; for a force along a measure see (2) of docs/theory-spectral.md. Local names: `h` (6, 6),
-derivatives of the forces on markers a and b by their (x, y, angle), `c` those by their rates.
+Stiffness is -df/dq, damping -df/dv; for a force along a measure see (2) of docs/theory-spectral.md. Columns A and B of a force
+along a measure are the measure and, of friction at a face, the contact; of other forces they are markers. Local names: `h`
+(6, 6), derivatives of the forces on markers a and b by their (x, y, angle), `c` those by their rates.
 """
 
 from __future__ import annotations
@@ -75,10 +76,10 @@ def _add_tangents_along(tables, work, k, now, mass):
         markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, stiffness)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and normal_force != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:  # -df/dlambda, in the block's last column, of the constraint that presses
-            _, m, slot = tables.blocks[tables.rows.shape[0] + k]
+            _, width, entry = tables.blocks[tables.rows.shape[0] + k]
             markers.write_gradient(tables, work, number, grad, -force / normal_force, work.scratch, 0)
-            for i in range(m - 1):
-                mass[tables.slots[slot + i * m + m - 1]] += work.scratch[i]
+            for i in range(width - 1):
+                mass[tables.slots[entry + i * width + width - 1]] += work.scratch[i]
         else:
             _add_contact_friction(tables, work, k, now, force / normal_force)
 
@@ -93,7 +94,7 @@ def _add_derivatives(tables, work, a, b):
 
 @compiled
 def _add_contact_friction(tables, work, k, now, ratio):
-    """Add derivatives of friction along a face, `ratio` times its contact's force."""
+    """Add derivatives of friction along a face, `ratio` times its contact's force; both are between the same markers."""
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
     grad, h, c = work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]
@@ -134,7 +135,7 @@ def report_pin(tables, work, k, mem, since, out):
         friction = tables.forces[k, Forces.FRICTION]
         coefficient, out[Report.BRISTLE] = lawtable.evaluate_friction(tables, friction, sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
-    elif since < 0.0:
+    elif since < 0.0:  # the bristle is a state: it keeps its deflection while the pin is free
         out[Report.BRISTLE] = mem[Memory.BRISTLE]
 
 

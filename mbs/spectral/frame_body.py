@@ -55,21 +55,6 @@ def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
     return start, end, hypot(dx, dy), atan2(dy, dx)
 
 
-def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia: float) -> FrameBody:
-    """Add a rigid body with all masses attached to it; `centre` is its centre of mass at t = 0 without these masses."""
-    start, _, _, angle = line_of(builder, link)
-    attached, points = builder.attached.get(link.name, ()), builder.mechanism.points
-    parts = [(mass, centre, inertia), *((each.mass, np.array(points[each.point]), each.inertia) for each in attached)]
-    total = sum(m for m, _, _ in parts)
-    middle = sum((m * place for m, place, _ in parts), np.zeros(2)) / total if total else centre  # centre of mass of all
-    inertia = sum(j + m * float(((place - middle) ** 2).sum()) for m, place, j in parts)  # Steiner's theorem
-    o = builder.add_coordinates((*middle, angle))
-    builder.mark_angles(o + 2)
-    builder.add_mass((o, o + 1, o + 2), np.diag([total, total, inertia]))
-    builder.add_weight((o, o + 1), total * np.array(builder.mechanism.gravity))
-    return FrameBody(o, middle, angle, total, inertia, start)
-
-
 def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add an attached mass with coordinates of its own: a point mass pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
@@ -86,26 +71,38 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:
-    """Add a `Rigid` link: a uniform bar, or given mass, inertia and centre of mass in the link's frame."""
+    """Add a `Rigid` link, merged with the masses attached to it."""
     start, _, length, angle = line_of(builder, link)
-    mass, inertia, (x, y) = link.body.mass_properties(length)
-    return add_frame(builder, link, mass, start + rotate(np.array(angle), (x, y)), inertia)
+    bar_mass, bar_inertia, arm = link.body.mass_properties(length)
+    bar_centre = start + rotate(np.array(angle), arm)
+    attached, points = builder.attached.get(link.name, ()), builder.mechanism.points
+    parts = [(bar_mass, bar_centre, bar_inertia), *((each.mass, np.array(points[each.point]), each.inertia) for each in attached)]
+    mass = sum(m for m, _, _ in parts)
+    centre = sum((m * place for m, place, _ in parts), np.zeros(2)) / mass if mass else bar_centre
+    inertia = sum(j + m * float(((place - centre) ** 2).sum()) for m, place, j in parts)  # Steiner's theorem
+    o = builder.add_coordinates((*centre, angle))
+    builder.mark_angles(o + 2)
+    builder.add_mass((o, o + 1, o + 2), np.diag([mass, mass, inertia]))
+    builder.add_weight((o, o + 1), mass * np.array(builder.mechanism.gravity))
+    return FrameBody(o, centre, angle, mass, inertia, start)
 
 
 def add_modal(builder: Builder, link: Link) -> FrameBody:
-    """Add a `Modal` link, undeformed at t = 0."""
+    """Add a `Modal` link, undeformed at t = 0. Attached masses are bodies of their own, as they would couple its modes."""
     start, _, length, angle = line_of(builder, link)
     model = cast(Modal, link.body).planar(length)
     m, centre = len(model), start + rotate(np.array(angle), model.centre)
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
     builder.mark_angles(o + 2)
     largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # displacement per unit of each modal coordinate
-    builder.units |= {o + 3 + i: float(length / max(largest[i], 1e-12)) for i in range(m)}
+    for i in range(m):  # a unit moves some point of the link by its length; 1e-12: a mode may not move it at all
+        builder.units[o + 3 + i] = float(length / max(largest[i], 1e-12))
     builder.add_mass(range(o, o + 3 + m), np.diag([model.mass, model.mass, model.inertia, *np.ones(m)]))
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping = 2 * model.damping * model.frequency
-        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)  # see `PlanarModel`
+        # integrals of the modes, (m,), (m, m), (m, m): see `PlanarModel`; then (m,) each
+        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
         builder.modal.append((o, m, at))
         builder.mark_deformations(range(o + 3, o + 3 + m))
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}

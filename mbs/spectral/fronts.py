@@ -1,7 +1,7 @@
 """Multifrontal LU factors of a mechanism's matrices, compiled (Duff and Reid 1983, doi 10.1145/356044.356047).
 
-A front is a small dense matrix whose first unknowns, the pivots, are eliminated, in the order of `elimination`. The Schur
-complement S is added to its parent front:
+A front is a small dense matrix whose first unknowns, the pivots, are eliminated, in the order of `elimination`. Its entries are
+stored row by row in `factors`. The Schur complement S is added to its parent front:
 
     [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
     [ W  S ]
@@ -37,7 +37,7 @@ class Orders(NamedTuple):
 def factor(order, a, factors, swaps, magnitude):
     """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts).
 
-    `magnitude` (unknowns,) sums the absolute values that are subtracted from each constraint's diagonal.
+    `magnitude` (unknowns,) is set to the sum of the terms of each constraint's diagonal, as a measure of its rounding.
     """
     factors[:], magnitude[:] = 0.0, 0.0
     for k in range(order.entries.size):
@@ -51,21 +51,25 @@ def factor(order, a, factors, swaps, magnitude):
 @inline
 def _get_front(order, f):
     """Return the number of pivots and of unknowns of front f, the index of its first unknown and of its first entry."""
-    table = order.fronts
-    return table[f, FrontColumn.PIVOTS], table[f, FrontColumn.SIZE], table[f, FrontColumn.UNKNOWNS], table[f, FrontColumn.ENTRIES]
+    pivots, size, first, at, _, _, _ = order.fronts[f]
+    return pivots, size, first, at
 
 
 @compiled
 def _add_to_parent(order, factors, magnitude, f):
-    """Add the Schur complement of front f to its parent front, of `large` unknowns and with entries from `start` on."""
-    pivots, size, first, at, parent, places, is_constraint = order.fronts[f]
-    large, start, count = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES], size - pivots
+    """Add the Schur complement of front f, `count` rows and columns, to its parent front."""
+    pivots, size, first, at, parent, places, has_constraints = order.fronts[f]
+    _, parent_size, _, parent_at = _get_front(order, parent)
+    count = size - pivots
     target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
-        row, sums = view(factors, at + (pivots + i) * size + pivots, count), view(factors, start + target[i] * large, large)
+        row, sums = (
+            view(factors, at + (pivots + i) * size + pivots, count),
+            view(factors, parent_at + target[i] * parent_size, parent_size),
+        )
         for j in range(count):
             sums[target[j]] += row[j]
-        if is_constraint == 0:
+        if has_constraints == 0:  # coordinates add the terms of -G M^-1 G^T, all of one sign; constraints only reduce the sum
             magnitude[unknowns[i]] += abs(row[i])
 
 
@@ -73,10 +77,10 @@ def _add_to_parent(order, factors, magnitude, f):
 def _eliminate_pivots(order, factors, swaps, magnitude, f):
     """Eliminate the pivots of front f; each is replaced by its reciprocal."""
     pivots, size, first, at = _get_front(order, f)
-    is_constraint = order.fronts[f, FrontColumn.CONSTRAINTS] > 0
+    has_constraints = order.fronts[f, FrontColumn.CONSTRAINTS] > 0  # then all pivots are constraints
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = _exchange_small(order, factors, magnitude, f, c) if is_constraint else c  # constraint exchanged with c
+        r = _exchange_small(order, factors, magnitude, f, c) if has_constraints else c  # constraint exchanged with c
         p, largest = c, abs(upper[c])  # row exchanged with c
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -85,7 +89,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
         swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
-        if is_constraint and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
+        if has_constraints and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):

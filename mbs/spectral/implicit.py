@@ -1,7 +1,7 @@
 """Implicit integrator, compiled: collocation at the Radau points with variable steps that end at onsets and kinks; see `radau`.
 
 A stop is a time at which a step must end: a kink of a function of time, or the end. Step control: K. Gustafsson's predictive
-rule (Hairer and Wanner 1996, IV.8).
+rule (Hairer and Wanner 1996, IV.8). The records `clock`, `controls`, `counts` and the rows `out` are described in `output`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
-    work.strip_form[0], work.kept_gradients[:] = MIXED, 0.0  # no gradients of strains are kept yet
+    work.strip_form[0] = MIXED  # stresses of strips are unknowns
+    work.kept_gradients[:] = 0.0  # no gradients of strains are kept yet
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
@@ -57,7 +58,9 @@ def _begin(model, t, tolerance):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
         if j >= 0:
-            state.inverse_error_unit[i] = state.inverse_error_unit[j] = 0.0  # vectors have other units
+            state.inverse_error_unit[i] = state.inverse_error_unit[j] = (
+                0.0  # vectors (i, j) have units along and across their chord instead
+            )
     update_units(state, tables.elastic, tolerance)
 
 
@@ -69,6 +72,7 @@ def _estimate_error(model, t, h, controls):
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
+    rate_defect, shifted_q, shifted_v = state.dq[0], state.dq[0], state.dv[0]  # the first one is left by `estimate_error`
     allowed = controls.contact_tolerance
     project(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
@@ -85,19 +89,20 @@ def _estimate_error(model, t, h, controls):
             has_contact = has_contact or deepest > 0.0
     if has_contact:
         copy(work.reports, state.end_reports)
-        for i in range(q.size):  # state plus its error; dq[0] is the defect of the rates from `estimate_error`
-            state.dv[0, i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - state.dq[0, i]
-            state.dq[0, i] = q[i] + state.real_solution[i]
-        place_markers(tables, work, state.dq[0], state.dv[0])
+        for i in range(q.size):  # the step's end plus its error; that of the rates: docs/theory-spectral.md, Error
+            shifted_v[i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - rate_defect[i]
+            shifted_q[i] = q[i] + state.real_solution[i]
+        place_markers(tables, work, shifted_q, shifted_v)
         add_forces(tables, work, now, state.force)
         for k in range(tables.forces.shape[0]):
             if contacts.is_contact(tables, k):
                 depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, controls)
                 before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
-                scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)
+                scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)  # 1e-300: not zero
                 error = max(error, depth_error / allowed)
                 if depth_error > 0.0:
-                    error = max(error, abs(work.reports[k, Report.VALUE] - end) / (scale * FORCE_TOLERANCE * allowed))
+                    force_error = abs(work.reports[k, Report.VALUE] - end)
+                    error = max(error, force_error / (scale * FORCE_TOLERANCE * allowed))
         copy(state.end_reports, work.reports)
     return error
 
@@ -105,10 +110,16 @@ def _estimate_error(model, t, h, controls):
 @compiled
 def _advance(state):
     """Make the end of the step, its third node, the present state, and keep the nodes for the first guess of the next step."""
-    copy(state.v, state.past_v[0]), copy(state.node_v, state.past_v[1:])
-    copy(state.node_q[2], state.q), copy(state.node_v[2], state.v), copy(state.node_a[2], state.a)
-    copy(state.node_lam[1], state.past_lam), copy(state.node_stress[1], state.past_stress)
-    copy(state.node_lam[2], state.lam), copy(state.node_stress[2], state.stress), copy(state.jacobian, state.start_jacobian)
+    copy(state.v, state.past_v[0])  # rates at the start of the step, then at its nodes
+    copy(state.node_v, state.past_v[1:])
+    copy(state.node_lam[1], state.past_lam)
+    copy(state.node_stress[1], state.past_stress)
+    copy(state.node_q[2], state.q)
+    copy(state.node_v[2], state.v)
+    copy(state.node_a[2], state.a)
+    copy(state.node_lam[2], state.lam)
+    copy(state.node_stress[2], state.stress)
+    copy(state.jacobian, state.start_jacobian)
 
 
 @compiled
@@ -128,12 +139,14 @@ def _find_next_stop(model, clock, controls, stops, out, counts):
 def _choose_length(clock, controls, stop):
     """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
 
-    A step to an event is not halved: it would be lengthened to the event and halved again without end.
+    The step ends at the stop if this is nearer than `clock.reach` lengths: STOP_REACH, a little more than 1, or 1 for a step to
+    an event. Such a step is not lengthened, nor halved: it would come to the event in ever shorter steps.
     """
     h, left = min(clock.next_step, controls.longest), stop - clock.time
     if clock.time + clock.reach * h >= stop:
         return left
-    is_halved = clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == STOP_REACH
+    is_to_event = clock.reach != STOP_REACH
+    is_halved = clock.time + 2.0 * h > stop and not controls.fixed and not is_to_event
     return 0.5 * left if is_halved else h
 
 
@@ -148,9 +161,9 @@ def _try_step(model, clock, h, end, controls, counts):
     renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h  # equal but for rounding
     predict(state, h, clock.previous)
     integrate(state, h)
-    ratio = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
-    clock.matrix_step, clock.needs_matrix = h, ratio > SLOW
-    if ratio > 1.0:
+    convergence = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
+    clock.matrix_step, clock.needs_matrix = h, convergence > SLOW  # ratio of the last two increments, above 1 for a failure
+    if convergence > 1.0:
         clock.next_step, clock.previous, clock.max_growth = 0.5 * h, 0.0, 1.0  # 1.0: no growth after the shorter step
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
@@ -158,15 +171,17 @@ def _try_step(model, clock, h, end, controls, counts):
     clock.error = _estimate_error(model, end, h, controls)
     onset = contacts.find_first_onset(tables, start, work.reports, h, controls)
     fraction = min(onset, contacts.find_first_edge(tables, start, work.reports, h, controls))
-    if h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest and clock.error <= 1.0:
+    is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
+    if is_moved and clock.error <= 1.0:
         clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
         return True
     if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
-        clock.error = max(clock.error, RELEASE_ERROR)
-    if clock.error > 1.0 and h > 4.0 * shortest:  # shorter ones are accepted with any error
-        clock.next_step, clock.max_growth = max(h * max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT), 2.0 * shortest), 1.0
+        clock.error = max(clock.error, RELEASE_ERROR)  # up to 10 shortest steps, the time of the release is known well enough
+    if clock.error > 1.0 and h > 4.0 * shortest:  # a shorter step, at most twice the least length below, is accepted
+        ratio = max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT)
+        clock.next_step, clock.max_growth = max(h * ratio, 2.0 * shortest), 1.0
         return False
     return True
 
@@ -180,10 +195,11 @@ def _accept(model, clock, h, target, controls, out, counts):
         row_time = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, bending)
-        if 0.0 < row_time < 0.5 * h / parts:
+        is_before_others = abs(row_time) < 0.5 * h / parts  # a row beside a face, nearer to the step's end than half a part
+        if is_before_others and row_time > 0.0:  # from the step's start
             samples.write_at_face(state, out, counts, start, h, row_time)
         samples.write_between(state, out, counts, start, h, parts)
-        if 0.0 < -row_time < 0.5 * h / parts:  # from the end of the step
+        if is_before_others and row_time < 0.0:  # from the step's end
             samples.write_at_face(state, out, counts, start, h, row_time)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
@@ -206,15 +222,15 @@ def _lengthen(clock, h, shortest):
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** EXPONENT)
     clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
     if factor < SHORTER or factor > LONGER:
-        planned = clock.next_step if h < 0.5 * clock.next_step else 0.0  # after a step cut short by a stop
-        clock.next_step = max(planned, h * factor, 2.0 * shortest)
+        was_cut_short = h < 0.5 * clock.next_step  # by a stop: the length planned before is kept
+        clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, 2.0 * shortest)
 
 
 @jit
 def run_implicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until `out` is full; `stops` are times at which a step must end.
+    """Integrate from the model's state to the end, or until `out` is full; the next call goes on from the model.
 
-    Writes a row to `out` every `controls.every` steps and, if this is 1, rows within steps. The next call goes on from the model.
+    Steps end at the times `stops`. A row is written to `out` every `controls.every` steps and, if this is 1, rows within steps.
     """
     state, strip_form = model.state, model.work.strip_form
     counts.samples = 0
@@ -222,12 +238,13 @@ def run_implicit(model, clock, controls, stops, out, counts):
         clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STOP_REACH
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
-    strip_form[0], rows = MIXED, out.time.size - samples.MOST_SAMPLES - 3  # a step writes at most two rows at faces, one after
+    strip_form[0] = MIXED
+    rows = out.time.size - samples.MOST_SAMPLES - 3  # room for a step, with a row at a face, at its end and after an event
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
         stop = _find_next_stop(model, clock, controls, stops, out, counts)
         h = _choose_length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.max_steps:
-            counts.status = Ended.TOO_MANY
+            counts.status = Ended.TOO_MANY  # this step is the last
         is_last = h >= stop - clock.time
         end = stop * (1.0 - 4e-16) if is_last else clock.time + h  # two roundings before a drive's kink
         if not _try_step(model, clock, h, end, controls, counts):

@@ -1,11 +1,14 @@
 """Equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
 
-K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Entries of G are stored in the order of the blocks' members, those of a row
-from its `BlockColumn.FIRST` on; each block's last entry, of its multiplier, is not used. Residuals g, entries of G and right
-sides of G v = speed and G a = change need markers that are placed.
+The tangents are K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Matrices are sums of blocks: small matrices of constraints, forces,
+strips, modal links and masses, in this order. `tables.block_unknowns` lists the unknowns of all blocks, `tables.slots` the slots
+of their entries in the whole matrix. The last unknown of a constraint's block is its multiplier; the other entries of this last
+row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for multipliers are not used. Residuals g, G
+and the right sides of G v = speed and G a = change need markers that are placed.
 
-The mass matrix is constant but for modal links (docs/theory-modal.md): with amplitudes eta the frame's inertia is
-I + 2 h.eta + eta.Q eta, and its coupling with the modes C^T eta = -C eta. The numbers h, Q, C are radial, gram, gyration.
+The mass matrix is constant but for modal links (docs/theory-modal.md). With amplitudes eta the frame's inertia is
+I + 2 radial.eta + eta.gram eta. Its coupling with the modes is gyration^T eta = -gyration eta, as gyration is skew-symmetric.
+Local names: o is the frame's first coordinate, x; o + 2 its angle; e the first amplitude; m the number of modes.
 """
 
 from __future__ import annotations
@@ -22,14 +25,19 @@ from .tables import BlockColumn, Markers, MeasureKind, MeasureNumber, Measures, 
 
 @inline
 def _find_indices(tables, row):
-    """Return first coordinate, first amplitude and number of modes of a modal link; where radial, gram, ... begin in the data."""
-    o, m, d = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
-    return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
+    """Return o, e, m of a modal link, and where its radial, gram, gyration and stiffness begin in the data.
+
+    Their shapes are (m,), (m, m), (m, m), (m,); m numbers of damping follow.
+    """
+    o, m, radial = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
+    gram = radial + m
+    gyration = gram + m * m
+    return o, o + 3, m, radial, gram, gyration, gyration + m * m
 
 
 @inline
 def _find_block(tables, row):
-    """Return the index of a modal link's block."""
+    """Return the index of a modal link's block among all blocks."""
     return tables.rows.shape[0] + tables.forces.shape[0] + tables.strips.shape[0] + row
 
 
@@ -49,10 +57,8 @@ def add_modal(tables, q, v, f):
         o, e, m, radial, gram, gyration, stiffness = _find_indices(tables, row)
         spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
-            stretch, coriolis = tables.data[radial + i], 0.0  # h + Q eta, C eta'
-            for j in range(m):
-                stretch += tables.data[gram + i * m + j] * q[e + j]
-                coriolis += tables.data[gyration + i * m + j] * v[e + j]
+            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
             half_inertia_rate += stretch * v[e + i]
             f[e + i] += spin * (spin * stretch + 2.0 * coriolis)
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
@@ -90,50 +96,49 @@ def fill_mass(tables, work, q, mass):
 
 
 @compiled
-def renew_mass(tables, work, q, jacobian, mass):
+def renew_mass(tables, work, q, jacobian, saddle):
     """Overwrite the entries of M(q) that vary, G and G^T in the saddle-point matrix [M G^T; G 0]."""
     for row in range(tables.modal.shape[0]):
-        _, m, slot = tables.blocks[_find_block(tables, row)]
-        for k in range(slot, slot + m * m):
-            mass[tables.slots[k]] = tables.mass[tables.slots[k]]
-    add_modal_mass(tables, work, q, mass)
-    renew_rows(tables, jacobian, mass)
+        _, width, entry = tables.blocks[_find_block(tables, row)]
+        for slot in tables.slots[entry : entry + width * width]:
+            saddle[slot] = tables.mass[slot]
+    add_modal_mass(tables, work, q, saddle)
+    renew_rows(tables, jacobian, saddle)
 
 
 @compiled
-def renew_rows(tables, jacobian, mass):
+def renew_rows(tables, jacobian, saddle):
     """Overwrite G and G^T in the saddle-point matrix."""
     for r in range(tables.rows.shape[0]):
-        _, m, slot = tables.blocks[r]
-        for i in range(m - 1):
-            mass[tables.slots[slot + i * m + m - 1]] = 0.0
-            mass[tables.slots[slot + (m - 1) * m + i]] = 0.0
-    add_rows(tables, jacobian, mass)
+        _, width, entry = tables.blocks[r]
+        last = width - 1  # row and column of the multiplier
+        for i in range(last):
+            saddle[tables.slots[entry + i * width + last]] = 0.0
+            saddle[tables.slots[entry + last * width + i]] = 0.0
+    add_rows(tables, jacobian, saddle)
 
 
 @compiled
 def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q, of modal links."""
+    block = work.block_stiffness  # used for masses here
     for row in range(tables.modal.shape[0]):
         markers.clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
             inertia, coupling = _compute_modal_mass(tables, row, q, i)
-            work.block_stiffness[2, 2] += inertia * q[e + i]
-            work.block_stiffness[2, 3 + i] += coupling
-            work.block_stiffness[3 + i, 2] += coupling
-        markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, mass)
+            block[2, 2] += inertia * q[e + i]
+            block[2, 3 + i] += coupling
+            block[3 + i, 2] += coupling
+        markers.add_entries(tables, _find_block(tables, row), block, mass)
 
 
 @compiled
 def _compute_modal_mass(tables, row, q, i):
-    """Return the inertia that mode i of a modal link adds per amplitude, 2 h_i + (Q eta)_i, and its coupling -(C eta)_i."""
+    """Return the frame's inertia from mode i per amplitude, (2 radial + gram eta)_i, and its coupling, -(gyration eta)_i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
-    inertia, coupling = 2.0 * tables.data[radial + i], 0.0
-    for j in range(m):
-        inertia += tables.data[gram + i * m + j] * q[e + j]
-        coupling -= tables.data[gyration + i * m + j] * q[e + j]
-    return inertia, coupling
+    inertia = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+    return inertia, -_multiply_matrix_row(tables, gyration, i, m, q, e)
 
 
 @compiled
@@ -141,12 +146,12 @@ def couple_modes(tables, work, q, a):
     """Change M_0^-1 f to M(q)^-1 f in the accelerations a of modal links that no constraint acts on.
 
     M(q) differs from the constant M_0 in the frame's inertia, and couples the frame's angle with the modes, whose mass is 1. The
-    angle's acceleration follows from the Schur complement of the modes.
+    angle's acceleration follows from the Schur complement of the modes: `moment` over `inertia`.
     """
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
-        _, size, slot = tables.blocks[_find_block(tables, row)]
-        inertia = tables.mass[tables.slots[slot + 2 * size + 2]]  # entry (2, 2) of the block, of the frame's angle
+        _, width, entry = tables.blocks[_find_block(tables, row)]
+        inertia = tables.mass[tables.slots[entry + 2 * width + 2]]  # entry (2, 2) of the block, of the frame's angle
         moment = inertia * a[o + 2]
         for i in range(m):
             added, coupling = _compute_modal_mass(tables, row, q, i)
@@ -182,10 +187,10 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
             stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
-            coriolis = _multiply_matrix_row(tables, gyration, i, m, a, e)
+            gyration_a = _multiply_matrix_row(tables, gyration, i, m, a, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
-            work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + coriolis
+            work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + gyration_a
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
@@ -204,7 +209,10 @@ def compute_forces(tables, work, now, f):
 
 @compiled
 def compute_tangents(tables, work, now, mass, damp, stiff):
-    """Compute stiff = -df/dq, damp = -df/dv of the last `compute_forces`; add -df/dlambda to mass."""
+    """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`.
+
+    Add -df/dlambda, of friction pressed by a constraint's reaction, to `mass`, the nonzeros of M and G.
+    """
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
@@ -225,7 +233,7 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
             at = markers.write_gradient(tables, work, k, grad, tables.measure_numbers[k, MeasureNumber.FACTOR], jacobian, at)
         residual[r], speed[r] = total - tables.values[r] - travel, rate
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
-            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # whole turns do not matter
+            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # an angle holds up to whole turns
 
 
 @inline
@@ -261,10 +269,11 @@ def add_reactions(tables, jacobian, lam, out):
 def add_rows(tables, jacobian, values):
     """Add G and G^T to the entries of a matrix of all unknowns."""
     for r in range(tables.rows.shape[0]):
-        first, m, slot = tables.blocks[r]
-        for i in range(m - 1):
-            values[tables.slots[slot + i * m + m - 1]] += jacobian[first + i]
-            values[tables.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
+        first, width, entry = tables.blocks[r]
+        last = width - 1  # row and column of the multiplier
+        for i in range(last):
+            values[tables.slots[entry + i * width + last]] += jacobian[first + i]
+            values[tables.slots[entry + last * width + i]] += jacobian[first + i]
 
 
 @compiled
@@ -273,8 +282,8 @@ def add_multiplier_stiffness(tables, work, q, lam, stiff):
     grad, hess = work.grad, work.hess
     for r in range(tables.rows.shape[0]):
         markers.clear_block(tables, work, r)
-        at = 0
-        for k in range(tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.FIRST] + tables.rows[r, RowColumn.TERMS]):
+        at, first = 0, tables.rows[r, RowColumn.FIRST]  # at: row and column of the block at which a marker's coordinates begin
+        for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
             push = lam[r] * tables.measure_numbers[k, MeasureNumber.FACTOR]
             markers.compute_measure(tables, work, k, grad)

@@ -1,7 +1,7 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
-Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), which
-`registry` lists.
+Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), whose
+meaning depends on its kind. Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ JUST_BEFORE = -JUST_AFTER
 
 @compiled
 def differentiate_normal(tables, law, depth, rate, onset):
-    """Return the derivatives of the normal force by depth and rate, by central differences; steps: cube root of rounding."""
-    h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
+    """Return the derivatives of the normal force by depth and rate, by central differences."""
+    h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)  # 1e-5: cube root of rounding, the best step of such a difference
     by_depth = normal_force(tables, law, depth + h, rate, onset) - normal_force(tables, law, depth - h, rate, onset)
     by_rate = normal_force(tables, law, depth, rate + h_rate, onset) - normal_force(tables, law, depth, rate - h_rate, onset)
     return by_depth / (2.0 * h), by_rate / (2.0 * h_rate)
@@ -34,7 +34,8 @@ def differentiate_normal(tables, law, depth, rate, onset):
 def evaluate_friction(tables, law, speed, mem, since):
     """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0.
 
-    The bristle is integrated from the last step over `since`, or, if since < 0, a state whose present value is in the memory.
+    The deflection in the memory is that of `since` [s] ago, and moves on at the mean of the sliding speeds then and now. If since
+    is negative, the bristle is a state of the integrator, and the memory has its present deflection.
     """
     kind = tables.laws[law, LawColumn.KIND]
     if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
@@ -56,28 +57,27 @@ def differentiate_friction(tables, law, speed, mem, since):
 @compiled
 def evaluate_motion(tables, k, t):
     """Return travel and speed of drive k at time t."""
-    kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
+    factor = tables.time_factor[0]
     t = factor * t
-    if kind == MotionKind.RAMP:
+    if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         on_ramp, slope = min(t, duration), (end - start) / duration  # time on the ramp; the speed is constant after it
         return start * on_ramp + 0.5 * slope * on_ramp * on_ramp + end * (t - on_ramp), factor * (start + slope * on_ramp)
-    if kind == MotionKind.STEADY:
-        return 0.0, 0.0
     travel, speed = tables.motions[k, LawColumn.FIRST_ADDRESS], tables.motions[k, LawColumn.SECOND_ADDRESS]  # addresses
     return call(travel, (t,)), factor * call(speed, (t,))
 
 
 @compiled
 def evaluate_acceleration(tables, k, t, side):
-    """Return the acceleration of drive k JUST_AFTER or JUST_BEFORE time t: the difference of second order of the speed there."""
-    kind, factor = tables.motions[k, LawColumn.KIND], tables.time_factor[0]
+    """Return the acceleration of drive k just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE.
+
+    It is the one-sided difference of second order of the speed; before t = 0 there is no speed.
+    """
+    factor = tables.time_factor[0]
     t = factor * t
-    if kind == MotionKind.RAMP:
+    if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         return factor * factor * (end - start) / duration if t < duration else 0.0
-    if kind == MotionKind.STEADY:
-        return 0.0
     speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
@@ -97,7 +97,7 @@ def friction_force(speed, p):
 
 @compiled
 def strut(value, rate, p, address):
-    """Return the tension of a post-buckled strut of length `value`.
+    """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push.
 
     p: length, rigidity EA/L, unit load EI/L^2, compliance EI/(EA L^2), critical load over the unit load, damping. At `address`
     is the load over the unit load as a function of shortening over length.
@@ -130,7 +130,11 @@ def motor(t, speed, p, address):
 
 @compiled
 def evaluate_along(tables, k, now, value, rate, reaction):
-    """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction."""
+    """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
+
+    The numbers p of a LAW are 1 for the law of a spring, which does not depend on time; one that is not used; and the value of
+    the measure at which the law's argument is 0.
+    """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
     p = tables.data[number : number + 8]
@@ -154,9 +158,8 @@ def evaluate_along(tables, k, now, value, rate, reaction):
         return p[0] if address == 0 else call(address, (t,))
     if kind == ForceKind.MOTOR:
         return motor(t, rate, p, address)
-    if p[0] == 1.0:  # the law of a spring, which does not depend on time
-        return -call(address, (value - p[2], rate))
-    return call(address, (t, value - p[2], rate))
+    is_spring, argument = p[0] == 1.0, value - p[2]
+    return -call(address, (argument, rate)) if is_spring else call(address, (t, argument, rate))
 
 
 @compiled
@@ -166,7 +169,8 @@ def differentiate_along(tables, k, now, value, rate, reaction):
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
     p = tables.data[number : number + 8]
     if kind == ForceKind.SPRING:
-        return -p[0], -p[1]
+        stiffness, damping = p[0], p[1]
+        return -stiffness, -damping
     if kind == ForceKind.CONTACT:
         side, face = p[0], p[1]
         depth = side * (value - face)
@@ -182,7 +186,8 @@ def differentiate_along(tables, k, now, value, rate, reaction):
     if kind == ForceKind.LAW:
         h = 1e-6 * max(abs(value), 1e-3)
     elif kind == ForceKind.STRUT:  # relative to the shortening, at least a hundredth of the one at the critical load
-        h = 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
+        length, compliance, critical = p[0], p[3], p[4]
+        h = 1e-4 * max(abs(value - length), 1e-2 * compliance * critical * length)
     if h > 0.0:
         upper = evaluate_along(tables, k, now, value + h, rate, reaction)
         by_value = (upper - evaluate_along(tables, k, now, value - h, rate, reaction)) / (2.0 * h)

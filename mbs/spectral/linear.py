@@ -2,8 +2,11 @@
 
     M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
+Here da, dv, dq, dlambda are small changes of accelerations, rates, coordinates and multipliers; df and dg are small additional
+forces and prescribed changes of the constraints. X = df/dlambda is the friction that follows a constraint's own force.
+
 The integrators factor the same matrices in compiled code (`fronts`), whose pivots need a positive definite mass matrix. SuperLU
-chooses its pivots freely: without mass and stiffness in a direction only constraints hold a mechanism.
+chooses its pivots freely. So it also factors where neither mass nor stiffness, but only constraints, hold a mechanism.
 """
 
 from __future__ import annotations
@@ -25,14 +28,14 @@ Matrix = Any
 
 @dataclass(frozen=True)
 class Equations:
-    """Terms of the equations of motion at a state; matrices are built at first use."""
+    """Terms of the equations of motion at a state: many uses need forces only, so the matrices are built at first use."""
 
     force: Array  # f, without the constraints' forces, (n,)
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # nonzeros of -df/dlambda, C, K, and G with its transpose, (4, nonzeros + 1)
-    build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its nonzeros
+    entries: Array = field(repr=False)  # nonzeros of -df/dlambda, C, K, and G with its transpose, (4, slots + 1)
+    build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its slots; the last is no part
 
     @cached_property
     def stiffness(self) -> Matrix:
@@ -46,7 +49,7 @@ class Equations:
 
     @cached_property
     def cross(self) -> Matrix:
-        """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
+        """X = df/dlambda, shape (r, n)."""
         return -self.build(self.entries[0])[: len(self.force), len(self.force) :].T
 
     @cached_property
@@ -85,13 +88,13 @@ class Factors:
 
 
 class Linear(NamedTuple):
-    """Matrices of the linearised equations of motion, sparse."""
+    """Sparse matrices of the linearised equations of motion, all terms of `Equations` and M, for combinations of them."""
 
     mass: csr_array  # M, (n, n)
     damping: csr_array  # C = -df/dv, (n, n)
     stiffness: csr_array  # K = -df/dq + d(G^T lambda)/dq, (n, n)
     jacobian: csr_array  # G, (r, n)
-    cross: csr_array  # X = df/dlambda, (r, n): friction that follows a constraint's own force
+    cross: csr_array  # X = df/dlambda, (r, n)
 
     def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
         """Return [mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""

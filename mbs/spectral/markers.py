@@ -1,7 +1,10 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-The Jacobian J of a marker's x, y and angle by its coordinates is in work.jacobian (3, places) from column `first` on, J' =
-dJ/dt in work.jacobian_rate. Local names: j and dj for J and J', c and sn for cosine and sine, d for an index in tables.data.
+The Jacobian J of a marker's x, y and angle by its coordinates is in work.jacobian (3, dofs) from column `first` on, J' =
+dJ/dt in work.jacobian_rate. Their constant entries were written by `allocate_work`. A bias is a second time derivative at zero
+second rates of the coordinates: columns AX, AY, SPIN_BIAS of a marker's state, which follow each other.
+
+Local names: m a marker, d the index of its first number in tables.data, j and dj for J and J', c and sn for cosine and sine.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ def _place_frame(tables, work, m, q, v, with_rates):
     """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k), its rates and derivatives.
 
     (lx, ly) is the point in the frame, (rx, ry) its rate there, `turn` the rate of its angle in the frame; (px, py, pa) a mode
-    shape phi_k. Along global axes (ax, ay) is r - R, (ux, uy) the velocity in the frame.
+    shape phi_k. Along global axes (ax, ay) is r - R, (ux, uy) the velocity of the point relative to the frame.
     """
     o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
     d = tables.markers[m, Markers.DATA]
@@ -52,7 +55,7 @@ def _place_frame(tables, work, m, q, v, with_rates):
 def _place_linear(tables, work, m, q, v):
     """Compute x = sum N_i x_i, y and angle likewise, and their rates; their derivatives are constant."""
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
-    for row in range(3):
+    for row in range(3):  # columns X, Y, ANGLE of the state, then VX, VY, SPIN
         value, rate = 0.0, 0.0
         for i in range(size):
             k, n = tables.dofs[first + row * size + i], tables.data[d + row * size + i]
@@ -64,26 +67,26 @@ def _place_linear(tables, work, m, q, v):
 def _place_curve(tables, work, m, q, v):
     """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), which goes on from its last value.
 
-    (ux, uy) is the tangent, (rx, ry) its rate; n and dn are the basis and its derivative.
+    (tx, ty) is the tangent, (rx, ry) its rate; n and dn are the basis and its derivative.
     """
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
-    x = y = vx = vy = ux = uy = rx = ry = 0.0
+    x = y = vx = vy = tx = ty = rx = ry = 0.0
     for i in range(size):
         a, b, n, dn = tables.dofs[first + i], tables.dofs[first + size + i], tables.data[d + i], tables.data[d + size + i]
         x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
-        ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
-    square = ux * ux + uy * uy
+        tx, ty, rx, ry = tx + dn * q[a], ty + dn * q[b], rx + dn * v[a], ry + dn * v[b]
+    square = tx * tx + ty * ty
     p[State.X], p[State.Y], p[State.VX], p[State.VY] = x, y, vx, vy
-    angle = np.arctan2(uy, ux)
-    p[State.ANGLE] = angle + 2.0 * np.pi * np.floor((p[State.ANGLE] - angle) / (2.0 * np.pi) + 0.5)
-    p[State.SPIN] = (ux * ry - uy * rx) / square
-    hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
+    angle = np.arctan2(ty, tx)
+    p[State.ANGLE] = angle + 2.0 * np.pi * np.floor((p[State.ANGLE] - angle) / (2.0 * np.pi) + 0.5)  # whole turns as before
+    p[State.SPIN] = (tx * ry - ty * rx) / square
+    hxx, hxy = 2.0 * tx * ty / square**2, (ty * ty - tx * tx) / square**2  # second derivatives of the angle; hyy = -hxx
     p[State.SPIN_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
     for i in range(size):
         n, dn = tables.data[d + i], tables.data[d + size + i]
         j[0, first + i], j[1, first + size + i] = n, n
-        j[2, first + i], j[2, first + size + i] = -uy / square * dn, ux / square * dn
+        j[2, first + i], j[2, first + size + i] = -ty / square * dn, tx / square * dn
         dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
 
 
@@ -116,7 +119,10 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
 
 @compiled
 def add_geometric(tables, work, m, q, push, out, start):
-    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on."""
+    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on.
+
+    `push` is a constant (3,). The position of a strip's marker is linear in its coordinates and adds nothing.
+    """
     fx, fy, turning = push
     kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
     d = tables.markers[m, Markers.DATA]
@@ -129,12 +135,12 @@ def add_geometric(tables, work, m, q, push, out, start):
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
     elif kind == MarkerKind.CURVE and turning != 0.0:
-        ux, uy = 0.0, 0.0
+        tx, ty = 0.0, 0.0  # tangent
         for i in range(size):
             dn = tables.data[d + size + i]
-            ux, uy = ux + dn * q[tables.dofs[first + i]], uy + dn * q[tables.dofs[first + size + i]]
-        square = ux * ux + uy * uy
-        hxx, hxy = turning * 2.0 * ux * uy / square**2, turning * (uy * uy - ux * ux) / square**2
+            tx, ty = tx + dn * q[tables.dofs[first + i]], ty + dn * q[tables.dofs[first + size + i]]
+        square = tx * tx + ty * ty
+        hxx, hxy = turning * 2.0 * tx * ty / square**2, turning * (ty * ty - tx * tx) / square**2
         for i in range(size):
             for k in range(size):
                 dd = tables.data[d + size + i] * tables.data[d + size + k]
@@ -215,9 +221,10 @@ def write_gradient(tables, work, k, grad, factor, out, index):
 
 @compiled
 def add_pair(tables, work, pair, matrix, factor, right, out):
-    """Add factor J^T H R of two markers to `out`, H the `matrix` (6, 6) by their (x, y, angle), `right` R being J or J'.
+    """Add factor J^T H R of two markers to `out`. H is the `matrix` (6, 6) by their (x, y, angle) or the rates of these.
 
-    The `pair` is (marker a, marker b, row and column of `out` at which their coordinates begin).
+    R is `right`, (3, dofs): J for derivatives by coordinates or rates, J' for those of the rates of (x, y, angle) by
+    coordinates. The `pair` is (marker a, marker b, row and column of `out` at which their coordinates begin).
     """
     first_row, size = pair[2], tables.markers[pair[0], Markers.COUNT]
     for i in range(2):

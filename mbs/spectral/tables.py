@@ -36,8 +36,8 @@ StripColumn = IntEnum("StripColumn", "KIND FUNCTIONS POINTS FIRST NUMBERS", star
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
 """Numbers of a strip of nb basis functions and ng Gauss points: stiffnesses EA, GA, EI; damping times [s]; weights (ng,). Then
 follow, at the Gauss points, stress-free strains (3, ng), and values and first two derivatives of the functions, (3, ng, nb)."""
-MotionKind = IntEnum("MotionKind", "STEADY RAMP CALLED", start=0)
-"""Kinds of motions of a drive: zero, a ramp of the speed, functions of time for position and speed, by address."""
+MotionKind = IntEnum("MotionKind", "RAMP CALLED", start=0)
+"""Kinds of motions of a drive: a ramp of the speed; functions of time for position and speed, by address."""
 
 
 class ForceKind(IntEnum):

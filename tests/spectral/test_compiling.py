@@ -16,7 +16,7 @@ from numba.core import event
 from buckler.mbs import Equal, Rigid, Section, Spectral, Status, slider_crank
 from buckler.mbs.spectral import compiling, implicit, run
 from buckler.mbs.spectral.beforehand import compile_all
-from buckler.mbs.spectral.compiling import TEXT, Announcer
+from buckler.mbs.spectral.compiling import ANNOUNCEMENT, Announcer
 from buckler.mbs.spectral.run import once
 
 
@@ -35,11 +35,11 @@ def test_compilation_is_announced_once_and_only_the_solvers(capsys) -> None:
     event.register("numba:compile", announcer)
     try:
         made_up("somebody.else")(1.0)
-        assert not announcer.state.count
+        assert not announcer.progress.count
         made_up("buckler.mbs.spectral.made_up")(1.0)
-        assert announcer.state.count and TEXT in capsys.readouterr().err
+        assert announcer.progress.count and ANNOUNCEMENT in capsys.readouterr().err
         made_up("buckler.mbs.spectral.made_up")(1.0)
-        assert TEXT not in capsys.readouterr().err
+        assert ANNOUNCEMENT not in capsys.readouterr().err
     finally:
         event.unregister("numba:compile", announcer)
 
@@ -89,7 +89,7 @@ def test_references_are_read_where_they_lie() -> None:
     assert x.pair.second.tolist() == [[0, 0], [0, 0], [0, 0], [0, 8]]
 
 
-def test_drafts_called_by_a_compiled_function_give_what_python_gives() -> None:
+def test_intermediate_code_called_by_a_compiled_function_gives_what_python_gives() -> None:
     @compiling.compiled
     def cube(x):
         return x * x * x
