@@ -62,12 +62,15 @@ class Difference:
                 norms |= self._means_and_peaks(names, difference, self.grid.weights)
             del self._continuous  # frees memory: the norms of all continuous signals are known now
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
-        impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE)
+        # normal forces are compared impact by impact, but for the root mean square; dict.fromkeys keeps the order of names
         impacts = dict.fromkeys(name for name, norm in jumping if is_normal_force(signals[name]) and norm is not Norm.RMS)
         over_time = dict.fromkeys(n for n, norm in jumping if norm is Norm.RMS or (norm is Norm.PEAK and n not in impacts))
+        impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE and name not in impacts)
         found = self._compare_over_time(over_time)
-        for name in impacts | impulses:
-            found |= self._compare_impacts(name) if name in impacts else self._compare_impulses(name)
+        for name in impacts:
+            found |= self._compare_impacts(name)
+        for name in impulses:
+            found |= self._compare_impulses(name)
         return norms | {key: found[key] + self._possible_contact(key[0]).get(key[1], 0.0) for key in jumping}
 
     @cached_property
@@ -90,9 +93,10 @@ class Difference:
         for name in names:
             groups.setdefault((a[name].rate in a, b[name].rate in b, b[name].trait.smooth), []).append(name)
         most = max(1, BLOCK // len(grid.times_a))
-        for (known_a, known_b, smooth), group in groups.items():
+        for (has_rates_a, has_rates_b, smooth), group in groups.items():
             for some in (group[k : k + most] for k in range(0, len(group), most)):
-                yield some, grid.subtract(*_samples(self.a, some, known_a, smooth), *_samples(self.b, some, known_b, smooth))
+                samples_a = _samples(self.a, some, has_rates_a, smooth)
+                yield some, grid.subtract(*samples_a, *_samples(self.b, some, has_rates_b, smooth))
 
     def _means_and_peaks(self, names: list[str], difference: Array, weights: Array) -> dict[Key, float]:
         """Return root mean squares and peaks of differences, (signals, times)."""
@@ -195,10 +199,10 @@ def is_normal_force(signal: Signal) -> bool:
     return signal.kind is Kind.CONTACT and not signal.group and signal.unit == "N"  # components have a group
 
 
-def _samples(run: Trajectory, names: list[str], known: bool, smooth: bool) -> tuple[Array, Array]:
-    """Return signals and their rates at the samples of a run, each (signals, times); `known` if rates are recorded."""
+def _samples(run: Trajectory, names: list[str], has_rates: bool, smooth: bool) -> tuple[Array, Array]:
+    """Return signals and their rates at the samples of a run, each (signals, times); `has_rates` if rates are recorded."""
     values = np.stack([run.signals[name].values for name in names])
-    if known:
+    if has_rates:
         return values, np.stack([run.signals[run.signals[name].rate].values for name in names])
     return values, slopes(run.time, values.T, smooth).T
 
@@ -238,10 +242,11 @@ class Grid:
     def find_jumps(self, times: Array, samples: Array, jumps: Array) -> Array:
         """Return a mask of the grid's `times` in one run: True from its sample before a jump [s] to its sample after it."""
         near, times = 1e-6 * float(samples[-1]), times[self.order]  # a jump this close to a sample is at the sample
-        last = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
-        first = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
-        changes, found = np.zeros(len(times) + 1, int), np.empty(len(times), bool)  # changes of the number of open intervals
-        np.add.at(changes, np.searchsorted(times, samples[np.minimum(first, last)]), 1)
-        np.add.at(changes, np.searchsorted(times, samples[np.maximum(first, last)], side="right"), -1)
+        after = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
+        before = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
+        first, last = samples[np.minimum(before, after)], samples[np.maximum(before, after)]
+        changes, found = np.zeros(len(times) + 1, int), np.empty(len(times), bool)
+        np.add.at(changes, np.searchsorted(times, first), 1)  # an interval begins
+        np.add.at(changes, np.searchsorted(times, last, side="right"), -1)  # an interval has ended
         found[self.order] = np.cumsum(changes[:-1]) > 0
         return found

@@ -88,8 +88,8 @@ class Levels:
     place: float = PLACE  # error allowed of a place, over its range; below `PLACE` the first tolerance is smaller in proportion
 
     ratio = 8.0
-    """Tolerance of a level over that of the next: two runs then differ by 0.4 of the coarser one's error at the order 1/4, by 0.8
-    at the order 3/4."""
+    """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
+    q = 1/4, by 0.8 at 3/4."""
     runs_at_most = 10
     """Most runs for one result: the seven levels from `FIRST` to `FINEST`, and three for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
@@ -149,7 +149,7 @@ class Levels:
         return bool(Scene.of(self.mechanism).clearances)
 
     def choose_share(self, run: Run) -> float:
-        """Return the share of the duration that the second run covers, from the first run: whether runs separate shows early."""
+        """Return the share of the duration that the second run covers, once the first run is made."""
         return PREFIX if self.rattles and len(run.record.time) > SHORT_RUN else 1.0
 
 

@@ -118,13 +118,13 @@ class _Pair:
 
 
 class _Refinement:
-    """State of one refinement: number of runs, best answer, differences `before` and ratio of tolerances of the pair before."""
+    """State of one refinement: the number of runs and the best answer so far, and what is known of the pair of runs before."""
 
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
-        self.count = 0
-        self.before: Mapping[Key, float] | None = None
-        self.ratio_before = 1.0
+        self.count = 0  # of runs, short and failed ones included
+        self.before: Mapping[Key, float] | None = None  # differences of the pair before
+        self.ratio_before = 1.0  # of the tolerances of the pair before
         self.best: Callable[[], CheckedRun] | None = None
         self.first_separation: tuple[float, float] | None = None  # its time [s], and the tolerance of the finer run
 
@@ -157,7 +157,7 @@ class _Refinement:
         """Compare the last two runs, and refine until the error is allowed, the motion is found chaotic or no runs are left."""
         pair = _Pair(coarse, fine, self.demand)
         if pair.separation.start == inf:
-            pair = self.complete(pair)
+            pair = self.complete(pair)  # a part of the motion showed no separation, the whole may
         if pair.separation.start < inf:
             self.first_separation = pair.separation.start, pair.fine.level.tolerance
             found = self.look_for_chaos(pair)
@@ -223,9 +223,10 @@ class _Refinement:
         if pair.separation.start == inf or self.first_separation is None:
             return False
         start, tolerance = self.first_separation
-        refinements = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)
-        delay = (pair.separation.start - start) * self.levels.refinements_to_go(pair.fine.level)
-        return refinements > 0 and delay < LATER * (self.duration - pair.separation.start) * refinements
+        made = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)  # refinements since then
+        expected_times_made = (pair.separation.start - start) * self.levels.refinements_to_go(pair.fine.level)
+        required = LATER * (self.duration - pair.separation.start)
+        return made > 0 and expected_times_made < required * made
 
     def find_ratio(self, excess: float, separate: bool) -> float:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
