@@ -105,7 +105,7 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Function that makes the parameters of a case from values by path in a file; `numbers` has a declaration of each by path."""
+    """Function that makes the parameters of a case from values by path in a file; `numbers` declares them by path."""
 
     make: Callable[..., StudyParameters]
     numbers: Mapping[str, Declaration]

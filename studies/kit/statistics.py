@@ -78,7 +78,7 @@ Name = TypeVar("Name", bound=Hashable)
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """Error of a variant in a measure of all, nan if it failed; processor time in each round [s]; `front`: no other beats it."""
+    """Error of a variant, in a unit common to all, or nan; processor time in each round [s]; `front` if no other beats it."""
 
     error: float
     times: tuple[float, ...]

@@ -46,22 +46,17 @@ them some per cent too small, less with a smaller `tolerance`."""
 """Notes below the table."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints with clearance by their number, `clearance_joints`: first those whose forces the paper shows, B and C."""
-ROCKERS = ("rigid", "beam", "modal")
-"""Bodies of the rocker; all but the first are flexible."""
+ROCKERS = {"rigid": "rigid", "beam": "flexible", "modal": "flexible"}
+"""Bodies of the rocker, with the name of the variant that has them."""
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 """Colours of curves by the name of their variant."""
-
-
-def label(rocker: str) -> str:
-    """Return the name of the variant with this rocker of `ROCKERS`: `rigid` or `flexible`."""
-    return "rigid" if rocker == "rigid" else "flexible"
 
 
 @dataclass(frozen=True)
 class Parameters(PlayParameters, Assumptions):
     """Parameters of the study."""
 
-    rocker: tuple[str, ...] = choices(("rigid", "beam"), ROCKERS, "rockers to run, at most one flexible", "bars")
+    rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
     clearance_joints: int = integer(4, 0, 4, "joints with clearance: B, C, A, O in this order", "joints")
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
@@ -75,7 +70,7 @@ class Parameters(PlayParameters, Assumptions):
 
     def agree(self) -> None:
         """Check parameters against each other, and make the mechanisms that will run."""
-        if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
+        if len({ROCKERS[rocker] for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
         if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
             modal = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
@@ -119,7 +114,7 @@ class Variant:
 
 def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
     """Run the variant `ideal`, rigid with ideal joints, and a variant with clearance for each requested rocker."""
-    cases = [("ideal", "rigid", ""), *((label(rocker), rocker, p.with_play) for rocker in p.rocker)]
+    cases = [("ideal", "rigid", ""), *((ROCKERS[rocker], rocker, p.with_play) for rocker in p.rocker)]
     return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
 
 

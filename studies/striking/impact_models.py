@@ -126,8 +126,8 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     """
     slider_speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))  # at the impact [m/s]
     if model == "stitched":
-        momentum = parameters.mass * (1 + parameters.restitution) * slider_speed
-        return Calibration(model, momentum / IMPACT_FORCE, IMPACT_FORCE)
+        impulse = parameters.mass * (1 + parameters.restitution) * slider_speed
+        return Calibration(model, impulse / IMPACT_FORCE, IMPACT_FORCE)
     forces: dict[float, float] = {}
 
     @cache
