@@ -125,7 +125,8 @@ def test_seed_moves_the_start_by_next_to_nothing_and_the_end_by_more():
 @pytest.mark.parametrize("depth", ["5mm", "20mm"])
 def test_depth_in_the_plane_keeps_the_mass(depth):
     p = crank_rocker.Parameters(in_plane_depth=depth)
-    assert p.section.area == pytest.approx(1e-4) and p.section.thickness == float(depth[:-2]) * 1e-3
+    bar = p.body("rigid").section
+    assert bar.area == pytest.approx(1e-4) and bar.thickness == float(depth[:-2]) * 1e-3
     assert p.speed == 10 * pi and p.pin == 5e-3 and p.law.stiffness == pytest.approx(8.0006e9, rel=1e-4)
 
 
