@@ -1,16 +1,7 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
 from .bristle import LuGre, Stiction
-from .friction import (
-    AdamsFriction,
-    Ambrosio,
-    BristleLaw,
-    Coulomb,
-    FrictionLaw,
-    NoFriction,
-    Stribeck,
-    Threlfall,
-)
+from .friction import AdamsFriction, Ambrosio, BristleLaw, Coulomb, FrictionLaw, NoFriction, Stribeck, Threlfall
 from .hysteresis import (
     CarvalhoMartins,
     ExactRestitution,

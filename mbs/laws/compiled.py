@@ -38,15 +38,16 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     A method that does more than arithmetic raises NumbaError, AttributeError, TypeError or RecursionError.
     """
     function = inspect.unwrap(getattr(type(law), name))
-    used = [n for n in function.__code__.co_names if hasattr(law, n)]
-    values: list[Any] = [compile_method(law, n, jit) if callable(getattr(law, n)) else float(getattr(law, n)) for n in used]
+    used = [name for name in function.__code__.co_names if hasattr(law, name)]  # a global of the same name does no harm
+    members = {name: getattr(law, name) for name in used}
+    values: list[Any] = [compile_method(law, name, jit) if callable(each) else float(each) for name, each in members.items()]
     law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
     inner, bound = compile_plain(function, jit), law_type(*values)
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
 def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function, after the plain functions that it calls; `outer`, if given, compiles `function` itself."""
+    """Compile a plain function by `outer` or `jit`, after `jit` has compiled the plain functions that it calls."""
     if not isinstance(function, types.FunctionType):
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
@@ -79,6 +80,7 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
     except RuntimeError:  # no folder can be written
         return numba.njit(error_model="numpy", **options)(function)
     module = function.__module__.rpartition(".")[2]
+    # Numba names its files module.name-line..., with the stamp module.name_stamp-line...
     for old in Path(found.stats.cache_path).glob(f"{module}.{name}[_-]*"):
         if stamp not in old.name:
             old.unlink(missing_ok=True)
@@ -108,28 +110,43 @@ _COMPILED: dict[Hashable, Pointer | None] = {}
 """Machine code by the key of its function; None for a function that Numba does not compile."""
 
 
-def _identify(thing: object, depth: int = 0) -> Hashable:
+class _UnknownError(Exception):
+    """Error of a value that cannot be compared with one of an earlier call."""
+
+
+def _identify(function: object) -> Hashable:
     """Return a key of a function's code and the values it uses, equal for equal machine code; None if values are not known."""
-    if isinstance(thing, types.FunctionType):
-        used = {name: thing.__globals__[name] for name in _global_names(thing.__code__) if name in thing.__globals__}
-        cells = [cell.cell_contents for cell in thing.__closure__ or ()]
-        parts = [*used.items(), *cells, *(thing.__defaults__ or ())]
-        values = tuple(_identify(part, depth + 1) for part in parts) if depth < DEEPEST else (None,)  # (None,): not known
-        return None if None in values else (thing.__code__, *values)
+    try:
+        return _make_key(function, 0)
+    except _UnknownError:
+        return None
+
+
+def _make_key(thing: object, depth: int) -> Hashable:
+    """Return the key of a function or value at a depth of functions and objects that use each other."""
     if isinstance(thing, tuple):
-        values = tuple(_identify(part, depth) for part in thing)
-        return None if None in values else values
+        return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    if callable(thing) or isinstance(thing, types.ModuleType) or type(thing).__hash__ is not object.__hash__:
+    has_own_hash = callable(thing) or isinstance(thing, types.ModuleType) or type(thing).__hash__ is not object.__hash__
+    if has_own_hash and not isinstance(thing, types.FunctionType):
         try:
             hash(thing)
         except TypeError:
-            return None
+            raise _UnknownError from None
         return type(thing), thing
-    items = getattr(thing, "__dict__", {"": None}).items()  # {"": None}: an object without fields is not known
-    values = tuple(_identify(each, depth + 1) for each in items) if depth < DEEPEST else (None,)
-    return None if None in values else (type(thing), *values)
+    if depth == DEEPEST or not hasattr(thing, "__dict__"):
+        raise _UnknownError
+    head: object = thing.__code__ if isinstance(thing, types.FunctionType) else type(thing)
+    parts = _values_used(thing) if isinstance(thing, types.FunctionType) else thing.__dict__.items()
+    return (head, *(_make_key(part, depth + 1) for part in parts))
+
+
+def _values_used(function: types.FunctionType) -> Sequence[object]:
+    """Return the globals with their names, variables of closures and defaults of a function."""
+    known = function.__globals__
+    used = [(name, known[name]) for name in _global_names(function.__code__) if name in known]
+    return [*used, *(cell.cell_contents for cell in function.__closure__ or ()), *(function.__defaults__ or ())]
 
 
 DEEPEST = 8

@@ -1,8 +1,8 @@
-"""Laws as rows of the compiled table, and the contact kernel of joints with clearance in Exudyn.
+"""Laws as rows of a `table.Laws`, and the contact kernel of joints with clearance in Exudyn.
 
-The kernel computes the forces of all joints with the same pair of laws. Laws of this package are rows of numbers, so that one
-compiled kernel serves them all. A user's law is compiled separately, and its row has the address of the machine code. The kernel
-of a law that does more than arithmetic runs in plain Python.
+A row of the table has the kind of a law, addresses and numbers. A law of this package is given by its kind and numbers, so that
+one compiled kernel serves all laws. A user's law is compiled separately, and its row has the address of the machine code. The
+kernel computes the forces of all joints with the same pair of laws; if a law does more than arithmetic, it is plain Python.
 """
 
 from __future__ import annotations
@@ -61,12 +61,16 @@ FRICTION_KINDS: RowForms = {
 
 
 def _row_of(law: object, forms: RowForms) -> tuple[int, list[float]] | None:
-    """Return kind and numbers of a law of this package, or of a user's subclass of `HysteresisLaw`; None for other laws."""
-    has_form = type(law).__module__.startswith(laws.__name__)
+    """Return kind and numbers of a law of this package, or of a user's `HysteresisLaw` of another chi(e); None for other laws."""
     if isinstance(law, laws.HysteresisLaw):
-        has_form = type(law).force is laws.HysteresisLaw.force
-    form = next((forms[base] for base in type(law).__mro__ if base in forms), None) if has_form else None
-    return form and (form[0], [getattr(law, name, 2.0) for name in form[1]])  # 2.0: exponent of `LuGre`
+        is_known = type(law).force is laws.HysteresisLaw.force
+    else:
+        is_known = type(law).__module__.startswith(laws.__name__)
+    form = next((forms[base] for base in type(law).__mro__ if base in forms), None)
+    if form is None or not is_known:
+        return None
+    kind, names = form
+    return kind, [getattr(law, name, 2.0) for name in names]  # 2.0: exponent of `LuGre`
 
 
 def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
@@ -75,7 +79,7 @@ def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the normal law {type(law).__name__}"
-    return builder.add_law(key, NormalKind.CALLED, (), [function_pointer(law.force, 3)], about)
+    return builder.add_law(key, NormalKind.CALLED, (), [function_pointer(law.force, arguments=3)], about)
 
 
 def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> int:
@@ -85,9 +89,9 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
         return builder.add_law(key, *row)
     about = f"the friction law {type(law).__name__}"
     if isinstance(law, laws.BristleLaw):
-        pointers = [function_pointer(law.coefficient, 2), function_pointer(law.after, 3)]
+        pointers = [function_pointer(law.coefficient, arguments=2), function_pointer(law.after, arguments=3)]
         return builder.add_law(key, FrictionKind.BRISTLE_CALLED, (), pointers, about)
-    return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, 1)], about)
+    return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, arguments=1)], about)
 
 
 GEOMETRY = journal.GAP + 1
@@ -119,7 +123,8 @@ class Kernel:
 
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Make the kernel of two laws: compiled if Numba can do that, else in plain Python, which is twenty times slower."""
-    return (has_compiler() and compile_kernel(law, friction)) or make_plain_kernel(law, friction)  # type: ignore[arg-type]  # laws are frozen
+    compiled = compile_kernel(law, friction) if has_compiler() else None  # type: ignore[arg-type]  # laws can be hashed
+    return compiled or make_plain_kernel(law, friction)
 
 
 def make_plain_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
@@ -141,7 +146,8 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
     add_friction(table, friction)
     if not all(pointer.compiled for pointer in table.pointers):
         return None
-    constants = np.concatenate([np.array(table.codes, dtype=np.int64).ravel().view(float), np.array(table.numbers).ravel()])
+    codes = np.array(table.codes, dtype=np.int64).view(float)  # the bits of integers, in a row of floats
+    constants = np.concatenate([codes.ravel(), np.array(table.numbers).ravel()])
     return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
 
 
@@ -165,7 +171,9 @@ class _PairTable:
 
 
 def _laws_of(numbers: Array) -> Laws:
-    return Laws(numbers[GEOMETRY:FIRST_FLOAT].view(np.int64).reshape(2, CODES), numbers[FIRST_FLOAT:COLUMNS].reshape(2, NUMBERS))
+    """Return the table of the two laws in a joint's row of numbers."""
+    codes, floats = numbers[GEOMETRY:FIRST_FLOAT].view(np.int64), numbers[FIRST_FLOAT:COLUMNS]
+    return Laws(codes.reshape(2, CODES), floats.reshape(2, NUMBERS))
 
 
 def _normal(numbers: Array, depth: float, rate: float, onset: float) -> float:
@@ -196,9 +204,9 @@ def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers
 
 
 def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy a function of this module, with a report in the place of `_report`.
+    """Copy a function of this module, in which the global `_report` is a given report.
 
-    Numba caches a function on disk if it uses globals, but not if it has a closure or takes functions as arguments.
+    So the copy can call any report, as with a closure or an argument. But Numba caches on disk only functions that use globals.
     """
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 
@@ -215,6 +223,6 @@ def _functions() -> tuple[Any, Any]:
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
     compiled = []
     for function, out in ((_forces, vector), (_fill_report, table)):
-        compiled.append(compile_plain(_with_report(function, report), jit, partial(compile_cached, stamp=stamp)))
+        compiled.append(compile_plain(_with_report(function, report), jit, outer=partial(compile_cached, stamp=stamp)))
         compiled[-1].compile(void(float64, vector, vector, table, offsets, table, out))
     return compiled[0], compiled[1]

@@ -3,6 +3,7 @@
 ``coefficient(speed)`` is odd in the speed [m/s]. The friction force on the body sliding at that speed is
 -coefficient(speed) * N, with the normal force N [N]: it opposes the motion. All laws without a bristle are regularised: their
 force at rest is zero, so that a body on a slope creeps. The static coefficient is mu_s, the dynamic one mu_d, the speed v.
+STEP(x, x0, h0, x1, h1) is a cubic with zero slopes from h0 at x0 to h1 at x1, constant outside.
 
 References
 ----------

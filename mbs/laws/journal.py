@@ -5,8 +5,8 @@ n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c, the force on the pin F 
 at the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
 at which the surface of the pin slides over the surface of the bush at P.
 
-`MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From that step on, the
-bristle is bent at the mean of the sliding speeds at the step and now.
+`MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
+law computes the present one, for the time since and the mean of the sliding speeds at that step and now.
 
 Laws are functions of the numbers of a joint and of its state, so that `contact` compiles this module once for all laws.
 """
@@ -25,7 +25,7 @@ from .pieces import Reals
 Pair = tuple[Reals, Reals] | Array
 """Two components x and y, or two values, one of the pin and one of the bush."""
 Law = Callable[..., float]
-"""Function of a joint's row of numbers and of its state."""
+"""Function of a joint's row of numbers and of its state; `make_report` has the arguments."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
 """Columns of the report of a joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], normal n [1]."""
@@ -43,7 +43,7 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: `offset`, index of the body's first coordinate of (x, y, theta), -1 for ground, and its place.
+    """One side of a joint: the coordinates (x, y, theta) of its body begin at the index `offset`, -1 for the ground.
 
     `place` [m] is the body's node, or the point on the ground, at t = 0; `arm` [m] leads from `place` to the joint's centre.
     """
@@ -67,6 +67,11 @@ def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
     return EndState(x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w)
 
 
+def _states(offsets: Array, numbers: Array, q: Array, v: Array) -> tuple[EndState, EndState]:
+    """Compute the states of pin and bush from a joint's row of numbers, which begins with place and arm of both."""
+    return _state(offsets[0], numbers[:4], q, v), _state(offsets[1], numbers[4:8], q, v)
+
+
 def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: Pair) -> tuple[Reals, ...]:
     """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays.
 
@@ -84,7 +89,8 @@ def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: P
 def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[..., None]:
     """Make the function that fills row j of an array with the `COLUMNS` of joint j, for joints with these laws.
 
-    The laws return normal force [N], friction coefficient and bristle [m] from a joint's row of numbers and its state.
+    The laws are normal(numbers, depth, rate, onset) [N], friction(numbers, sliding, bristle) [1] and
+    bristle_after(numbers, bristle, speed, time) [m], with a joint's row of numbers.
     """
 
     def contact(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
@@ -102,7 +108,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
     def report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
         """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) belong to pin and bush."""
         for j in range(offsets.shape[0]):
-            pin, bush = _state(offsets[j, 0], numbers[j, :4], q, v), _state(offsets[j, 1], numbers[j, 4:8], q, v)
+            pin, bush = _states(offsets[j], numbers[j], q, v)
             out[j] = contact(numbers[j], pin, bush, t, memory[j])
 
     return report
@@ -115,7 +121,7 @@ def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, 
         radius, row = numbers[j, PIN], rows[j]
         if row[NORMAL] == 0.0:
             continue
-        pin, bush = _state(offsets[j, 0], numbers[j, :4], q, v), _state(offsets[j, 1], numbers[j, 4:8], q, v)
+        pin, bush = _states(offsets[j], numbers[j], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
             k = offsets[j, side]

@@ -1,7 +1,8 @@
 """Normal contact laws without a prescribed restitution, and Hertzian stiffness from material and radii.
 
 The depth d [m] is positive in contact, its rate d' [m/s] positive when penetrating, onset [m/s] > 0 is the approach speed at
-contact onset. A force pushes the bodies apart or is zero: no law here ever pulls.
+contact onset. A force pushes the bodies apart or is zero: no law here ever pulls. STEP(x, x0, h0, x1, h1) is a cubic with zero
+slopes from h0 at x0 to h1 at x1, constant outside.
 
 Hertzian stiffness is K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 +
 1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. The rule is that for spheres; studies of clearance joints use it for pins too.

@@ -10,8 +10,9 @@ s/(1 + chi s) ds from w to 1. With y = 1 + chi w these two equations give (2).
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
 
-Here W is the lower branch of Lambert's function. A constant force Q on the mass adds (Q/S)/y dx to (1). To first order in Q it
-increases x^2/2 by I Q/S, with I the integral of s/((1 + chi s)^2 x(s)) ds from w to 1. As f is stationary in w,
+Here W is the lower branch of Lambert's function. A constant force Q on the mass, towards the stop, adds (Q/S) dx/(1 + chi w) to
+the right side of (1). To first order in Q it increases x^2/2 by I Q/S, with I the integral of s/((1 + chi s)^2 x(s)) ds from w
+to 1. As f is stationary in w, the largest force follows from x and y at the peak:
 
     F = c0 S + c1 Q,     c0 = x y,     c1 = y I/x.                                  (3)
 

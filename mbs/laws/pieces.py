@@ -45,7 +45,7 @@ class NormalLaw(Protocol):
         """Exponent n of the elastic part K d^n [1]."""
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
-        """Return the contact force [N] >= 0, and 0 where depth <= 0; arguments as in `buckler.mbs.laws.normal`."""
+        """Return the contact force [N] >= 0: 0 where the depth [m] <= 0; `rate` of the depth, approach speed at `onset` [m/s]."""
 
     def elastic(self, depth: Reals) -> Reals:
         """Return the elastic part of the force [N]."""

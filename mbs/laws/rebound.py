@@ -40,7 +40,7 @@ def restitution(chi: float) -> float:
         return 1.0 - 2.0 / 3.0 * chi * (1.0 - 2.0 / 3.0 * chi)
     target = -_log1p_minus(chi)
     y = min(-math.expm1(-1.0 - target), math.sqrt(2.0 * target))  # above the root: g(y) > y^2/2 and g(y) > -ln(1 - y) - 1
-    while 1.0 - y > 0.0:
+    while y < 1.0:  # for large chi the root rounds to 1
         change = (-_log1p_minus(-y) - target) * (1.0 - y) / y
         y -= change
         if change <= _ROUNDING * y:
@@ -91,18 +91,8 @@ def _root(function: Callable[[float], float], highest: float) -> float:
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
     """Compute the restitution that a law delivers in a free impact.
 
-    The method ``delivered(mass, speed)`` of the law returns it; if the law has none, the impact is integrated.
-
-    Parameters
-    ----------
-    law : NormalLaw
-    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2); needed if the restitution depends on it
-    speed : float > 0, m/s, approach speed; needed if the restitution depends on it
-
-    Raises
-    ------
-    ValueError
-        If a mass or speed is needed and missing.
+    The method ``delivered(mass, speed)`` of the law returns it; if the law has none, the impact is integrated. A law whose
+    restitution depends on the effective mass m1 m2 / (m1 + m2) [kg] or the approach speed [m/s] raises ValueError without it.
     """
     closed_form = getattr(law, "delivered", None)
     if closed_form is not None:
@@ -128,13 +118,8 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
     It is 2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. For n > 1 it falls with
-    the speed, as v0^-((n - 1)/(n + 1)). Steps that resolve an impact are a fraction of this time.
-
-    Parameters
-    ----------
-    law : NormalLaw
-    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2)
-    speed : float > 0, m/s, approach speed
+    the speed, as v0^-((n - 1)/(n + 1)). Steps that resolve an impact are a fraction of this time. The effective mass is
+    m1 m2 / (m1 + m2) [kg], v0 the approach speed [m/s].
     """
     mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
     q = 1.0 / (law.exponent + 1.0)
@@ -142,33 +127,20 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
 
 
 def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
-    """Compute the restitution by integrating m d'' = -F from d = 0, d' = speed until the depth is zero again.
+    """Compute the restitution by integrating m d'' = -F, for a mass [kg] and an approach speed [m/s], until the depth is zero.
 
-    The equation is scaled by ``elastic_depth`` and the speed, and solved by LSODA; the relative error is about 1e-8.
-
-    Parameters
-    ----------
-    law : NormalLaw
-    mass : float > 0, kg
-    speed : float > 0, m/s
-
-    Returns
-    -------
-    float, separation speed over approach speed [1]
-
-    Raises
-    ------
-    RuntimeError
-        If the body is still in contact after a million times depth over speed.
+    The equation is scaled by ``elastic_depth`` and the speed, and solved by LSODA; the relative error is about 1e-8. The scaled
+    depth starts at 1e-13 and not at the onset, where a law may jump; 0 or 1e-10 changes the restitution by some 1e-10. A body
+    that is still in contact after `_LONGEST` raises RuntimeError.
     """
     from scipy.integrate import solve_ivp
 
     mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
     depth = elastic_depth(law, mass, speed)
-    scale = depth / (mass * speed**2)
+    scale = depth / (mass * speed**2)  # scaled acceleration over the force [1/N]
 
     def motion(_: float, state: np.ndarray) -> tuple[float, float]:
-        """Return the rates of scaled depth and speed."""
+        """Return the rates of depth/`depth` and rate/`speed` over the time in units of `depth`/`speed`."""
         x, v = state.tolist()
         return v, -scale * float(law.force(depth * x, speed * v, speed))
 

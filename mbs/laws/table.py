@@ -60,9 +60,11 @@ FrictionKind = IntEnum(
 )
 """Kinds of friction laws: laws of this package, and functions given by their address, without or with a bristle."""
 LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
-"""Columns of integers of a law or of a drive's motion: kind, and the addresses of one or two functions."""
-CODES = 4
-"""Number of columns of integers of a law; the last one is spare."""
+"""Columns of integers of a law: kind, address of its function, and address of a second one: its bristle after a time.
+
+Tables of the spectral solver use them also for the functions of both components of a force, or of travel and speed of a drive."""
+CODES = len(LawColumn)
+"""Number of columns of integers of a law."""
 NUMBERS = 8
 """Number of columns of floats of a law; LuGre, the longest, has 7."""
 
@@ -90,9 +92,9 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 
 
 def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float) -> float:
-    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its onset speed [m/s]."""
+    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its onset speed > 0 [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == NormalKind.POWER:  # p: stiffness, exponent, chi
+    if kind == NormalKind.POWER:  # p: stiffness, exponent, hysteresis factor
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
     if kind == NormalKind.VOIGT:  # p: stiffness, damping
         return max(0.0, p[0] * depth + p[1] * rate)
@@ -102,14 +104,14 @@ def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float
 
 
 def stribeck(speed: float, p: Array) -> float:
-    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta), p being mu_s, mu_d, v_str, delta, ..."""
+    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); the first four numbers p are mu_s, mu_d, v_str, delta."""
     return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
 
 
 def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     """Return dz/dt of a bristle [m/s]; zero for a law without a bristle."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == FrictionKind.LUGRE:
+    if kind == FrictionKind.LUGRE:  # p[4]: bristle stiffness s0
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
         step = 1e-9  # of a forward difference of the time [s], short compared with any motion
@@ -121,7 +123,7 @@ def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: fl
     """Return the bristle [m] after a time [s] at constant speed [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.LUGRE:
-        steady = stribeck(speed, p) / p[4]
+        steady = stribeck(speed, p) / p[4]  # deflection in steady sliding [m]
         return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
     if kind == FrictionKind.BRISTLE_CALLED:
         return call(tables.laws[law, LawColumn.SECOND_ADDRESS], (bristle, speed, time))
@@ -144,8 +146,8 @@ def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
         return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
     if kind == FrictionKind.STRIBECK:  # p: mu_s, mu_d, v_str, delta, v_reg, beta
         return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
-    if kind == FrictionKind.LUGRE:
-        return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed  # p[4:]: s0, s1, beta
+    if kind == FrictionKind.LUGRE:  # p: mu_s, mu_d, v_str, delta, s0, s1, beta
+        return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed
     if kind == FrictionKind.COEFFICIENT_CALLED:
         return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (speed,))
     return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (speed, bristle))
