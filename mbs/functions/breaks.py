@@ -20,8 +20,8 @@ from ..laws.compiled import evaluate_compiled
 
 WIDTH = 1e-5
 """Distance of samples, over the duration: 1e5 calls take some 20 ms. A single pulse that is shorter may be missed."""
-PIECE = 1 / 200
-"""Length of a piece, over the duration, above which any run resolves the piece without a step on its end."""
+PIECE = 500
+"""Length of a piece [samples], 1/200 of a run, above which any run resolves the piece without a step on its end."""
 MOST = 20_000
 """Most jumps and kinks that are located; the search then costs less than a tenth of a run that steps on them."""
 MOST_SMOOTH = 2000
@@ -35,7 +35,7 @@ DEGREE = 8
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
-"""Largest error of a polynomial relative to the function's range, and of its integral relative to that over the run."""
+"""Largest error of a polynomial over the range of the function; its integral may err by the same share of that of the run."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -88,7 +88,7 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
         return Edges(capped=True)
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # samples
-    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of the deviation from the median, in samples
+    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of |value - median|/range [samples]
     # samples a and b are the first at or after two neighbouring edges: the function is smooth from a + 1 to b - 1
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
@@ -221,9 +221,11 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
 def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
     """Yield the samples between polynomial pieces of a smooth interval from sample `first` to `last`, by recursive halving.
 
-    `allowed` is the largest allowed error of the integral of scaled values, in samples.
+    `allowed` is the largest allowed error of the integral of scaled values [samples], over a piece or `PIECE` samples of it: only
+    shorter pieces are quick changes.
     """
-    if last - first < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(last - first, PIECE / WIDTH)):
+    length = last - first
+    if length < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(length, PIECE)):
         return
     middle = (first + last) // 2
     yield from _split(values, first, middle, allowed)
@@ -235,7 +237,7 @@ def _find_quick_changes(first: int, inner: Iterator[int], last: int) -> Iterator
     """Yield the inner ends of pieces that are shorter than `PIECE`, of an interval from sample `first` to `last`."""
     before, here = first, next(inner, last)
     for after in chain(inner, (last,)):
-        if min(here - before, after - here) < PIECE / WIDTH and here < last:
+        if min(here - before, after - here) < PIECE and here < last:
             yield here
         before, here = here, after
 

@@ -66,7 +66,7 @@ Curve = Callable[[Array], Array]
 
 
 class Passed(NamedTuple):
-    """Edges [s] that a run passed between samples; `too_many` is True if there are too many to locate.
+    """Edges [s] that a run passed two or more at a time, between two samples; `too_many` is True if too many to locate.
 
     `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge.
     """
@@ -79,7 +79,7 @@ class Passed(NamedTuple):
 Called = tuple[Callable[..., object], Sequence[Argument]]
 """A function of time and states, and the states over a run."""
 MEASURE = 0
-"""Index of the state whose values steps can end on: elongation or angle. Speeds have kinks where bodies stick."""
+"""Index of the state at whose values steps can end: elongation or angle. No speed, as it has kinks itself where bodies stick."""
 
 
 class _Known(NamedTuple):
@@ -92,10 +92,14 @@ class _Known(NamedTuple):
 
     @classmethod
     def of(cls, state: int, course: Array, values: Array) -> _Known | None:
-        """Merge nearly equal values of a state with a course (times,); None for too many edges, or passages by a speed."""
+        """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None for too many.
+
+        Edges of the state `MEASURE` are counted as distinct values, those of another state as passages, each with a step.
+        """
         low, high, values = float(course.min()), float(course.max()), np.sort(values)
         distinct = values[np.diff(values, prepend=-np.inf) > ON_SAMPLE * (high - low)]
-        return cls(state, distinct, low, high) if len(distinct if state == MEASURE else values) <= MOST_EDGES else None
+        count = len(distinct if state == MEASURE else values)
+        return cls(state, distinct, low, high) if count <= MOST_EDGES else None
 
     def covers(self, time: Array, curves: Sequence[Curve]) -> bool:
         """Return True if the state stays in the searched range in a run, up to `BEYOND`."""
@@ -114,19 +118,21 @@ class EdgeMemory:
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
-        self._distance, self._confirmed = STOP_DISTANCE, False
-        self._known: dict[int, _Known] = {}  # by number of the function
+        self._distance = STOP_DISTANCE  # of stops from an edge, over its distance from the next one
+        self._confirmed = False  # True once settled edges were searched anew and did not shift
+        # functions have numbers, by their order in a run
+        self._known: dict[int, _Known] = {}
         self._names: list[str] = []  # of the element of each function
-        self._located: dict[str, Array] = {}  # values of the first state on which steps end, by element
-        self._times: dict[int, Array] = {}  # of the edges in the last run, by number of the function
-        self._kept: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}
+        self._times_before: dict[int, Array] = {}  # edges of each function in the last run [s]
+        self._located: dict[str, Array] = {}  # by element: values of the first state on which the run's steps end
+        self._of_time: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}  # by function and duration
 
     def of_time(self, function: Callable[..., object], duration: float) -> Edges:
         """Find the edges of a function of time, once for each duration [s]."""
         key = id(function), duration
-        if key not in self._kept:
-            self._kept[key] = function, breaks(function, duration)  # a reference to the function keeps its id unique
-        return self._kept[key][1]
+        if key not in self._of_time:
+            self._of_time[key] = function, breaks(function, duration)  # a reference to the function keeps its id unique
+        return self._of_time[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
         """Return, by element, the values of the first state at which functions have edges; the caller lets steps end there."""
@@ -143,7 +149,7 @@ class EdgeMemory:
             every_function.append((function, [each.curve(time, first) for each in arguments]))
         found, too_many = self._find(time, every_function)
         if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
-            self._known = {}  # settled edges are searched anew once, as a confirmation
+            self._known = {}  # known edges have settled: a search in this run confirms them, once for all runs
             found, too_many = self._find(time, every_function)
         shift, every, spacing = self._compare(time, found)
         self._located = {}
@@ -152,7 +158,8 @@ class EdgeMemory:
         self._confirmed = self._confirmed or settled
         self._distance /= 2 if settled else 1
         self.edges, self.stops = every, np.unique([every - self._distance * spacing, every + self._distance * spacing])
-        self.stops = self.stops if len(every) else passed
+        if not len(every):  # none, or too many to step beside each: steps end on those that were passed
+            self.stops = passed
         return Passed(passed, shift, too_many)
 
     def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
@@ -165,7 +172,7 @@ class EdgeMemory:
             edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
-            before, self._times[k] = self._times.get(k), times
+            before, self._times_before[k] = self._times_before.get(k), times
             if edges.capped:  # too many to be known
                 too_many = too_many or not _is_resolved(function, time, curves)
                 continue
@@ -179,7 +186,7 @@ class EdgeMemory:
             elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
                 self._known[k] = _Known(TIME, times)  # the same in two runs
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
-        capped = [function for function, edges in self._kept.values() if edges.capped]
+        capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
 
     def _is_located(self, k: int) -> bool:
@@ -191,7 +198,10 @@ class EdgeMemory:
         return state == MEASURE and bool((distance <= ON_SAMPLE * (high - low)).all())
 
     def _compare(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
-        """Return the largest shift of close edges since the last run, edges to step onto, and distances to the nearest edges."""
+        """Return the largest shift of close edges since the last run, the edges [s], and their distances [s] to the nearest ones.
+
+        There are no edges if they are more than `MOST_EDGES`.
+        """
         every, close = _merge(found, time), CLOSE * float(time[-1])
         every = every if len(every) <= MOST_EDGES else np.empty(0)
         spacing = np.minimum(_spacings(every), close)
@@ -291,7 +301,7 @@ def _is_resolved(function: Callable[..., object], time: Array, curves: Sequence[
     """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
     from scipy.interpolate import PchipInterpolator
 
-    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)
+    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `search` samples
     known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))
     error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
     return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)

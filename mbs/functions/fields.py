@@ -75,7 +75,7 @@ class Function(Callables):
         return f"a function of {self.variables}, in files {' or '.join(self.named) or 'a formula'}"
 
     def fits(self, raw: object) -> bool:
-        """Return True for a function, or a list with one function or number for each component."""
+        """Return True for a function, or a list of functions and numbers, one for each component and not all numbers."""
         if self.size > 1 and is_list(raw) and len(raw) == self.size:
             return any(super(Function, self).fits(part) for part in raw)
         return super().fits(raw)
@@ -100,7 +100,8 @@ class Function(Callables):
         zeros = [0.0] * len(names)
         at = f"{name} at {self.variables} = 0"
         value = call_checked(name, function, *zeros)(*zeros)
-        Quantity(self.unit).read(at, value) if self.size == 1 else Vector(self.unit).read(at, value)
+        result: Spec = Quantity(self.unit) if self.size == 1 else Vector(self.unit)  # two components, the largest `size`
+        result.read(at, value)
 
     def make(self, name: str, raw: object) -> Any:
         """Return the function of a raw value, without a call."""
@@ -122,7 +123,7 @@ class Law(Function):
     @property
     def words(self) -> str:  # type: ignore[override]
         """Text after 'must be' in messages: variables of the law, and its form in files."""
-        return f"{super().words}, where the load has states of them, too"
+        return f"{super().words}; also of the load's states if it has any"
 
     def read(self, name: str, raw: object) -> Any:
         """Return the law, built from a formula or a document if necessary."""

@@ -36,15 +36,16 @@ class Piecewise(UserFunction, Declared):
         return tuple(self.value.variables)  # type: ignore[attr-defined]
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:
-        """Return the breaks in (0, duration) [s], at a jump the last time before it; all breaks for an infinite duration."""
+        """Return the breaks in (0, duration) [s], at a jump the last time before it; `breaks` for an infinite duration."""
+        if duration == inf:
+            return tuple(map(float, self.breaks))
         breaks = np.array(self.breaks, dtype=float)
-        if self.period is not None and duration < inf:
-            breaks = (breaks % self.period + self.period * np.arange(ceil(duration / self.period) + 1)[:, None]).ravel()
-        if not duration < inf:
-            return tuple(breaks.tolist())
-        others = count_others(self.value)
-        times, _ = sharpen(lambda t: evaluate(self.value, t, *[0.0 * t] * others), np.sort(breaks), duration)
-        return tuple(times.tolist())
+        if self.period is not None:
+            starts = self.period * np.arange(ceil(duration / self.period) + 1)[:, None]
+            breaks = (breaks % self.period + starts).ravel()
+        others = count_others(self.value)  # other arguments are zero
+        times_before, _ = sharpen(lambda t: evaluate(self.value, t, *[0.0 * t] * others), np.sort(breaks), duration)
+        return tuple(times_before.tolist())
 
     def __call__(self, *values: Any) -> Any:
         """Return the value at time and states."""

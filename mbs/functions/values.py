@@ -44,7 +44,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     needs the duration of the run [s]; without the duration, other functions have no kinks.
     """
     if isinstance(function, Integral) and duration < inf:
-        function.span(duration)
+        function.span(duration)  # the run's duration: now it divides the integral into pieces
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
     if hasattr(function, "made_of"):
@@ -52,7 +52,10 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     times: tuple[float, ...] | None = getattr(function, "kinks", None)
     if times is not None:
         return tuple(t for t in times if 0 < t < duration) if duration < inf else times
-    return current_memory(EdgeMemory()).of_time(function, duration).times if callable(function) and 0 < duration < inf else ()
+    if not callable(function) or not 0 < duration < inf:
+        return ()
+    memory = current_memory(default=EdgeMemory())  # in a call, each function is searched once
+    return memory.of_time(function, duration).times
 
 
 class UserFunction:
@@ -254,13 +257,13 @@ class Components(UserFunction, Declared):
 
 
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """Return scalar functions of variables, one for each component of a function; a Python function has `size` components.
+    """Return one scalar function of variables for each component of a function; a Python function has `size` components.
 
     A formula of other variables raises ValueError.
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
-    if hasattr(function, "kinks_until"):
+    if hasattr(function, "kinks_until"):  # a `Piecewise`, whose value is a function
         return numbers_of(function.value, variables, size)
     if isinstance(function, Expression):
         return [function.of(variables)]
