@@ -77,8 +77,6 @@ class Follower:
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
-    # --- steps in time ----------------------------------------------------------------------------------------------------
-
     def _follow(self, duration: float) -> Course:
         """Follow the motion from the start to the end or to a singular pose, and return the anchors."""
         linkage = self.linkage
@@ -132,8 +130,6 @@ class Follower:
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
 
-    # --- sampling ---------------------------------------------------------------------------------------------------------
-
     def at(self, times: Array) -> Course:
         """Return the motion at times before the end [s]."""
         parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
@@ -148,8 +144,6 @@ class Follower:
             raise UnclosedError(float(times[0]))
         halves = [self._at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
-
-    # --- record -----------------------------------------------------------------------------------------------------------
 
     def record(self, course: Course) -> Record:
         """Make the record of the motions of links and blocks, without channels."""

@@ -22,10 +22,7 @@ from .determined import Ended, Follower, UnclosedError
 SAMPLES_PER_TURN = 400
 """Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
 SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the `Follower`, over the solver's setting `contact_resolution`.
-
-The setting, 40 by default, is how finely a user wants fast parts of a motion resolved; 40 gives 8 samples, a tenth of it one.
-"""
+"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`: 8 for the default, which is 40."""
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 

@@ -108,8 +108,6 @@ class Linkage:
         """Equations of all rows."""
         return Forms(self.rows, len(self.index), Ends(self._number, self._arm, self._position_at_start))
 
-    # --- positions and velocities -----------------------------------------------------------------------------------------
-
     def position(self, link: str, point: str, q: Array) -> Array:
         """Return the position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
         if link == GROUND:
@@ -125,8 +123,6 @@ class Linkage:
         i = self.index[link]
         arm = self.position(link, point, q) - q[..., i, :2]
         return q_t[..., i, :2] + q_t[..., i, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-
-    # --- constraints ------------------------------------------------------------------------------------------------------
 
     def system(self, q: Array) -> tuple[Array, Array]:
         """Compute residuals C (..., rows) without travel of drives and Jacobian J (..., rows, 3 links) from q (..., links, 3)."""
@@ -235,10 +231,7 @@ def rank(jacobian: Array) -> int:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, whose rows are involved in a contradiction or a linear dependence of rows.
-
-    `names` has the element of each row, `weights` (rows,) its residual or its coefficient in the dependence.
-    """
+    """Return the elements, each once, of rows that contradict or depend on each other; `weights` are residuals or shares."""
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
     return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 

@@ -45,8 +45,6 @@ class Scene:
         found: Scene = mechanism.scene  # type: ignore[attr-defined]
         return found
 
-    # --- parts ------------------------------------------------------------------------------------------------------------
-
     @cached_property
     def elements(self) -> dict[str, Element]:
         """All elements by their names."""
@@ -73,8 +71,6 @@ class Scene:
         kinds = Counter(type(link.body).__name__ for link in self.mechanism.links)
         kinds.update(type(each).__name__ for each in self.elements.values() if not isinstance(each, Link))
         return kinds
-
-    # --- constraints ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def start(self) -> Start:
@@ -135,8 +131,6 @@ class Scene:
         """True if constraints alone determine the motion, and all elements have known forces in a known motion."""
         return not self.why_not_kinematic
 
-    # --- sizes and times --------------------------------------------------------------------------------------------------
-
     @property
     def size(self) -> float:
         """Length of the longest link [m]."""
@@ -159,8 +153,6 @@ class Scene:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
         return tuple(sorted({*times, *edges_along(duration)}))
-
-    # --- choice of solvers ------------------------------------------------------------------------------------------------
 
     @cached_property
     def has_user_code(self) -> bool:

@@ -113,10 +113,7 @@ Piece = tuple[Step, TangentState, TangentState, Array]
 def _pieces(
     arc: Arc, step: Step, before: TangentState, after: TangentState, end: Array, last: tuple[Step, TangentState] | None
 ) -> Iterator[Piece]:  # fmt: skip
-    """Halve a step until no eigenvalue decreases by more than `MOST_DECREASE`, so that none passes zero twice in a piece.
-
-    The decrease extrapolated from the step before is limited as well.
-    """
+    """Halve a step until no eigenvalue decreases more than `MOST_DECREASE` in a piece, nor by extrapolation of the last."""
     mu, mu_after, *_ = _pairs(arc.problem, step, before, after)
     decreases = (mu - mu_after) / np.where(mu, mu, np.inf)
     if last is not None:

@@ -142,10 +142,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of the critical points and ends of two paths by name; infinite for points of one path only.
-
-    Ends are compared at the points of the first link that has mass.
-    """
+    """Return differences of critical points by name, infinite for points of one path only, and of the ends of the first link."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
@@ -204,10 +201,7 @@ class _Follower:
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
-        """Append equilibria, their stability and critical points to those of the start; return the reason of the end.
-
-        Critical points are not searched in a step that begins at a branching or passes a corner.
-        """
+        """Append equilibria, their stability and critical points to those of the start; return the reason of the end."""
         at_branching = direction is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
         direction = self.continuation.direction(rests[0], None) if direction is None else direction
@@ -223,7 +217,7 @@ class _Follower:
                 length = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
                 continue
             state, found = state_at(self.problem, step.new), list[Critical]()
-            if not (at_branching or at_corner):
+            if not (at_branching or at_corner):  # there eigenvalues are zero or jump
                 found = find_criticals(self.continuation, step, state_before, state, after, last)
             if leaving := self._find_branch(found):
                 number, direction = leaving

@@ -10,8 +10,6 @@ is that of the longest link, of an angle 1 rad; the extent of a length is the si
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..elements import Rope
@@ -138,14 +136,13 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
 
     The first tau is 0 and then estimated. A step that is refused is repeated with a smaller tau.
     """
-    n = problem.scene.size
     begin, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
-    mass_matrix = begin.build(mass)[:n, :n]
     if tau == 0.0:
-        ratio = float(np.median(np.abs(begin.stiffness.diagonal()) / mass_matrix.diagonal()))  # square of a frequency [1/s^2]
+        masses = begin.build(mass).diagonal()[: problem.scene.size]
+        ratio = float(np.median(np.abs(begin.stiffness.diagonal()) / masses))  # square of a frequency [1/s^2]
         tau = 1.0 / max(ratio, 1e-6)  # 1e-6: without stiffness; any small one, as tau adapts
     for _ in range(60):  # each at least halves tau
-        new, change = _iterate(problem, rest, begin, mass, mass_matrix, tau)
+        new, change = _iterate(problem, rest, begin, mass, tau)
         if new is not None:
             growth = min(4.0, max(1.2, TARGET_MOVE / max(change, 1e-300)))  # by 1.2 at least, towards steps of Newton's method
             return new, growth * tau, change
@@ -153,16 +150,14 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
 
 
-def _iterate(
-    problem: Problem, rest: Rest, begin: Equations, mass: Array, mass_matrix: Any, tau: float
-) -> tuple[Rest | None, float]:  # fmt: skip
+def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: float) -> tuple[Rest | None, float]:
     """Solve for an implicit step by Newton's method; return the state, None if the step is refused, and the change in units.
 
     Forces less constraint forces must do work along the step where it begins, and less work against it where it ends: else it
     went deep into a contact that was open. The step is accepted at the first iteration with both.
     """
     n, units = problem.scene.size, problem.units
-    new, last = rest, begin
+    mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
     for iteration in range(CORRECTIONS):
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
         matrix, force_unit = problem.scale_matrix(last, mass / tau)  # lines of the system in units of force and length

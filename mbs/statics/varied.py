@@ -35,10 +35,7 @@ class Varied(Problem):
             self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences, for which `residuals` is no help.
-
-        The number then has another value: all methods that use the scene set it first.
-        """
+        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences; the number is left changed."""
         step = STEP * max(abs(rest.parameter), abs(self.initial), 1e-300)
         sides = []
         for p in (rest.parameter + step, rest.parameter - step):
