@@ -21,6 +21,7 @@ from ..modal.planar import STATIONS
 from ..record.lookup import unknown
 from ..record.run import collect
 from .compiling import jit
+from .contacts import get_depth
 from .forces import add_one
 from .frame_body import FrameBody
 from .markers import place_markers
@@ -29,8 +30,8 @@ from .recording import compute_acceleration, record_of
 from .scene import CompiledScene
 from .tables import Instant, Memory, Report, State
 
-Source = IntEnum("Source", "REPORT MARKER ACCELERATION MULTIPLIER", start=0)
-"""Sources of a column: report of a force, state of a marker, its acceleration, multiplier of a constraint."""
+Source = IntEnum("Source", "REPORT DEPTH MARKER ACCELERATION MULTIPLIER", start=0)
+"""Sources of a column: report of a force, depth of a contact, state of a marker, its acceleration, multiplier of a constraint."""
 Transform = IntEnum("Transform", "PLAIN MAGNITUDE POSITIVE", start=0)
 """Transforms of a column: none, its magnitude, its part above zero."""
 
@@ -41,7 +42,7 @@ def evaluate(tables, work, out, columns, factors, values):
     forces, unused_sum = tables.forces.shape[0], np.zeros(out.q.shape[1])
     is_needed = np.zeros(forces, dtype=np.bool_)  # forces whose report is a signal
     for source, index, _, _ in columns:
-        if source == Source.REPORT:
+        if source == Source.REPORT or source == Source.DEPTH:
             is_needed[index] = True
     for i in range(out.time.size):
         since = 0.0  # time since the step's start, which is the same for all forces
@@ -56,6 +57,8 @@ def evaluate(tables, work, out, columns, factors, values):
             source, index, component, transform = columns[c]
             if source == Source.REPORT:
                 value = work.reports[index, component]
+            elif source == Source.DEPTH:
+                value = get_depth(tables, work.reports, index)
             elif source == Source.MARKER:
                 value = work.state[index, component]
             elif source == Source.MULTIPLIER:
@@ -121,13 +124,17 @@ def _find_column(scene: CompiledScene, name: str) -> Column | None:
     return next((column for column in found if column is not None), None)
 
 
+PENETRATION = (Source.DEPTH, 0, Transform.POSITIVE)
+"""Source, component and transform of the penetration of a contact, whose depth is negative while it is open."""
 JOINT = {
-    "normal_force": (Report.VALUE, Transform.PLAIN), "friction_force": (Report.FRICTION, Transform.PLAIN),
-    "penetration": (Report.LENGTH, Transform.POSITIVE), "sliding_speed": (Report.SLIP, Transform.PLAIN),
-}  # fmt: skip
-"""Columns of the report of a joint with clearance, by quantity."""
-STOP = {"contact_force": (Report.VALUE, Transform.MAGNITUDE), "penetration": (Report.LENGTH, Transform.POSITIVE)}
-"""Columns of the report of a stop, by quantity. Its force acts along a measure, so its sign tells the side of the face."""
+    "normal_force": (Source.REPORT, Report.VALUE, Transform.PLAIN),
+    "friction_force": (Source.REPORT, Report.FRICTION, Transform.PLAIN),
+    "sliding_speed": (Source.REPORT, Report.SLIP, Transform.PLAIN),
+    "penetration": PENETRATION,
+}
+"""Source, component and transform of the signals of a joint with clearance, by quantity."""
+STOP = {"contact_force": (Source.REPORT, Report.VALUE, Transform.MAGNITUDE), "penetration": PENETRATION}
+"""Source, component and transform of the signals of a stop. Its force is signed, as it acts along a measure."""
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
@@ -136,8 +143,10 @@ def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | N
         element = scene.source.elements.get(name)
         joint = isinstance(element, Clearance) and element.point == owner
         if joint or (isinstance(element, Stop) and name == owner):
-            found = (JOINT if joint else STOP).get(quantity)
-            return found and Column(Source.REPORT, k, *found)
+            if quantity not in (quantities := JOINT if joint else STOP):
+                return None
+            source, component, transform = quantities[quantity]
+            return Column(source, k, component, transform)
     return None
 
 

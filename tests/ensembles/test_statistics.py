@@ -94,6 +94,19 @@ def test_columns_are_the_signals_of_a_record():
         assert values[:, k] == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
 
 
+def test_columns_of_a_stop_are_the_signals_of_a_record():
+    law = Impact(1e6, 1e2, 1e-5)
+    scene = CompiledScene.of(mbs.slider_crank(mbs.Rigid(mbs.Section(0.030, 2e-3)), law=law, mass=0.3, speed=1.25))
+    channels = Channels.of(scene, ["B.contact_force", "B.penetration"])
+    out, failure, _ = integrate(scene, 2.0, mbs.Spectral())
+    values, signals = channels.values(scene, out), collect(record_of(scene, out))
+    assert failure is None and len(channels.columns) == 2
+    for k, name in enumerate(channels.names):
+        exact = signals[name].values
+        assert exact.max() > 0.0
+        assert values[:, k] == pytest.approx(exact, abs=1e-9 * exact.max())
+
+
 def test_places_of_a_modal_link_are_those_of_its_motion():
     modal = mbs.Modal(mbs.Section(0.02, 0.005), BarModes(3, 1))
     scene = CompiledScene.of(rattling(rocker=modal))
