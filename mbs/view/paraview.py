@@ -31,10 +31,7 @@ class MeshSolid(NamedTuple):
 
 
 def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = None) -> Path:
-    """Write the motion of a run as an .xdmf file, at the times of its movie or at others [s]; see `Result.write_paraview`.
-
-    The record of the run, from which a movie at other times is made, is part of the result's film unless it was pickled.
-    """
+    """Write the motion of a run as an .xdmf file, at the times of its movie or at others [s]; see `Result.write_paraview`."""
     from meshio.xdmf import TimeSeriesWriter
 
     path = Path(path)
@@ -42,7 +39,7 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
         raise ValueError(f"path = '{path}': must end in .xdmf")
     movie = result.movie
     if times is not None:
-        record = result.film.record
+        record = result.film.record  # of the run, from which a movie at any times can be made
         if record is None:
             raise ValueError("times: a pickled result holds its movie's times only")
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))

@@ -60,7 +60,7 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
     """Collect the data that the script of the page shows."""
     store, measures = ArrayStore(), import_late("sensitivity.measures:measures")(result, texts)
     read_signals = [name for measure in measures for name in measure.signals] if texts else []
-    data = {
+    return {
         "title": title,
         "status": str(result.status),
         "ok": bool(result.ok),
@@ -74,8 +74,8 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
         "signals": _signals(result, store, first_shown(result, read_signals)),
+        "store": store.text(),  # last: the motion and the signals fill it
     }
-    return data | {"store": store.text()}
 
 
 def blank(title: str) -> dict[str, Any]:

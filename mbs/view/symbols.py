@@ -181,13 +181,10 @@ def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
-    """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow.
-
-    The wall is fixed in the frame of a point of the body with the face, and drawn where the face is at t = 0.
-    """
+    """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
     normal, side = stop.face_normal(mechanism), stop.side(mechanism)
-    body, reference = place(stop.origin(mechanism))
+    body, reference = place(stop.origin(mechanism))  # point of the body with the face, in whose frame the wall is fixed
     frame = sheet.at(body, reference)
     (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
     is_block = stop.point in {guide.point for guide in mechanism.guides}
@@ -228,14 +225,12 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals.
-
-    The point is that of the second body of a joint, unless this is the ground. The turn of the frame has no effect.
-    """
+    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")
-        frame = sheet.at(body, point) if body not in ("", GROUND) else sheet.frame(place(point).point)
+        is_on_body = body not in ("", GROUND)  # a joint's point on the second body, where the force acts
+        frame = sheet.at(body, point) if is_on_body else sheet.frame(place(point).point)
         yield Arrow(frame, "force", (f"{name}.fx", f"{name}.fy"))
 
 
