@@ -43,7 +43,7 @@ from .library import crank_rocker, slider_crank
 from .mechanism import Mechanism
 from .record.errors import Status
 from .record.result import Result
-from .solvers import Closure, Controlled, Equal, Exudyn, Spectral
+from .solvers import Closure, Controlled, Equal, Exudyn, Spectral  # Controlled and Equal: lengths of steps
 
 if TYPE_CHECKING:
     from .engine.build import build

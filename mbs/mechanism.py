@@ -106,7 +106,7 @@ class Mechanism(Parts):
 
     points: Mapping[str, Pair] = field(
         Places(Vector("m"), "points"),
-        "places at t = 0; a point may be left out if lengths and angles of links determine it, or if a link carries it",
+        "places at t = 0; a point may be left out if lengths and angles of links determine it, or if a link `carries` it",
     )
     links: Sequence[Link] = field(Links(Part((Link,))), "what moves; by name in files")
     joints: Sequence[Joint] = _elements("joints", "what joins links")

@@ -115,7 +115,7 @@ class Ticker:
 
 
 class Watch:
-    """Count of the steps or runs of one call, with its time limit and Ctrl-C.
+    """Count of the steps or runs of one call, with its time limit [s] and Ctrl-C.
 
     `share` is the fraction of the call that is done, 0 if unknown, `most` the largest number of steps. `ended` is the reason for
     which the call was stopped, '' while it may go on; `best` is the best answer so far.
@@ -143,7 +143,7 @@ class Watch:
             raise TimeUpError(self.ended)
 
     def end_run(self, failure: tuple[str, str] | None) -> None:
-        """Raise the exception of Ctrl-C or of the time limit if either ended a run, whose failure is (status, message)."""
+        """Raise the exception of Ctrl-C or of the time limit if either ended a run; `failure` is the run's (status, message)."""
         self.check()
         if failure and failure[0] == "INTERRUPTED":
             raise KeyboardInterrupt(CTRL_C)

@@ -60,14 +60,14 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Places, contacts and reactions are compared up to the time at which the runs separate. Allowed is the sum of both errors, at
-    least `least`; if one error is not known, it is 5 % (`STRIKE`) for all signals, places included.
+    Places, contacts and reactions are compared up to the time at which the runs separate. The allowed difference is the sum of
+    both errors, at least `least`; if one error is not known, it is 5 % (`STRIKE`) for all signals, places included.
     """
     first, second = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(second)
     limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
     known = errors_a.known and errors_b.known
-    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # before the end of the run if it is chaotic
+    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # before the end of a run that is chaotic
     rattles = bool(Scene.of(a.record.mechanism).clearances)
     may_be_chaotic = rattles or min(ends, default=inf) < first.time[-1]
     until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if may_be_chaotic else inf

@@ -24,15 +24,16 @@ from .check import check, without
 BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip is buckled: pinned ones thinner than a 13th of their length buckle at less."""
 GROWTH = 14.0
-"""Time integral of the growth rate of a disturbance after which a strip must have bent: e^14 is 1e6."""
+"""Time integral of the growth rate after which a strip must have bent: a disturbance has grown by e^14, a million times."""
 UNBENT = 1e-3
 """Change of the deflection, over the length, up to which a strip has not bent."""
 AXIAL = 0.5
-"""Share of axial strain in the end shortening above which a strip is not buckled."""
+"""Axial strain over relative end shortening, above which a strip is not buckled: bending shortens it less than axial strain."""
 POSES = 25
 """Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Share of the smaller compression of the neighbouring poses, below which a rate counts as zero lest it warn wrongly; chosen."""
+"""Least compression at a sample, over the smaller one of the poses before and after, at which their growth rates count. With less
+compression bending grows more slowly, so that the rate counts as zero and no strip is suspected wrongly. A convention."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked."""
 
@@ -97,7 +98,10 @@ def _may_grow(link: Link, time: Array, force: Array) -> bool:
 
 
 def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
-    """Return rates at all samples from those at poses: the smaller one of the two neighbours, or zero below `LESS_FORCE`."""
+    """Return growth rates [1/s] at all samples from those at poses: the smaller one of both neighbours, or zero by `LESS_FORCE`.
+
+    `poses` are the indices of the samples at which the rates are known.
+    """
     following = np.searchsorted(poses, np.arange(len(compression)), side="right")
     before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
     least = np.minimum(compression[poses[before]], compression[poses[after]])
@@ -108,8 +112,7 @@ def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
 def _unbent(record: Record, result: Result, link: Link) -> Array:
     """Return True at samples at which a strip has its initial deflection, so not for an arch that has snapped through."""
     deflection = result.signals[f"{link.name}.deflection"]
-    unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
-    return unbent
+    return np.asarray(np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length)
 
 
 def growth_exponent(time: Array, rate: Array) -> Array:
