@@ -10,8 +10,6 @@ References
 B. Szabo, I. Babuska, Finite Element Analysis (1991), ch. 3 (ISBN 978-0-471-50273-9).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache, lru_cache
 

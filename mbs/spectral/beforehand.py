@@ -1,7 +1,5 @@
 """Compile all functions of both integrators before the first run: `buckler --compile`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..elements import Beam, Clearance, Rigid, Section

@@ -5,8 +5,6 @@ Numba stops at the intermediate code of LLVM, which is optimised as a part of th
 arrays in all, are passed to them by reference, as one pointer to the addresses and shapes of the arrays.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial, reduce

@@ -3,8 +3,6 @@
 A marker is a point of a body with an angle; a measure is a length or an angle between two markers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -8,8 +8,6 @@ Distances [m] in `controls`: a contact counts as at its face within `face_tolera
 arrived within `closing_gap`. The explicit method ends such steps at the face: both gaps are 0.
 """
 
-from __future__ import annotations
-
 from ..laws.table import LawColumn, NormalKind
 from .compiling import compiled
 from .tables import ForceKind, Forces, Memory, Report

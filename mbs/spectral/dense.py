@@ -4,8 +4,6 @@ Coordinates and rates follow from the polynomial of fifth degree with their valu
 step. Second rates and multipliers follow from the equations of motion.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..geometry import Array

@@ -4,8 +4,6 @@ Unknowns are coordinates, then constraints, for their multipliers. A constraint 
 and reasons: docs/theory-spectral.md, matrices.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from functools import lru_cache
 from heapq import heapify, heappop, heappush

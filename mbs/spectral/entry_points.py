@@ -6,8 +6,6 @@ Matrices are stored as their slots, the entries that can be nonzero, with one mo
 stores G row by row: entry i is the derivative by coordinate `tables.block_unknowns[i]`. The last entry of a row is not used.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .compiling import jit

@@ -3,8 +3,6 @@
 G is the Jacobian of the constraints; G v = speed and G a = change are their first and second time derivatives.
 """
 
-from __future__ import annotations
-
 from .compiling import compiled, copy
 from .contacts import compute_time_past_events, is_at_edge, is_contact, update_onset
 from .fronts import solve

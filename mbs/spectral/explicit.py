@@ -8,8 +8,6 @@ The state y of a step is (q, v, bristles): n coordinates, their n rates, a defle
 compiled functions change are arrays of one element, such as `state.largest_rate[0]`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

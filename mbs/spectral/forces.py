@@ -5,8 +5,6 @@ along a measure are the measure and, of friction at a face, the contact; of othe
 (6, 6), derivatives of the forces on markers a and b by their (x, y, angle), `c` those by their rates.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..laws.table import LawColumn, call

@@ -1,7 +1,5 @@
 """Bodies with a frame: rigid links, and modal links by the planar floating frame of `buckler.mbs.modal.planar`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import atan2, hypot
 from typing import cast

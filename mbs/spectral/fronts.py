@@ -11,8 +11,6 @@ the constraint of the largest: of two nearly redundant constraints the better co
 below rounding counts as zero, and so does the multiplier of its redundant constraint.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from .compiling import compiled, inline, view

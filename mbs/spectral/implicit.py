@@ -4,8 +4,6 @@ A stop is a time at which a step must end: a kink of a function of time, or the 
 rule (Hairer and Wanner 1996, IV.8). The records `clock`, `controls`, `counts` and the rows `out` are described in `output`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from . import contacts, samples

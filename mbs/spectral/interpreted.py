@@ -1,7 +1,5 @@
 """Functions of `compiling` without a compiler, which return functions unchanged."""
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 from ..geometry import Array

@@ -11,8 +11,6 @@ I + 2 radial.eta + eta.gram eta. Its coupling with the modes is gyration^T eta =
 Local names: o is the frame's first coordinate, x; o + 2 its angle; e the first amplitude; m the number of modes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from . import markers

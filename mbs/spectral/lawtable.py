@@ -4,8 +4,6 @@ Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a 
 meaning depends on its kind. Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..laws import table

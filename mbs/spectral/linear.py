@@ -9,8 +9,6 @@ The integrators factor the same matrices in compiled code (`fronts`), whose pivo
 chooses its pivots freely. So it also factors where neither mass nor stiffness, but only constraints, hold a mechanism.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -7,8 +7,6 @@ second rates of the coordinates: columns AX, AY, SPIN_BIAS of a marker's state, 
 Local names: m a marker, d the index of its first number in tables.data, j and dj for J and J', c and sn for cosine and sine.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .compiling import compiled, inline
