@@ -15,12 +15,10 @@ import numpy as np
 from ..declare import Either, Nothing, Quantity, Vector, declared, field, flag, names, part, quantity
 from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
-from .element import GROUND, Parts, Push, Recorded, place
+from .element import GROUND, Pair, Parts, Push, Recorded, place
 from .load import Load, Stateful, States
 from .references import angle_reference, check_link, check_reference, check_turning, holder, holder_reference
 from .signal import Energy, Kind, Signal, vector
-
-Pair = tuple[float, float]
 
 
 @declared

@@ -124,11 +124,8 @@ class Kernel:
 def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Make the kernel of two laws: compiled if Numba can do that, else in plain Python, which is twenty times slower."""
     compiled = compile_kernel(law, friction) if has_compiler() else None  # type: ignore[arg-type]  # laws can be hashed
-    return compiled or make_plain_kernel(law, friction)
-
-
-def make_plain_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Make the kernel of two laws in plain Python."""
+    if compiled is not None:
+        return compiled
     bristle_law = as_bristle_law(friction)
     report = journal.make_report(
         lambda _numbers, *state: law.force(*state),

@@ -89,10 +89,6 @@ class NoFriction(Declared):
 class Coulomb(Declared):
     """mu(v) = mu_d v/v_reg for |v| < v_reg, mu_d sign(v) beyond; plus a viscous term beta v.
 
-    References
-    ----------
-    Marques et al. (2016), doi 10.1007/s11071-016-2999-3.
-
     Examples
     --------
     >>> Coulomb(0.1, v_reg=1e-3).coefficient(-0.5)
