@@ -67,14 +67,8 @@ class Rod:
     def at_shortening(self, shortening: float) -> RodSolution:
         """Find the buckled equilibrium at an end shortening, 1 - chord/L, up to 1.5.
 
-        With the default `nodes` the residual is 1e-14 at 1.5; at 1.7, near the closed loop, it would be 1e-11.
-
-        Raises
-        ------
-        ValueError
-            If the rod has that shortening without buckling.
-        NewtonDivergedError, WrongBranchError
-            If no buckled equilibrium was found.
+        With the default `nodes` the residual is 1e-14 at 1.5; at 1.7, near the closed loop, it would be 1e-11. A shortening that
+        the rod has without buckling raises a ValueError, an equilibrium that is not found a RodError.
         """
         half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
         lowest = self.critical_load / self.axial

@@ -45,7 +45,7 @@ MOST_CORRECTION = 0.3
 
 @dataclass(frozen=True)
 class Load:
-    """Dead loads and displacements of the end, all in proportion to the load factor.
+    """Dead loads and displacements of the end, all in proportion to the load factor; their numbers lie in -1e6 to 1e6.
 
     Attributes
     ----------
@@ -53,11 +53,6 @@ class Load:
     moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive, if the support leaves the rotation free
     inner : (float, float), F L^2/(E I), force on the point `Strip.at`
     move : (float, float, float), displacement over L in x and y, and rotation, rad, of the end s = 1 as far as prescribed
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite or larger than 1e6.
     """
 
     end: tuple[float, float] = (0.0, 0.0)
@@ -108,6 +103,9 @@ class StripEquilibrium:
 class Strip:
     """A strip from (0, 0), normalised by its stress-free length and its bending stiffness.
 
+    A straight inextensible strip between two fixed ends has no unique axial force: give it a finite axial stiffness or a bow. An
+    attribute outside its range raises a ValueError.
+
     Attributes
     ----------
     start : "clamped" or "pinned", support at s = 0
@@ -117,15 +115,6 @@ class Strip:
     shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
     at : float, arc length over L of the inner load, 0.01 to 0.99
     nodes : int, collocation points of each of the two pieces, 4 to 200
-
-    Raises
-    ------
-    ValueError
-        If an attribute lies outside its range, is no number, or if `angle` does not give one finite angle for each s.
-
-    Notes
-    -----
-    A straight inextensible strip between two fixed ends has no unique axial force: give it a finite axial stiffness or a bow.
     """
 
     start: str = "clamped"
@@ -169,21 +158,11 @@ class Strip:
         return float(integral @ np.cos(angle)), float(integral @ np.sin(angle)), float(angle[-1])
 
     def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> StripEquilibrium:
-        """Find the equilibrium under `factor` times a load.
+        """Find the equilibrium under `factor`, -1e6 to 1e6, times a load.
 
-        Parameters
-        ----------
-        load : Load
-        factor : float, load factor, -1e6 to 1e6
-        guess : array, `unknowns` of a neighbouring equilibrium; without it the load increases from zero in steps, and the path
-            that begins at the stress-free shape is followed
-
-        Raises
-        ------
-        ValueError
-            If the factor is outside its range.
-        NewtonDivergedError
-            If no equilibrium was found: the load is beyond a limit point, or the guess is too far away.
+        Newton's method starts from `guess`, the `unknowns` of a neighbouring equilibrium. Without it the load increases from zero
+        in steps, and the path that begins at the stress-free shape is followed. A NewtonDivergedError says that no equilibrium
+        was found: the load is beyond a limit point, or the guess is too far away.
         """
         require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:

@@ -71,12 +71,7 @@ exu.config.printToConsole = False
 def build(mechanism: Mechanism) -> EngineScene:
     """Assemble a mechanism in Exudyn; the system has not yet been integrated.
 
-    Raises
-    ------
-    ValueError
-        If an end of a strut is on no body or block with mass.
-    KinematicsError
-        If the drive cannot move the linkage from its pose at t = 0.
+    A ValueError says that an end of a strut is on no body with mass, a KinematicsError that a drive cannot move the linkage.
     """
     container = exu.SystemContainer()
     system = container.AddSystem()

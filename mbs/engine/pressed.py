@@ -23,26 +23,10 @@ MESH = 1e-2
 
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
-    """Compute the forces that hold a strip, pinned at both ends, at given end shortenings.
+    """Compute the forces P L^2/(E I), (values,), that hold a strip, pinned at both ends, at given end shortenings, (values,).
 
-    Parameters
-    ----------
-    body : Beam or Cable
-        Section and elements of the strip.
-    length : float
-        Length of the straight strip [m].
-    shortenings : array_like, shape (values,)
-        End shortening over length, 1e-6 to 1.5.
-
-    Returns
-    -------
-    array, shape (values,)
-        Normalised force p = P L^2/(E I).
-
-    Raises
-    ------
-    ArithmeticError
-        If Newton's method does not converge, or a force is not that of the buckled branch.
+    `body` has section and elements of the strip, straight and of a length [m]. A shortening is end shortening over length, 1e-6
+    to 1.5. Newton's method that does not converge, or a force off the buckled branch, raises an ArithmeticError.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     travel = [0.0]  # of the moving end [m]; the drive reads it

@@ -122,8 +122,8 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
         count = len(sample_times(mechanism, duration, steps)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
-    run = _run_explicit if scene.source.is_loose else _run_implicit  # loose: rigid links with clearance in all joints
-    control, engine, failure = run(scene, solver, duration, timeout, progress)
+    control, engine, settings = _choose_integrator(scene, solver, duration, timeout, progress)
+    failure = run_engine(scene, control, engine, settings)
     wall = perf_counter() - start
     history = control.record.history(scene)
     work = {
@@ -142,19 +142,16 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])
 
 
-def _run_implicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
-    """Run the generalized-alpha method."""
+def _choose_integrator(
+    scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
+) -> tuple[Recorder, Any, exu.SimulationSettings]:
+    """Return callbacks, engine and settings: explicit for rigid links with clearance in all joints, without constraints."""
+    if scene.source.is_loose:
+        recorder = Recorder(scene, solver, duration, timeout, progress)
+        return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
     engine = exu.MainSolverImplicitSecondOrder()
     if isinstance(solver.steps, Controlled):
         control: Recorder = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
     else:
         control = Recorder(scene, solver, duration, timeout, progress)
-    settings = implicit_settings(scene, solver, duration)
-    return control, engine, run_engine(scene, control, engine, settings)
-
-
-def _run_explicit(scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
-    """Run the Dormand-Prince method 5(4) with the engine's error control, for rigid links with clearance in all joints."""
-    engine = exu.MainSolverExplicit()
-    control = Recorder(scene, solver, duration, timeout, progress)
-    return control, engine, run_engine(scene, control, engine, explicit_settings(scene, solver, duration))
+    return control, engine, implicit_settings(scene, solver, duration)

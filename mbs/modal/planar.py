@@ -34,25 +34,19 @@ class FrameMotion(NamedTuple):
 class PlanarModel:
     """A link and m of its modes in the plane, normalised to modal masses of 1 in space.
 
+    Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. The diagonal of `gram` is 1 less the
+    share of the mode's energy out of the plane, due to lateral contraction.
+
     Attributes
     ----------
-    length, mass, inertia : float
-        m; kg; kg m^2 about the centre of mass.
-    centre : array, shape (2,)
-        Centre of mass from the start joint in link axes, m.
-    numbers : array of int, shape (m,)
-        Numbers of the modes among all flexible ones in space, from 1.
-    frequency, damping : arrays, shape (m,)
-        Angular frequency, rad/s, and damping ratio.
-    shapes : array, shape (3, 3, m)
-        phi_x, phi_y [1/sqrt(kg)] and the rotation of the section [1/(m sqrt(kg))], for each of `STATIONS`.
-    radial : array, shape (m,)
-        Integrals of X . phi_i dm. Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions.
-    gram, gyration : arrays, shape (m, m)
-        Integrals of phi_i . phi_j dm and of phi_i x phi_j dm of components in the plane. The diagonal of `gram` is 1 less the
-        share of the mode's energy out of the plane, due to lateral contraction.
-    line, line_shapes : arrays, shape (p, 2) and (p, 2, m)
-        Points along the link from the centre of mass, m, and the modes there.
+    length, mass, inertia : float, m; kg; kg m^2 about the centre of mass
+    centre : array (2,), centre of mass from the start joint in link axes, m
+    numbers : array of int (m,), numbers of the modes among all flexible ones in space, from 1
+    frequency, damping : arrays (m,), angular frequency, rad/s, and damping ratio
+    shapes : array (3, 3, m), for each of `STATIONS`: phi_x, phi_y [1/sqrt(kg)] and rotation of the section [1/(m sqrt(kg))]
+    radial : array (m,), integrals of X . phi_i dm
+    gram, gyration : arrays (m, m), integrals of phi_i . phi_j dm and of phi_i x phi_j dm, of components in the plane
+    line, line_shapes : arrays (p, 2) and (p, 2, m), points along the link from the centre of mass, m, and the modes there
     """
 
     length: float

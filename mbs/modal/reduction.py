@@ -24,22 +24,14 @@ class ReducedModel:
 
     Attributes
     ----------
-    nodes : array, shape (n, 3)
-        Places of the mesh's nodes in link axes [m].
-    numbers : array of int, shape (m,)
-        Numbers of the modes among all flexible ones, from 1.
-    omega : array, shape (m,)
-        Angular frequencies [rad/s].
-    modes : array, shape (m, n, 3)
-        Displacements of the nodes [1/sqrt(kg)].
-    participation : array, shape (m, 4)
-        Shares of a mode's kinetic energy in each of `buckler.mbs.modal.solid.MOTIONS`.
-    mass : float
-        Mass [kg].
-    centre : array, shape (3,)
-        Centre of mass in link axes [m].
-    plane : PlanarModel
-        Model of the link in the plane of motion.
+    nodes : array (n, 3), places of the mesh's nodes in link axes [m]
+    numbers : array of int (m,), numbers of the modes among all flexible ones, from 1
+    omega : array (m,), angular frequencies [rad/s]
+    modes : array (m, n, 3), displacements of the nodes [1/sqrt(kg)]
+    participation : array (m, 4), shares of a mode's kinetic energy in each of `buckler.mbs.modal.solid.MOTIONS`
+    mass : float [kg]
+    centre : array (3,), centre of mass in link axes [m]
+    plane : PlanarModel, model of the link in the plane of motion
     """
 
     nodes: Array

@@ -135,24 +135,18 @@ class Errors(Mapping[Any, float]):
 
     Attributes
     ----------
-    motion : float
-        Largest error of all places; nan without an estimate.
+    motion : float, largest error of all places; nan without an estimate
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of forces and rates over their size, of energies (`energy.kinetic`, ...)
         over the throughput. Empty without an estimate. Most are computed when they are read.
-    sizes : mapping of (str, Norm) to float
-        Sizes to which the errors are relative, in the signal's unit.
-    kind : str
-        Origin of the estimate, in words.
-    until : float
-        Time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories.
+    sizes : mapping of (str, Norm) to float, sizes to which the errors are relative, in the signal's unit
+    kind : str, origin of the estimate, in words
+    until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
     turn : float
         Period of revolution of the drive [s], 0 if no drive has a constant speed. A chaotic motion is divided into batches of
         whole periods for its statistics.
-    unresolved : tuple of str
-        Forces that vibrate too fast for the steps; their means over the axial period, `F.mean`, are resolved.
-    notes : tuple of str
-        Remarks on the errors, in sentences.
+    unresolved : tuple of str, forces `F` that vibrate too fast for the steps, which resolve only their running means `F.mean`
+    notes : tuple of str, remarks on the errors, in sentences
     """
 
     motion: float = nan
