@@ -1,13 +1,13 @@
 """Strips, compiled: Reissner's and Kirchhoff's, in polynomials, with analytic tangents.
 
 At each Gauss point the strains eps, gamma, kappa are functions of four arguments z = A x, linear in the strip's coordinates x:
-Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'', y''). B = d strain/dz (3, 4) are the gradients of the strains, B0
-those of the kept tangent; stresses n = (N, Q, M) are axial force, shear force, moment. In the mixed form, (4) of
-docs/theory-spectral.md, stresses are unknowns.
+Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'', y''). B = d strain/dz (3, 4) are the gradients of the strains;
+stresses n = (N, Q, M) are axial force, shear force, moment. In the mixed form stresses are unknowns of Newton's method, (4) of
+docs/theory-spectral.md. B0, in work.kept_gradients, is the B of the state at which its matrices were last computed.
 
-Local names: nb members of the basis, ng Gauss points, g one of them, p its index among those of all strips, d index of the
-strip's numbers in tables.data; `block`, first coordinate of each argument; `order`, its derivative of the basis; `lag`, damping
-times [s] of N and M.
+Local names: nb basis functions, ng Gauss points, g one of them, p its index among those of all strips; `lag`, damping times [s]
+of N, Q, M. Numbers of a strip begin at index d of tables.data, see `StripData`. An argument is a sum of nb functions: `block`
+has the index of its first coefficient among the strip's coordinates, `order` the order of the functions' derivative.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
 
 @compiled
 def _index_fields(kind, count):
-    """Return the number of a strip's coordinates; for each argument its first coordinate and its derivative of the basis."""
+    """Return the number of a strip's coordinates, and `block` and `order` of its arguments, for `count` basis functions."""
     if kind == StripKind.REISSNER:
         return 3 * count, (0, count, 2 * count, 2 * count), (1, 1, 0, 1)
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
@@ -78,7 +78,7 @@ def _index_fields(kind, count):
 
 @compiled
 def _sum(data, m, x, first, count):
-    """Sum `count` members of the basis, from index m, times their coordinates."""
+    """Sum `count` values of basis functions, from data[m] on, times their coefficients, from x[first] on."""
     total = 0.0
     for a in range(count):
         total += data[m + a] * x[first + a]
@@ -86,11 +86,11 @@ def _sum(data, m, x, first, count):
 
 
 @inline
-def _index_members(order, member, count, points, number):
-    """Return the indices in the data of the first members of the four arguments at Gauss point `number`."""
+def _index_functions(order, functions, nb, ng, g):
+    """Return, for each argument, the index of its first basis function at Gauss point g; those of all begin at `functions`."""
     return (
-        member + (order[0] * points + number) * count, member + (order[1] * points + number) * count,
-        member + (order[2] * points + number) * count, member + (order[3] * points + number) * count,
+        functions + (order[0] * ng + g) * nb, functions + (order[1] * ng + g) * nb,
+        functions + (order[2] * ng + g) * nb, functions + (order[3] * ng + g) * nb,
     )  # fmt: skip
 
 
@@ -123,44 +123,51 @@ def _compute_stresses(data, moduli, free, strain, b, rate, lag):
 
 @inline
 def _replace_stresses(work, p, gradients, n):
-    """Return the stresses that are unknowns, and B0^T slack; slack are the stresses n of the strains less the unknown ones."""
+    """Return the unknown stresses and B0^T residual, the residual being the stresses n of the strains less the unknown ones."""
     if work.strip_form[0] == RENEWED:
         copy(gradients, work.kept_gradients[p])
-    given, b0, slack = work.stress[p], work.kept_gradients[p], work.stress_residual[p]
-    slack[0], slack[1], slack[2] = n[0] - given[0], n[1] - given[1], n[2] - given[2]
-    return (given[0], given[1], given[2]), (
-        slack[0] * b0[0, 0] + slack[1] * b0[1, 0] + slack[2] * b0[2, 0],
-        slack[0] * b0[0, 1] + slack[1] * b0[1, 1] + slack[2] * b0[2, 1],
-        slack[0] * b0[0, 2] + slack[1] * b0[1, 2] + slack[2] * b0[2, 2],
-        slack[2] * b0[2, 3],
+    unknown, b0, residual = work.stress[p], work.kept_gradients[p], work.stress_residual[p]
+    for j in range(3):
+        residual[j] = n[j] - unknown[j]
+    return (unknown[0], unknown[1], unknown[2]), (
+        residual[0] * b0[0, 0] + residual[1] * b0[1, 0] + residual[2] * b0[2, 0],
+        residual[0] * b0[0, 1] + residual[1] * b0[1, 1] + residual[2] * b0[2, 1],
+        residual[0] * b0[0, 2] + residual[1] * b0[1, 2] + residual[2] * b0[2, 2],
+        residual[2] * b0[2, 3],  # the last argument bends only
     )
 
 
 @compiled
-def _add_strip(tables, work, place, q, v, gradients, f):
-    """Add the forces of a strip, -A^T weight (B^T n + B0^T slack) at each Gauss point.
+def _add_strip(tables, work, place, q, v, gradients, out):
+    """Add the forces of a strip, -A^T weight (B^T n + B0^T residual) at each Gauss point, without the residual in the plain form.
 
     `place` is the strip's number and the index of its first Gauss point.
     """
     strip, point = place
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
-    at, x, rate = tables.dofs[first : first + size], work.scratch[:size], work.scratch[size : 2 * size]
-    local = work.scratch[2 * size : 3 * size]
+    dofs = tables.dofs[first : first + size]
+    x, rate, local = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
     for a in range(size):
-        x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
-    lag, z_rate = (tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]), (0.0, 0.0, 0.0, 0.0)
-    gradients[:], weights = 0.0, d + StripData.WEIGHTS
+        x[a], rate[a], local[a] = q[dofs[a]], v[dofs[a]], 0.0
+    lag = tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]
+    weights = d + StripData.WEIGHTS
+    free_strains, functions = weights + ng, weights + 4 * ng
+    z_rate = 0.0, 0.0, 0.0, 0.0
+    gradients[:] = 0.0
     for g in range(ng):
-        p, weight, m = point + g, tables.data[weights + g], _index_members(order, weights + 4 * ng, nb, ng, g)
+        p, weight = point + g, tables.data[weights + g]
+        m = _index_functions(order, functions, nb, ng, g)
         z = _compute_arguments(tables.data, m, x, block, nb)
-        strain, at_free = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients), weights + ng + g
-        free = tables.data[at_free], tables.data[at_free + ng], tables.data[at_free + 2 * ng]
+        strain = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
+        f = free_strains + g
+        free = tables.data[f], tables.data[f + ng], tables.data[f + 2 * ng]
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
             z_rate = _compute_arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:  # Reissner's curvature is an argument
             z_rate = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
-        n, f0 = _compute_stresses(tables.data, d, free, strain, gradients, z_rate, lag), (0.0, 0.0, 0.0, 0.0)
+        n = _compute_stresses(tables.data, d, free, strain, gradients, z_rate, lag)
+        f0 = 0.0, 0.0, 0.0, 0.0
         if work.strip_form[0] != PLAIN:
             n, f0 = _replace_stresses(work, p, gradients, n)
         force = (
@@ -171,10 +178,10 @@ def _add_strip(tables, work, place, q, v, gradients, f):
         )
         _subtract_transposed(tables.data, m, force, block, nb, local)
         work.strain_arguments[p, 0], work.strain_arguments[p, 1], work.strain_arguments[p, 2], work.strain_arguments[p, 3] = z
-        work.weighted_stress[p, 0], work.weighted_stress[p, 1] = weight * n[0], weight * n[1]
-        work.weighted_stress[p, 2] = weight * n[2]
+        for j in range(3):
+            work.weighted_stress[p, j] = weight * n[j]
     for a in range(size):
-        f[at[a]] += local[a]
+        out[dofs[a]] += local[a]
 
 
 @compiled
@@ -197,17 +204,22 @@ def add_strips_tangents(tables, work, v, damp, stiff):
 
 @compiled
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
-    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on."""
+    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on.
+
+    Tangents are sums of A^T H A over the Gauss points, H being `by_z` (4, 4) in the stiffness and `by_rate` in the damping.
+    """
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
     gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
-    z_rate, lag, number = np.zeros(4), np.zeros(3), tables.rows.shape[0] + tables.forces.shape[0] + strip
+    z_rate, lag = np.zeros(4), np.zeros(3)
     lag[0], lag[2] = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
-    at, member, rate = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng, work.scratch[size : 2 * size]
-    for a in range(size):
-        rate[a] = v[at[a]]
     is_damped = lag[0] > 0.0 or lag[2] > 0.0
-    clear_block(tables, work, number)
+    weights, functions = d + StripData.WEIGHTS, d + StripData.WEIGHTS + 4 * ng
+    rate = work.scratch[size : 2 * size]
+    for a in range(size):
+        rate[a] = v[tables.dofs[first + a]]
+    matrix_block = tables.rows.shape[0] + tables.forces.shape[0] + strip  # blocks of strips follow those of rows and forces
+    clear_block(tables, work, matrix_block)
     for g in range(ng):
         p = point + g
         z = work.strain_arguments[p]
@@ -216,9 +228,9 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
         by_z[:], by_rate[:] = 0.0, 0.0
         if is_damped:
             for i in range(4):
-                z_rate[i] = _sum(tables.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
+                z_rate[i] = _sum(tables.data, functions + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
-            stress, stiffness = work.weighted_stress[p, j], tables.data[d + StripData.WEIGHTS + g] * tables.data[d + j]
+            stress, stiffness = work.weighted_stress[p, j], tables.data[weights + g] * tables.data[d + j]  # weighted EA, GA, EI
             for i in range(4):
                 for k in range(4):
                     by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]
@@ -229,66 +241,67 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
                     for i in range(4):
                         by_z[i, k] += stiffness * lag[j] * gradients[j, i] * second_rate
                         by_rate[i, k] += stiffness * lag[j] * gradients[j, i] * gradients[j, k]
-        members = _index_members(order, member, nb, ng, g)
-        _add_products(tables.data, members, block, nb, by_z, work.block_stiffness)
+        m = _index_functions(order, functions, nb, ng, g)
+        _add_products(tables.data, m, block, nb, by_z, work.block_stiffness)
         if is_damped:
-            _add_products(tables.data, members, block, nb, by_rate, work.block_damping)
-    add_entries(tables, number, work.block_stiffness, stiff)
+            _add_products(tables.data, m, block, nb, by_rate, work.block_damping)
+    add_entries(tables, matrix_block, work.block_stiffness, stiff)
     if is_damped:
-        add_entries(tables, number, work.block_damping, damp)
+        add_entries(tables, matrix_block, work.block_damping, damp)
 
 
 @compiled
-def _add_products(data, members, block, count, h, out):
-    """Add sum_ik A_i^T h_ik A_k to `out`, A_i the members of argument i at a Gauss point."""
+def _add_products(data, m, block, count, h, out):
+    """Add sum_ik A_i^T h_ik A_k to `out`, A_i the row of A of argument i, whose nonzeros begin at data[m[i]]."""
     for i in range(4):
-        mi = members[i]
         for k in range(4):
             if h[i, k] == 0.0:
                 continue
-            mk = members[k]
-            right = data[mk : mk + count]
+            right = data[m[k] : m[k] + count]
             for a in range(count):
-                factor, row = data[mi + a] * h[i, k], out[block[i] + a, block[k] : block[k] + count]
+                factor, row = data[m[i] + a] * h[i, k], out[block[i] + a, block[k] : block[k] + count]
                 for c in range(count):
                     row[c] += factor * right[c]
 
 
 @compiled
-def advance_stresses(tables, work, shift, rate_shift, stress, slack):
-    """Add slack + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
+def advance_stresses(tables, work, shift, rate_shift, stress, residual):
+    """Add residual + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
     point = 0
     for strip in range(tables.strips.shape[0]):
         kind, nb, ng, first, d = tables.strips[strip]
         size, block, order = _index_fields(kind, nb)
         axial_time, bending_time = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
-        at, member = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng
+        dofs, functions = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng
         x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
-            x[a], rate = shift[at[a]], rate_shift[at[a]]
+            x[a], rate = shift[dofs[a]], rate_shift[dofs[a]]
             axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate
         for g in range(ng):
             p = point + g
             b0 = work.kept_gradients[p]
             for i in range(4):
-                m = member + (order[i] * ng + g) * nb
-                stretches, bends = b0[0, i] != 0.0 or b0[1, i] != 0.0, b0[2, i] != 0.0
-                dz = _sum(tables.data, m, x, block[i], nb) if stretches or bending_time == 0.0 else 0.0  # da, db: dz + lag dz'
-                da = _sum(tables.data, m, axial, block[i], nb) if stretches and axial_time > 0.0 else dz
-                db = _sum(tables.data, m, bending, block[i], nb) if bends and bending_time > 0.0 else dz
+                m = functions + (order[i] * ng + g) * nb
+                # dz + lag dz' is dz for the shear force, da for the axial force, db for the moment
+                dz = da = db = _sum(tables.data, m, x, block[i], nb)
+                if axial_time > 0.0 and b0[0, i] != 0.0:
+                    da = _sum(tables.data, m, axial, block[i], nb)
+                if bending_time > 0.0 and b0[2, i] != 0.0:
+                    db = _sum(tables.data, m, bending, block[i], nb)
                 stress[p, 0] += tables.data[d + StripData.EA] * b0[0, i] * da
                 stress[p, 1] += tables.data[d + StripData.GA] * b0[1, i] * dz
                 stress[p, 2] += tables.data[d + StripData.EI] * b0[2, i] * db
             for j in range(3):
-                stress[p, j] += slack[p, j]
+                stress[p, j] += residual[p, j]
         point += ng
 
 
 @compiled
 def compute_stresses(tables, work, q, v, stress):
-    """Fill `stress` (points, 3) with the stresses of this state's strains."""
+    """Fill `stress` (points, 3) with the stresses of this state's strains; work.stress is zero afterwards."""
     unused_force, kept_form = np.zeros(q.size), work.strip_form[0]
-    work.stress[:], work.strip_form[0] = 0.0, MIXED  # with zero unknowns the slack is the stresses of the strains
+    work.stress[:] = 0.0  # so that the residual is the stresses of the strains
+    work.strip_form[0] = MIXED
     add_strips(tables, work, q, v, unused_force)
     copy(work.stress_residual, stress)
     work.strip_form[0] = kept_form
