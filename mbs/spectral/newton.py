@@ -1,7 +1,8 @@
 """Simplified Newton's method for the nodes of a Radau step, compiled; its matrices are kept while it converges.
 
-Symbols: h length of the step, G Jacobian of the constraints, n coordinates, r constraints. Equations (3) and (4):
-docs/theory-spectral.md; transformation by T: Hairer and Wanner 1996, IV.8.
+Symbols: h length of the step, M mass, C damping, K stiffness, G Jacobian of the constraints, n coordinates, r constraints; the
+arrays of `state` are listed in `output`. Equations (3) and (4): docs/theory-spectral.md; transformation by T: Hairer and Wanner
+1996, IV.8.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVER
 from .strips import MIXED, RENEWED, advance_stresses
 from .tables import Instant
 
+MATRIX_NODE = 1
+"""Index of the node, 0.645 h after the start, whose matrices serve for all three."""
 MOST_ITERATIONS = 14
 """Largest number of iterations with one matrix; 3 to 6 suffice with a fresh one."""
 LEAST_ERROR_RATIO = 0.1
@@ -25,12 +28,15 @@ SLOW = 0.3
 
 @compiled
 def renew_matrices(tables, orders, work, state, t, h, counts):
-    """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite."""
-    q, lam = state.node_q[1], state.node_lam[1]
-    since = NODES[1] * h
-    copy(state.node_stress[1], work.stress)
-    work.strip_form[0] = RENEWED  # B0 of the strips' mixed form is computed here
-    now = Instant(t + since, since, q, state.node_v[1], lam, state.memory)
+    """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite.
+
+    Strips' strains are linearised anew, too: their gradients stay in work.kept_gradients until the next call.
+    """
+    q, v, lam = state.node_q[MATRIX_NODE], state.node_v[MATRIX_NODE], state.node_lam[MATRIX_NODE]
+    since = NODES[MATRIX_NODE] * h
+    copy(state.node_stress[MATRIX_NODE], work.stress)
+    now = Instant(t + since, since, q, v, lam, state.memory)
+    work.strip_form[0] = RENEWED
     kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
     kernel.fill_mass(tables, work, q, state.mass)
@@ -39,7 +45,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     kernel.add_rows(tables, state.jacobian, state.mass)
     kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:
-        kernel.add_inertia_stiffness(tables, work, q, state.node_a[1], state.stiffness)
+        kernel.add_inertia_stiffness(tables, work, q, state.node_a[MATRIX_NODE], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.mass.sum()):
         return False
@@ -74,17 +80,20 @@ def _compute_residuals(tables, work, state, t, h):
 
 @compiled
 def _apply_increment(tables, orders, work, state, h):
-    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate in two kinds of units.
+    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate.
 
-    These are the units of the error control, and full units. Multipliers are scaled by k = h/eigenvalue of A^-1, so that G stands
-    in the matrices without a factor.
+    The first value is in units of the error control, the second in those of the coordinates. Multipliers are scaled by
+    k = h/eigenvalue of A^-1, so that G stands in the matrices without a factor.
+
+    Residuals are sums over the eigenvectors of A^-1: `one` times the real one plus the real part of `two` times the complex one.
+    With the columns T_1 and T_2 of T, its real and imaginary part, Re(two (T_1 + i T_2)) = Re(two) T_1 - Im(two) T_2.
     """
-    n, m, size, full_size, b = state.q.size, state.real_solution.size, 0.0, 0.0, T_INVERSE
+    n, m, size, size_in_units, b = state.q.size, state.real_solution.size, 0.0, 0.0, T_INVERSE
     real, complex_ = state.real_solution, state.complex_solution
     k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
     for k in range(m):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
-        one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2  # component on the real eigenvector, `two` on the complex one
+        one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
         two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
         real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
     solve(orders.newton, state.real_factors, state.real_swaps, real, state.front_work)
@@ -101,21 +110,22 @@ def _apply_increment(tables, orders, work, state, h):
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
-            full_size = max(full_size, abs(state.dq[i, k]) / state.unit[k])
+            size_in_units = max(size_in_units, abs(state.dq[i, k]) / state.unit[k])
             if not abs(state.dq[i, k]) < np.inf:
                 return np.inf, np.inf  # nan fails all comparisons
         size = max(size, measure_change(state, tables.elastic, state.dq[i]))
         advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_stress_residual[i])
     integrate(state, h)
-    return size, full_size
+    return size, size_in_units
 
 
 @compiled
 def solve_nodes(model, t, h, allowed, renew, counts):
-    """Solve the equations at the nodes to an `allowed` error; return the ratio of the last two increments, or 2 if this fails.
+    """Solve the equations at the nodes to an `allowed` error, in units of the error control.
 
-    The matrices are computed first if `renew`. Kept ones are renewed once, at the present nodes, if the iterations left would not
-    suffice. With the ratio theta the error after an increment is `error_ratio` = theta/(1 - theta) times this increment.
+    Returns theta, the ratio of the last two increments, or 2 if this fails. The matrices are computed first if `renew`. Kept ones
+    are renewed once, at the present nodes, if the iterations left would not suffice. The error after an increment is
+    `error_ratio` = theta/(1 - theta) times this increment.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
@@ -125,7 +135,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     while left > 0:
         left -= 1
         _compute_residuals(tables, work, state, t, h)
-        size, full_size = _apply_increment(tables, orders, work, state, h)
+        size, size_in_units = _apply_increment(tables, orders, work, state, h)
         counts.iterations += 1
         if not np.isfinite(size):
             return 2.0
@@ -135,12 +145,12 @@ def solve_nodes(model, t, h, allowed, renew, counts):
                 error_ratio = ratio / (1.0 - ratio)
             # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
-            if full_size > ROUNDING and (ratio > 2.0 or is_slow):
+            if size_in_units > ROUNDING and (ratio > 2.0 or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
                 renew, last_size, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
                 continue
-        if full_size <= ROUNDING or error_ratio * size <= allowed:
+        if size_in_units <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio
             return min(ratio, 1.0)  # rounding alone may make it larger than 1
         last_size = size

@@ -2,7 +2,9 @@
 
 The module `newton` solves the equations. Unknowns are rates and multipliers at the nodes; constraints hold for velocities
 (index 2). The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system.
-Symbols: n coordinates q, rates v, r multipliers lam, step length h, Jacobian G. Equations (3) to (5): docs/theory-spectral.md.
+Its real matrix is M + k1 C + k1^2 K with G, k1 = h over the real eigenvalue; M mass, C damping, K stiffness, h step length,
+G Jacobian. There are n coordinates q, rates v, r multipliers lam. Equations (3) to (5): docs/theory-spectral.md. The arrays of
+`state` are listed in `output`; `unit` is the unit of each coordinate.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import compiled
+from .compiling import compiled, copy
 from .fronts import factor, solve
 from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
 from .lawtable import JUST_BEFORE
@@ -39,15 +41,17 @@ NODES, A, A_INVERSE, REAL_EIGENVALUE, COMPLEX_EIGENVALUE, T, T_INVERSE, ERROR_WE
 START_AND_NODES = np.array([0.0, NODES[0], NODES[1], 1.0])
 """Fractions of the last step at which its rates are known."""
 ROUNDING = 1e-14
-"""Newton increment, over the full unit of its coordinate, that counts as rounding. The errors left add up over steps: with a
-hundred times more a double pendulum of 10 s cannot gain accuracy at tolerances below 1e-8."""
+"""Newton increment, over the unit of its coordinate, that counts as rounding. The errors left add up over steps: with a hundred
+times more a double pendulum of 10 s cannot gain accuracy at tolerances below 1e-8."""
 LEAST_ERROR = 1e-11
-"""Least error of an inner coordinate, over its full unit, that the error control resolves. A smaller one costs steps for a
-strip that hardly bends, and changes no signal."""
+"""Least error of an inner coordinate, over its unit, that the error control resolves. A smaller one costs steps for a strip that
+hardly bends, and changes no signal."""
 LEAST_UNIT = 1e-5
-"""Least unit of an inner coordinate over its full unit, at any tolerance."""
+"""Least unit of the error control for an inner coordinate, over the coordinate's own unit, at any tolerance. A tenth and
+ten times of it change the steps of a slider-crank with a strip by 5 per cent."""
 DEFORMATION_FACTOR = 100.0
-"""Unit of an inner coordinate of a strip or mode, over the largest deformation so far of its strip piece or link."""
+"""Unit of the error control for an inner coordinate, over the largest deformation so far of its strip piece or link: a
+deformation's relative error is a hundred times the tolerance. A tenth of it costs 13 per cent more steps at tolerance 1e-4."""
 ROUNDED_CONSTRAINT = 1e-13
 """Residual of a constraint [m or rad] that counts as rounding."""
 MOST_EXTRAPOLATION = 100.0
@@ -56,7 +60,10 @@ MOST_EXTRAPOLATION = 100.0
 
 @compiled
 def measure_change(state, elastic, u):
-    """Compute the largest component of a change u (n,) of q, in units of the error control; of pairs along and across chords."""
+    """Compute the largest component of a change u (n,) of q, in units of the error control.
+
+    A vector (x, y) of `elastic` has components along and across its chord, each with a unit; its x and y have the inverse unit 0.
+    """
     worst = 0.0
     for i in range(u.size):
         worst = max(worst, abs(u[i]) * state.inverse_error_unit[i])
@@ -100,7 +107,7 @@ def predict(state, h, last_h):
             continue
         fraction = 1.0 + NODES[i] * h / last_h
         for k in range(n):
-            rates[k] = state.v[k] - state.past_v[3, k]
+            rates[k] = 0.0
         for j in range(4):
             weight, past = evaluate_lagrange(fraction, j), state.past_v[j]
             for k in range(n):
@@ -133,96 +140,106 @@ def _combine_nodes(nodes, start, k):
 
 @compiled
 def estimate_error(tables, orders, state, h):
-    """Compute the local error of the coordinates, in state.real_solution; return its largest component in their units.
+    """Compute the local error e_q of the coordinates; return its largest component in units of the error control.
 
-    The embedded formula of third order is filtered by the real Newton matrix, whose factor of C is `k1`: docs/theory-spectral.md.
+    The embedded formula of third order leaves d_q = v + sum w_i (Q_i - q)/h and d_v = a + sum w_i (V_i - v)/h, Q and V being the
+    values at the nodes. The filtered errors satisfy e_q/k1 - e_v = d_q, M e_v/k1 + C e_v + K e_q = M d_v, G e_v = 0. Without e_v:
+
+        (M + k1 C + k1^2 K) e_q = k1^2 [M (d_v + d_q/k1) + C d_q],    G e_q = k1 G d_q.
+
+    state.real_solution has e_q and multipliers, state.dq[0] has d_q.
     """
     n, r, k1, error = state.q.size, state.lam.size, h / REAL_EIGENVALUE, state.real_solution
-    rate_error, acceleration_error = state.dq[0], state.dv[0]
+    d_q, sum_of_defects = state.dq[0], state.dv[0]
     for k in range(n):
-        rate_error[k] = state.v[k] + _combine_nodes(state.node_q, state.q, k) / h
-        acceleration_error[k] = state.a[k] + rate_error[k] / k1 + _combine_nodes(state.node_v, state.v, k) / h
-    multiply_mass(tables, state.q, acceleration_error, error[:n])
+        d_q[k] = state.v[k] + _combine_nodes(state.node_q, state.q, k) / h
+        sum_of_defects[k] = state.a[k] + d_q[k] / k1 + _combine_nodes(state.node_v, state.v, k) / h
+    multiply_mass(tables, state.q, sum_of_defects, error[:n])
     for k in range(tables.row.size):
         if tables.row[k] < n and tables.col[k] < n:
-            error[tables.row[k]] += state.damping[k] * rate_error[tables.col[k]]
+            error[tables.row[k]] += state.damping[k] * d_q[tables.col[k]]
     for i in range(n):
         error[i] *= k1 * k1
     for k in range(r):
-        error[n + k] = k1 * multiply_row(tables, k, state.start_jacobian, rate_error)
+        error[n + k] = k1 * multiply_row(tables, k, state.start_jacobian, d_q)
     solve(orders.newton, state.real_factors, state.real_swaps, error, state.front_work)
     return measure_change(state, tables.elastic, error[:n])
 
 
 @compiled
 def project(tables, orders, work, state, t, h):
-    """Project the end of a step onto the constraints: coordinates by the Newton matrix, their rates in the mass metric.
+    """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations by (5).
 
-    Without strips, multipliers at the nodes are then corrected: docs/theory-spectral.md, (5).
+    Without strips, multipliers at all nodes are corrected, too. At the end M a - f + G^T lam, with M a - f as it was before the
+    projection, then has no part along the constraints. With strips the residuals of their stresses would spoil this correction.
     """
-    n, r, q, v, a, lam = state.q.size, state.lam.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
-    if r == 0:
+    n, q, v, a, lam = state.q.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
+    if lam.size == 0:
         place_markers(tables, work, q, v)
         return
-    residual, has_no_strips = state.residual[2], state.stress.size == 0
-    if has_no_strips:
+    residual, corrects_multipliers = state.residual[2], state.stress.size == 0
+    if corrects_multipliers:
         compute_forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
         multiply_mass(tables, q, a, residual[:n])
         for i in range(n):
             residual[i] -= state.force[i]
-    for iteration in range(4):  # at most three Newton steps
-        place_markers(tables, work, q, v)
-        compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
-        worst = 0.0
-        for k in range(r):
-            worst = max(worst, abs(state.violation[k]))
-        if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
-            break
-        _fill_right_side(state.right_side, n, state.violation)
-        solve(orders.newton, state.real_factors, state.real_swaps, state.right_side, state.front_work)
-        for i in range(n):
-            q[i] -= state.right_side[i]
+    _project_coordinates(tables, orders, work, state, t)
     compute_changes(tables, work, t, JUST_BEFORE, state.change)
-    for k in range(r):
-        state.speed[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
-        state.change[k] = multiply_row(tables, k, state.jacobian, a) - state.change[k]
     factor_saddle(tables, orders, work, state, q, state.jacobian)
-    _subtract_correction(orders, state, state.speed, v)
-    _subtract_correction(orders, state, state.change, a)
-    if has_no_strips:
+    _project_rates(tables, orders, state, state.speed, v)
+    lam_change = _project_rates(tables, orders, state, state.change, a)
+    if corrects_multipliers:
         add_reactions(tables, state.jacobian, lam, residual)
-    for k in range(r):
-        lam[k] -= state.right_side[n + k]
-    if has_no_strips:
+    for k in range(lam.size):
+        lam[k] -= lam_change[k]
+    if corrects_multipliers:
         residual[n:] = 0.0
         solve(orders.mass, state.saddle_factors, state.saddle_swaps, residual, state.front_work)
-        for k in range(r):
+        for k in range(lam.size):
             for i in range(3):
                 state.node_lam[i, k] -= NODES[i] * residual[n + k]
 
 
 @compiled
-def _subtract_correction(orders, state, defect, y):
-    """Subtract from y (n,) the vector x of least kinetic energy with G x = defect."""
-    _fill_right_side(state.right_side, y.size, defect)
-    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
-    for i in range(y.size):
-        y[i] -= state.right_side[i]
+def _project_coordinates(tables, orders, work, state, t):
+    """Move the coordinates at the end of the step onto g = 0 by at most three steps with the real Newton matrix."""
+    n, q, change = state.q.size, state.node_q[2], state.right_side
+    for iteration in range(4):
+        place_markers(tables, work, q, state.node_v[2])
+        compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
+        worst = 0.0
+        for k in range(state.lam.size):
+            worst = max(worst, abs(state.violation[k]))
+        if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
+            break
+        change[:n] = 0.0
+        copy(state.violation, change[n:])
+        solve(orders.newton, state.real_factors, state.real_swaps, change, state.front_work)
+        for i in range(n):
+            q[i] -= change[i]
 
 
 @compiled
-def _fill_right_side(right_side, n, defect):
-    """Fill the right side of a saddle-point system with zeros (n,) and the defects of the constraints (r,)."""
-    right_side[:] = 0.0
-    for k in range(defect.size):
-        right_side[n + k] = defect[k]
+def _project_rates(tables, orders, state, target, y):
+    """Move rates or accelerations y (n,) onto G y = target (r,) with least change in the metric of the mass.
+
+    Returns the multipliers of the change, (r,), which the next solution overwrites.
+    """
+    n, change = y.size, state.right_side
+    change[:n] = 0.0
+    for k in range(target.size):
+        change[n + k] = multiply_row(tables, k, state.jacobian, y) - target[k]
+    solve(orders.mass, state.saddle_factors, state.saddle_swaps, change, state.front_work)
+    for i in range(n):
+        y[i] -= change[i]
+    return change[n:]
 
 
 @compiled
 def measure_deformation(state, elastic, k):
-    """Return an inner coordinate or, of a pair, the component across its chord; store the chord's direction.
+    """Return the inner coordinate of row k of `elastic` or, of a vector, its component across the chord of the strip's piece.
 
-    The chord is the line between the ends of the strip's polynomial piece, row k of tables.elastic.
+    The chord's direction is stored in state.chord.
     """
     i, j = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND]
     if j < 0:
@@ -236,9 +253,10 @@ def measure_deformation(state, elastic, k):
 
 @compiled
 def update_units(state, elastic, tolerance):
-    """Update the units of inner coordinates: `DEFORMATION_FACTOR` times the largest deformation so far, up to the full unit.
+    """Update the units of the error control: `DEFORMATION_FACTOR` times the largest deformation so far, up to `unit`.
 
-    Their least value is a share of the full unit, below which errors are rounding. The unit of a law's state grows with its size.
+    Their least value is a share of `unit`, below which errors are rounding. The unit of a law's state is its largest value so
+    far, or its first unit if that is larger.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):
@@ -246,7 +264,7 @@ def update_units(state, elastic, tolerance):
         state.largest_deformation[group] = max(state.largest_deformation[group], change)
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND], elastic[k, Elastic.GROUP]
-        if j == STATE:
+        if j == STATE:  # the rate v of the coordinate is the state
             state.inverse_error_unit[i] = min(state.inverse_error_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
         unit = min(state.unit[i], max(least * state.unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))

@@ -27,7 +27,7 @@ from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
 UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals follow from their memories and states: if a scene has no others, no reports are computed."""
+"""Kinds of forces whose signals are computed from memories and states; signals of the others need the columns `Report`."""
 
 
 @inline
@@ -43,7 +43,7 @@ def compute_acceleration(tables, work, m, component, a):
 def follow(tables, work, out, wanted, traces, reports):
     """Fill the traces of `wanted` markers, (wanted, rate 0 to 2, component, times), and the reports of all forces.
 
-    Reports have the shape (times, forces, 8); those of shape (times, forces, 0) are not filled.
+    `reports` has the shape (times, forces, columns of `Report`), or (0, ...) if none are wanted.
     """
     unused_forces = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
@@ -53,8 +53,8 @@ def follow(tables, work, out, wanted, traces, reports):
             for c in range(3):
                 traces[k, 0, c, i], traces[k, 1, c, i] = work.state[m, State.X + c], work.state[m, State.VX + c]
                 traces[k, 2, c, i] = compute_acceleration(tables, work, m, c, out.a[i])
-        if reports.shape[2] > 0:
-            since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if out.memory.shape[1] > 0 else 0.0
+        if reports.shape[0] > 0:
+            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]  # the same for all forces
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
             copy(work.reports, reports[i])
 
@@ -66,12 +66,13 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     frames = {}
     for link in mechanism.links:
         body = builder.bodies[link.name]
-        if isinstance(body, FrameBody) and body.model is None:
+        if isinstance(body, FrameBody) and body.model is None:  # a rigid link; one with a model is modal
             frames[link.name] = _add_centre_frame(scene, link, body)
     scene.refresh()
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
-    reports = np.empty((len(out.time), len(kinds), 0 if np.isin(kinds, UNREPORTED).all() else 8))
+    reported_times = 0 if np.isin(kinds, UNREPORTED).all() else len(out.time)
+    reports = np.empty((reported_times, len(kinds), len(Report)))
     traces = dict(zip(wanted, follow_markers(scene, out, wanted, reports), strict=True))
 
     links: dict[str, Any] = {}
@@ -113,11 +114,11 @@ def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
 
 
 def _record_strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
-    """Return the motion of a strip; its `places` number the coordinates of this strip, not those of the mechanism."""
-    places = np.unique(np.concatenate([element.dofs.ravel() for element in body.elements]))
-    pieces = [Piece(e.start, e.end, np.searchsorted(places, e.dofs)) for e in body.elements]
-    states = (out.q[:, places], out.v[:, places], out.a[:, places])
-    return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
+    """Return the motion of a strip, whose dofs number its own coordinates, not those of the mechanism."""
+    dofs = np.unique(np.concatenate([element.dofs.ravel() for element in body.elements]))
+    pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.elements]
+    states = (out.q[:, dofs], out.v[:, dofs], out.a[:, dofs])
+    return SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], *states)
 
 
 def _record_block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
@@ -133,8 +134,9 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
-        reactions = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None  # forces are -G^T lambda
-        channels[name] = dict(reactions or {})
+        loads = -out.lam[:, names == name]  # forces are -G^T lambda
+        is_of_element = name in elements  # not if it is within a link, as between the pieces of a strip
+        channels[name] = dict(elements[name].reactions(loads) or {}) if is_of_element else {}
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, Forces.KIND]
         found = channels.setdefault(name, {})

@@ -1,7 +1,8 @@
 """Rows that the implicit integrator writes, compiled: at the ends of steps, within them, and after a jump.
 
 Within a step coordinates follow the polynomial of fifth degree with the values, rates and accelerations of both ends.
-Multipliers follow the cubic through the nodes. Rows are close enough for linear interpolation between them.
+Multipliers follow the cubic through the step's start and nodes. Rows are close enough for linear interpolation between them.
+Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` an `Output`.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ LINE_EXPONENT = 0.75
 MOST_SAMPLES = 40
 """Largest number of rows in a step: room for so many must be left in the output when a step begins."""
 JUMP = 0.1
-"""Time between a jump and the row beside it, over the shortest step."""
+"""Time between a jump of accelerations and the row beside it, over the shortest step."""
 
 
 @compiled
 def write(state, out, counts, t, start):
-    """Write the present state as a row; bristles and sliding speeds are those at the `start` of the step [s]."""
+    """Write the present state as a row: onset speeds are those after the step, bristles those at its `start` [s]."""
     row = counts.samples
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
@@ -34,7 +35,7 @@ def write(state, out, counts, t, start):
 
 @compiled
 def write_after_jump(state, clock, controls, out, counts):
-    """Write a row just after an event, as accelerations and multipliers may jump there."""
+    """Write a row `JUMP` after an event, at which accelerations and multipliers jumped, from an Euler step."""
     moment = JUMP * controls.shortest
     if clock.time >= controls.end - 2.0 * moment:  # the end has a row of its own
         return
@@ -46,7 +47,11 @@ def write_after_jump(state, clock, controls, out, counts):
 
 @compiled
 def write_at_face(state, out, counts, t, h, moment):
-    """Write a row beside a face: `moment` [s] after the start of a step or, if negative, before its end."""
+    """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
+
+    The row is `moment` [s] after the step's start or, if that is negative, before its end. In this short time only coordinates
+    move, with constant rates.
+    """
     row, is_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam
     if is_end:
@@ -61,7 +66,7 @@ def write_at_face(state, out, counts, t, h, moment):
 
 @compiled
 def _write_memory(state, out, row, start):
-    """Write to this row the memories that forces had in the step; `write` overwrites onset speeds by those after it."""
+    """Write to this row the memories that forces had at the start of the step, and the time of this start."""
     for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
         m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], start
@@ -69,15 +74,16 @@ def _write_memory(state, out, row, start):
 
 
 @compiled
-def count_parts(state, elastic, h, controls, depth_bending):
+def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
-    A quantity deviates from its chord by h^2/8 times its second derivative; `depth_bending` is that of a depth, over the depth.
+    A quantity deviates from its chord by at most h^2/8 times its second derivative. `depth_deviation` is this deviation of a
+    contact's depth, over the depth.
     """
     for i in range(state.q.size):
         state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))
     coordinates = measure_change(state, elastic, state.dq[0]) / controls.tolerance**LINE_EXPONENT
-    deviation = max(coordinates, depth_bending / controls.contact_tolerance**LINE_EXPONENT)
+    deviation = max(coordinates, depth_deviation / controls.contact_tolerance**LINE_EXPONENT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 
@@ -95,7 +101,7 @@ def write_between(state, out, counts, t, h, parts):
             out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
             out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
         out.time[row], out.lam[row] = t + y * h, 0.0
-        for j in range(4):
+        for j in range(4):  # start and three nodes
             factor, lam = evaluate_lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
             for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]

@@ -1,8 +1,8 @@
 """Forces whose law has states, compiled, with their derivatives.
 
 A state is the velocity of an extra coordinate of unit mass; the force on it is the rate of the state. An extra marker has the
-coordinate as its angle. Let q be all coordinates and v their rates. Let p be those on which the force acts (one angle, or
-x and y of its marker) and the extra ones, J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
+coordinate as its angle. Let q be all coordinates and v their rates. Let p be x and y, or the angle, of the marker on which the
+force acts, and then the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
 
     dF_r = sum over c of dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
@@ -24,14 +24,17 @@ SMALL = 1e-3
 
 @compiled
 def _read_counts(tables, k):
-    """Return the first coordinate, x or angle, of its marker on which force k acts, how many there are, and how many states."""
+    """Return the column of its marker, x or angle, on which force k acts first; numbers of these columns and of states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 
 
 @compiled
 def _evaluate(tables, work, k, r, count):
-    """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch."""
+    """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch.
+
+    Each has a function of its own; those of a force are consecutive rows of tables.laws.
+    """
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
 
@@ -83,7 +86,8 @@ def add_stateful_tangents(tables, work, k, t, q):
     arguments, out = work.scratch, work.reports[k]
     _fill_arguments(tables, work, k, t)
     for c in range(count + count + states):
-        component, is_coordinate = (c, True) if c < count else (c - count, False)
+        is_coordinate = c < count  # arguments: `count` coordinates, their rates, states, which are rates of extra coordinates
+        component = c if is_coordinate else c - count
         mc, column, across = _find_coordinate(tables, k, first, count, component)
         x = arguments[1 + c]
         h = STEP * max(abs(x), SMALL)
@@ -104,6 +108,6 @@ def add_stateful_tangents(tables, work, k, t, q):
                         work.block_stiffness[down + i, across + j] -= push * work.jacobian_rate[column, at]
         arguments[1 + c] = x
     moment = out[Report.VALUE] if count == 1 else 0.0
-    add_geometric(
-        tables, work, tables.forces[k, Forces.A], q, (-out[Report.FX], -out[Report.FY], -moment), work.block_stiffness, 0
-    )
+    opposite = -out[Report.FX], -out[Report.FY], -moment  # as the stiffness is -df/dq
+    first_row = 0  # of the marker in the block
+    add_geometric(tables, work, tables.forces[k, Forces.A], q, opposite, work.block_stiffness, first_row)

@@ -32,11 +32,11 @@ class Statistic(IntEnum):
 StateIndex = IntEnum("StateIndex", "T1 T2 ROWS SAMPLES FIRST", start=0)
 """Indices of the state kept from call to call: times of the last row and of the row before, numbers of rows and samples so far.
 From FIRST on follow the values of the last row, of the row before, and of the last sample, (columns,) each."""
-SAMPLES = 2000
+SAMPLES_PER_WINDOW = 2000
 """Samples per window from which the total variation is computed: as many as a plot of one turn of a drive resolves."""
 OVERSHOOT = 0.125
-"""Largest height of a vertex above the middle row, over the larger difference of the rows: the largest with equal steps. Where a
-short step lies beside a long one, the vertex of a parabola through a kink would be unbounded."""
+"""Bound of the height of a vertex above the middle row, over the larger of its differences to both neighbours. With equal steps
+it is never exceeded. Where a short step lies beside a long one, the vertex of a parabola through a kink has no bound."""
 
 
 @dataclass(frozen=True)
@@ -110,17 +110,20 @@ def add_vertices(t, value, edges, found, state):
 def add_samples(t, value, edges, found, state):
     """Add the changes from sample to sample, up to this row at time t, to the total variation."""
     columns, windows = value.size, edges.size - 1
-    while state[StateIndex.SAMPLES] <= windows * SAMPLES:
+    while state[StateIndex.SAMPLES] <= windows * SAMPLES_PER_WINDOW:
         k = int(state[StateIndex.SAMPLES])
-        window = min(k // SAMPLES, windows - 1)
-        at = edges[window] + (k - window * SAMPLES) * (edges[window + 1] - edges[window]) / SAMPLES
+        window = min(k // SAMPLES_PER_WINDOW, windows - 1)
+        length = edges[window + 1] - edges[window]
+        at = edges[window] + (k - window * SAMPLES_PER_WINDOW) * length / SAMPLES_PER_WINDOW
         if at > t:
             break
         fraction = (at - state[StateIndex.T1]) / (t - state[StateIndex.T1]) if state[StateIndex.ROWS] > 0.0 else 1.0
         for c in range(columns):
             sample = value[c] - (1.0 - fraction) * (value[c] - state[StateIndex.FIRST + c])
             if k > 0:
-                found[(k - 1) // SAMPLES, c, Statistic.VARIATION] += abs(sample - state[StateIndex.FIRST + 2 * columns + c])
+                found[(k - 1) // SAMPLES_PER_WINDOW, c, Statistic.VARIATION] += abs(
+                    sample - state[StateIndex.FIRST + 2 * columns + c]
+                )
             state[StateIndex.FIRST + 2 * columns + c] = sample
         state[StateIndex.SAMPLES] += 1.0
 
@@ -137,7 +140,7 @@ def accumulate(time, values, edges, found, state):
             start = state[StateIndex.T1]
             window = find_window(edges, start)
             while start < t and window < windows:
-                end = min(t, edges[window + 1]) if window < windows else t
+                end = min(t, edges[window + 1])
                 if end > start and start >= edges[window] - 1e-15 * t:  # but for rounding
                     for c in range(columns):
                         before = state[StateIndex.FIRST + c]
