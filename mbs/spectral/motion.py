@@ -70,8 +70,8 @@ class SpectralStrip:
 
     def _evaluate_fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
         """Evaluate the fields of coordinates q (times, n) at xi, or derivatives of this order: (times, points, fields)."""
-        members = basis(piece.degree, xi, order) / piece.jacobian**order
-        return np.asarray((q[:, piece.dofs] @ members.T).swapaxes(1, 2))
+        functions = basis(piece.degree, xi, order) / piece.jacobian**order
+        return np.asarray((q[:, piece.dofs] @ functions.T).swapaxes(1, 2))
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""
@@ -132,7 +132,7 @@ class SpectralStrip:
 
         Strains are axial, shear and bending, each (times, points), less those of the stress-free shape.
         """
-        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)
+        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)  # as in `strip_body`
         strains_of, order = (reissner, 1) if self.shears else (kirchhoff, 2)
 
         def derivatives(q: Array) -> list[Array]:

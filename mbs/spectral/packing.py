@@ -88,7 +88,7 @@ def pack(builder: Builder) -> Tables:
     for at, amount in builder.weights:
         np.add.at(weight, at, amount)
     blocks = _list_blocks(builder)
-    table, members, slots, row, col = _number_slots(blocks, n + len(builder.rows))
+    table, block_unknowns, slots, row, col = _number_slots(blocks, n + len(builder.rows))
     mass = np.zeros(len(row) + 1)
     for (_, count, first), (_, block) in zip(table[len(blocks) - len(builder.masses) :], builder.masses, strict=True):
         np.add.at(mass, slots[first : first + count**2], np.ravel(block))
@@ -98,7 +98,7 @@ def pack(builder: Builder) -> Tables:
         for f in builder.forces
     ]
     return Tables(
-        *(table, members, slots, row, col),
+        *(table, block_unknowns, slots, row, col),
         mass=mass,
         mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),
         mass_col=col[nonzero],

@@ -97,7 +97,9 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(ORIGIN)
     for piece, element in enumerate(strip.elements):
-        for x, w in zip(*gauss(element.dofs.shape[1] + 2), strict=True):  # degree + 3 points
+        for x, w in zip(
+            *gauss(element.dofs.shape[1] + 2), strict=True
+        ):  # degree + 3 points; `SpectralStrip.quadrature` has the same
             weight = float(w) * element.jacobian
             marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
             if any(load.force):
@@ -150,7 +152,7 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
         return
     pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
     row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: the law does not depend on time
+    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: without time; 0 is not used
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:

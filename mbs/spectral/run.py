@@ -32,8 +32,8 @@ from .tables import ForceKind, Forces, Memory, State
 NEWTON_SHARE = 1e-4
 """Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above. Below, it falls as tol^(1/4).
 
-Errors of Newton's method add up over the run as tol^(1/2), those of steps as tol^(3/4). With a fixed share a double pendulum of
-10 s is off by 3e-3 at any tolerance below 1e-8. A tenth of the share costs a tenth more iterations."""
+Errors of Newton's method add up over the run as tol^(1/2), those of steps as tol^(3/4). With a fixed share a double pendulum,
+whose errors grow, is off by 3e-3 after 10 s at any tolerance below 1e-8. A tenth of the share costs a tenth more iterations."""
 NEWTON_TOLERANCE = 1e-5
 """Tolerance above which the last Newton step is a fixed share of it: errors of coarser runs are larger by far."""
 NEWTON_EQUAL = 1e-12
@@ -88,7 +88,7 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces to continue a run, (forces, 4). Rows lack the fastest onset: the last one replaces it."""
+    """Return the memories of forces to continue a run, (forces, 4). The last onset stands for the fastest, which rows lack."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -232,7 +232,7 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
     else:
         out.face_tolerance = LANDING * out.tolerance * size
         out.stop_gap = max(OUTSIDE * out.face_tolerance, out.rounding)
-    out.closing_gap = 2.0 * out.stop_gap  # a step to a face ends at half of it, but for errors
+    out.closing_gap = 2.0 * out.stop_gap  # such a step ends at `stop_gap`, with an error of at most as much
     return out
 
 

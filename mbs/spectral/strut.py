@@ -34,7 +34,8 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
-            builder.separate_masses.append((len(builder.q), link.name, each.point, False))
+            is_rotor = False
+            builder.separate_masses.append((len(builder.q), link.name, each.point, is_rotor))
             mass = sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
             body.hosts[each.point] = builder.add_point(x, y, mass)
     return body
@@ -50,12 +51,12 @@ def find_hosts(builder: Builder, body: StrutBody) -> None:
         neighbour = None if other == GROUND else builder.bodies[other]
         if not isinstance(neighbour, StrutBody):
             body.hosts[joint.point] = builder.marker(other, joint.point)
-        elif joint.point in neighbour.hosts:
+        elif joint.point in neighbour.hosts:  # if not yet, a later call finds it: `CompiledScene.of` repeats this for chains
             body.hosts[joint.point] = neighbour.hosts[joint.point]
 
 
 def join_strut(builder: Builder, body: StrutBody) -> None:
-    """Add the spring between a strut's ends."""
+    """Add the spring between a strut's ends; `lawtable.strut` lists its numbers."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
     load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)
