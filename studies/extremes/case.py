@@ -254,7 +254,13 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
 
 
 def read_reference(draw: Draw, finer: int) -> Measures | None:
-    """Read the measures of a compiled run, with finer steps and strips for `finer` = 1 than for 0; None if it fails."""
+    """Read the measures of a reference run; None if it fails."""
+    result = run_reference(draw, finer)
+    return None if result is None else read(draw, result)
+
+
+def run_reference(draw: Draw, finer: int) -> Result | None:
+    """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
     longest = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
@@ -265,7 +271,7 @@ def read_reference(draw: Draw, finer: int) -> Measures | None:
         result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return read(draw, result) if result.status in ENDED else None
+    return result if result.status in ENDED else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:
