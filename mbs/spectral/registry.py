@@ -97,9 +97,8 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(ORIGIN)
     for piece, element in enumerate(strip.elements):
-        for x, w in zip(
-            *gauss(element.dofs.shape[1] + 2), strict=True
-        ):  # degree + 3 points; `SpectralStrip.quadrature` has the same
+        points, weights = gauss(element.degree + 3)  # as in `SpectralStrip.quadrature`
+        for x, w in zip(points, weights, strict=True):
             weight = float(w) * element.jacobian
             marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
             if any(load.force):
