@@ -1,8 +1,8 @@
 """Compilation of the kernel by Numba: once for all mechanisms, cached on disk, run without the interpreter's lock.
 
-`jit` compiles the few functions that Python calls to machine code, kept on disk. Functions that only these call are `compiled`:
-Numba stops at the intermediate code of LLVM, which is optimised as a part of the callers. Named tuples of arrays, with a hundred
-arrays in all, are passed to them by reference, as one pointer to the addresses and shapes of the arrays.
+`jit` compiles the few functions that Python calls to machine code, kept on disk. Those that only these call are decorated
+`kernel_function`: Numba stops at the intermediate code of LLVM, which is optimised as a part of the callers. Named tuples of
+arrays, with a hundred arrays in all, are passed to them by reference, as one pointer to the addresses and shapes of the arrays.
 """
 
 import sys
@@ -105,7 +105,7 @@ def jit(function: F) -> F:
     names = list(signature(function).parameters)
     references = [f"by_reference({name})" for name in names]
     text = f"lambda {', '.join(names)}: inner({', '.join(references)})"
-    namespace = {"inner": compiled(function), "by_reference": by_reference, "__name__": function.__module__}
+    namespace = {"inner": kernel_function(function), "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
     entry.__name__ = entry.__qualname__ = function.__name__
     return compile_cached(entry, _stamp(), nogil=True, fastmath=FAST_SUMS)
@@ -141,7 +141,7 @@ class _IntermediateCompiler(Compiler):
         return super().compile_extra(func)
 
 
-def compiled(function: F, **options: object) -> F:
+def kernel_function(function: F, **options: object) -> F:
     """Compile a function that only compiled functions call: Python cannot call it, and nothing is kept on disk."""
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _IntermediateCompiler}
     dispatcher = numba.njit(error_model="numpy", nogil=True, fastmath=FAST_SUMS, **options)(function)
@@ -157,7 +157,7 @@ def _generalise(fold: Callable[..., Any], args: Sequence[types.Type], kws: Mappi
 
 def inline(function: F) -> F:
     """Compile a function that LLVM inlines into its callers, which saves the tenth of a microsecond of a call."""
-    return compiled(function, forceinline=True)
+    return kernel_function(function, forceinline=True)
 
 
 class Reference(types.Type):
@@ -277,11 +277,11 @@ def view(array, first, count):
 
 
 def compile_law(function: F) -> F:
-    """Compile a plain function of `laws`, and those that it calls, like `compiled`; `laws` itself does not use this package."""
-    return compile_plain(function, compiled)
+    """Compile a plain function of `laws`, and those that it calls, as kernel functions; `laws` itself does not import this."""
+    return compile_plain(function, kernel_function)
 
 
-@compiled
+@kernel_function
 def copy(source, target):
     """Copy a contiguous array into another of its shape; Numba takes longer to compile an assignment, for its checks."""
     for i in range(target.size):

@@ -9,17 +9,17 @@ arrived within `closing_gap`. The explicit method ends such steps at the face: b
 """
 
 from ..laws.table import LawColumn, NormalKind
-from .compiling import compiled
+from .compiling import kernel_function
 from .tables import ForceKind, Forces, Memory, Report
 
 
-@compiled
+@kernel_function
 def is_contact(tables, k):
     """Return True if force k is a contact."""
     return tables.forces[k, Forces.KIND] == ForceKind.CONTACT or tables.forces[k, Forces.KIND] == ForceKind.JOURNAL
 
 
-@compiled
+@kernel_function
 def has_smooth_onset(tables, k):
     """Return True if no step need end at the onset of contact k: its force has no kink there and no onset speed in its law."""
     law = tables.forces[k, Forces.LAW]
@@ -27,7 +27,7 @@ def has_smooth_onset(tables, k):
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
-@compiled
+@kernel_function
 def get_depth(tables, reports, k):
     """Return the depth of contact k [m], negative outside; `side` is 1 if the measure grows into the face, else -1."""
     if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
@@ -37,14 +37,14 @@ def get_depth(tables, reports, k):
     return side * (reports[k, Report.LENGTH] - face)
 
 
-@compiled
+@kernel_function
 def get_depth_rate(tables, reports, k):
     """Return the rate of contact k's depth [m/s]."""
     side = 1.0 if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL else tables.data[tables.forces[k, Forces.NUMBERS]]
     return side * reports[k, Report.RATE]
 
 
-@compiled
+@kernel_function
 def evaluate_cubic(x, h, start, start_rate, end, end_rate):
     """Evaluate, at fraction x of a step of length h, the Hermite cubic with these values and rates at its ends."""
     from_start = (1.0 + 2.0 * x) * start + x * h * start_rate
@@ -52,7 +52,7 @@ def evaluate_cubic(x, h, start, start_rate, end, end_rate):
     return (1.0 - x) ** 2 * from_start + x * x * from_end
 
 
-@compiled
+@kernel_function
 def find_zero(h, start, start_rate, end, end_rate):
     """Find the first fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0
@@ -81,7 +81,7 @@ def find_zero(h, start, start_rate, end, end_rate):
     return high
 
 
-@compiled
+@kernel_function
 def find_first_onset(tables, start, end, h, controls):
     """Find the fraction of the step at which the first open contact closes; 2 if none does.
 
@@ -102,7 +102,7 @@ def find_first_onset(tables, start, end, h, controls):
     return first
 
 
-@compiled
+@kernel_function
 def find_first_edge(tables, start, end, h, controls):
     """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there.
 
@@ -120,7 +120,7 @@ def find_first_edge(tables, start, end, h, controls):
     return first
 
 
-@compiled
+@kernel_function
 def _measure_past_edge(tables, reports, i):
     """Return the distance of a measure beyond edge i in its direction of motion, negative before it, and its speed."""
     k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
@@ -128,7 +128,7 @@ def _measure_past_edge(tables, reports, i):
     return distance if rate > 0.0 else -distance, abs(rate)
 
 
-@compiled
+@kernel_function
 def is_at_edge(tables, start, end, controls):
     """Return True if a measure has come near an edge of its law, and moves towards it."""
     for i in range(tables.edges.shape[0]):
@@ -140,7 +140,7 @@ def is_at_edge(tables, start, end, controls):
     return False
 
 
-@compiled
+@kernel_function
 def compute_time_past_events(tables, reports, gap):
     """Return the time [s] after which what is about to pass a face or edge is beyond it; the largest, or 0 if there is none.
 
@@ -159,7 +159,7 @@ def compute_time_past_events(tables, reports, gap):
     return time
 
 
-@compiled
+@kernel_function
 def has_released(tables, state, end, controls):
     """Return True if the step must be shortened to a kink: a contact opens from a large enough force, or closes and opens."""
     start, face_tolerance = state.start_reports, controls.face_tolerance
@@ -173,7 +173,7 @@ def has_released(tables, state, end, controls):
     return False
 
 
-@compiled
+@kernel_function
 def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step; return whether it closed in the step, and whether it opened.
 
@@ -193,7 +193,7 @@ def update_onset(tables, start, end, k, m, controls):
     return has_closed, has_opened and not has_closed
 
 
-@compiled
+@kernel_function
 def find_face_row(tables, start, end, least):
     """Return the time of a row beside the face of a contact that closes in the step [s]; 0 if none does.
 
@@ -214,7 +214,7 @@ def find_face_row(tables, start, end, least):
     return 0.0
 
 
-@compiled
+@kernel_function
 def compute_depth_bending(tables, start, end, h):
     """Return the largest relative deviation of a closed contact's depth from a straight line in time over a step.
 
@@ -230,7 +230,7 @@ def compute_depth_bending(tables, start, end, h):
     return largest
 
 
-@compiled
+@kernel_function
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
 

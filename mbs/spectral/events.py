@@ -3,7 +3,7 @@
 G is the Jacobian of the constraints; G v = speed and G a = change are their first and second time derivatives.
 """
 
-from .compiling import compiled, copy
+from .compiling import copy, kernel_function
 from .contacts import compute_time_past_events, is_at_edge, is_contact, update_onset
 from .fronts import solve
 from .kernel import compute_changes, compute_forces, compute_rows
@@ -18,7 +18,7 @@ MOST_JUMP = 0.1
 """Longest motion past a face or edge, as a share of the last step and of the time left."""
 
 
-@compiled
+@kernel_function
 def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -39,7 +39,7 @@ def _compute_accelerations(model, t):
     copy(work.reports, state.start_reports)
 
 
-@compiled
+@kernel_function
 def update_memories(tables, work, state, controls, counts):
     """Update the forces' memories after an accepted step; return True if a contact closed or opened, or an edge is reached."""
     is_event = is_at_edge(tables, state.start_reports, work.reports, controls)
@@ -57,7 +57,7 @@ def update_memories(tables, work, state, controls, counts):
     return is_event
 
 
-@compiled
+@kernel_function
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 

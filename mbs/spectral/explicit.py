@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .compiling import compiled, copy, inline, jit
+from .compiling import copy, inline, jit, kernel_function
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
@@ -63,7 +63,7 @@ def _has_changed(tables, state):
     return changed
 
 
-@compiled
+@kernel_function
 def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
@@ -143,7 +143,7 @@ def _project(tables, order, state):
     _subtract_correction(order, state, state.speed, v)
 
 
-@compiled
+@kernel_function
 def _subtract_correction(order, state, defect, y):
     """Subtract from y (n,) the vector x of least kinetic energy with G x = defect (r,)."""
     state.right_side[:] = 0.0
@@ -182,7 +182,7 @@ def _estimate_error(state, h, tolerance):
     return worst / tolerance
 
 
-@compiled
+@kernel_function
 def _try_step(model, clock, h, last, controls, counts):
     """Try a step of length h; return True if accepted, else shorten the next. If `last`, h ends at a kink or at the run's end."""
     state = model.state
@@ -205,7 +205,7 @@ def _try_step(model, clock, h, last, controls, counts):
     return True
 
 
-@compiled
+@kernel_function
 def _accept(model, clock, end, stop, controls, out, counts):
     """Accept a step to the time `end`: project it onto the constraints if needed, and write its row."""
     tables, order, work, state = model.tables, model.order, model.work, model.state

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..laws.table import LawColumn, call
 from . import lawtable, markers
-from .compiling import compiled, inline
+from .compiling import inline, kernel_function
 from .stateful import add_stateful, add_stateful_tangents
 from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 
 
-@compiled
+@kernel_function
 def _get_normal_force(tables, work, k, now):
     """Return the normal force if force k is friction: a constraint's multiplier or the force of a contact; else 0."""
     row = tables.forces[k, Forces.ROW]
@@ -39,7 +39,7 @@ def _add_along(tables, work, k, now, f):
     markers.add_force(tables, work, b, force * grad[3], force * grad[4], force * grad[5], f)
 
 
-@compiled
+@kernel_function
 def _multiply_hessian(work, a, b):
     """Fill work.hess_rate with the Hessian of a measure times the rates of its markers a and b."""
     for i in range(6):
@@ -49,7 +49,7 @@ def _multiply_hessian(work, a, b):
         work.hess_rate[i] = total
 
 
-@compiled
+@kernel_function
 def _add_tangents_along(tables, work, k, now, mass):
     """Add derivatives of a force along a measure; of friction also those by its normal force."""
     number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
@@ -82,7 +82,7 @@ def _add_tangents_along(tables, work, k, now, mass):
             _add_contact_friction(tables, work, k, now, force / normal_force)
 
 
-@compiled
+@kernel_function
 def _add_derivatives(tables, work, a, b):
     """Add -work.by_place and -work.by_rate, by the coordinates of markers a and b, to their block's stiffness and damping."""
     markers.add_pair(tables, work, (a, b, 0), work.by_place, -1.0, work.jacobian, work.block_stiffness)
@@ -90,7 +90,7 @@ def _add_derivatives(tables, work, a, b):
     markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
 
 
-@compiled
+@kernel_function
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add derivatives of friction along a face, `ratio` times its contact's force; both are between the same markers."""
     contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
@@ -158,7 +158,7 @@ def _add_journal(tables, work, k, mem, since, f):
     markers.add_force(tables, work, mb, -fx, -fy, (e + radius) * drag, f)
 
 
-@compiled
+@kernel_function
 def _add_journal_tangents(tables, work, k, q, mem, since):
     """Add derivatives of the force of a pin in a bush.
 
@@ -203,7 +203,7 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
     markers.add_geometric(tables, work, mb, q, (fx, fy, -(e + radius) * drag), stiffness, size)
 
 
-@compiled
+@kernel_function
 def _compute_moment(tables, work, k, push_x, push_y):
     """Return the moment of a force about its marker, if its line of action goes through a fixed point; else 0."""
     a, number = tables.forces[k, Forces.A], tables.forces[k, Forces.NUMBERS]
@@ -229,7 +229,7 @@ def _add_push(tables, work, k, t, f):
     markers.add_force(tables, work, a, fx, fy, _compute_moment(tables, work, k, fx, fy), f)
 
 
-@compiled
+@kernel_function
 def _add_push_tangents(tables, work, k, q):
     """Add derivatives of a force at a marker."""
     a, b, fx, fy = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k, Report.FX], work.reports[k, Report.FY]
@@ -256,14 +256,14 @@ def add_one(tables, work, k, now, f):
         _add_along(tables, work, k, now, f)
 
 
-@compiled
+@kernel_function
 def add_forces(tables, work, now, f):
     """Add all forces between markers at an instant to f. Markers are placed."""
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, f)
 
 
-@compiled
+@kernel_function
 def add_forces_tangents(tables, work, now, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(tables.forces.shape[0]):

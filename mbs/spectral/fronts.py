@@ -13,7 +13,7 @@ below rounding counts as zero, and so does the multiplier of its redundant const
 
 from typing import NamedTuple
 
-from .compiling import compiled, inline, view
+from .compiling import inline, kernel_function, view
 from .elimination import FrontColumn, Fronts
 
 ROUNDING = 1e-13
@@ -31,7 +31,7 @@ class Orders(NamedTuple):
     mass: Fronts
 
 
-@compiled
+@kernel_function
 def factor(order, a, factors, swaps, magnitude):
     """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts).
 
@@ -53,7 +53,7 @@ def _get_front(order, f):
     return pivots, size, first, at
 
 
-@compiled
+@kernel_function
 def _add_to_parent(order, factors, magnitude, f):
     """Add the Schur complement of front f, `count` rows and columns, to its parent front."""
     pivots, size, first, at, parent, places, has_constraints = order.fronts[f]
@@ -71,7 +71,7 @@ def _add_to_parent(order, factors, magnitude, f):
             magnitude[unknowns[i]] += abs(row[i])
 
 
-@compiled
+@kernel_function
 def _eliminate_pivots(order, factors, swaps, magnitude, f):
     """Eliminate the pivots of front f; each is replaced by its reciprocal."""
     pivots, size, first, at = _get_front(order, f)
@@ -105,7 +105,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
                 below[j] -= factor * right[j]
 
 
-@compiled
+@kernel_function
 def _exchange_small(order, factors, magnitude, f, c):
     """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index."""
     pivots, size, first, at = _get_front(order, f)
@@ -126,7 +126,7 @@ def _exchange_small(order, factors, magnitude, f, c):
     return r
 
 
-@compiled
+@kernel_function
 def _swap_rows(factors, at, size, c, p):
     """Exchange rows c and p of the front whose entries begin at `at`."""
     upper, other = view(factors, at + c * size, size), view(factors, at + p * size, size)
@@ -134,7 +134,7 @@ def _swap_rows(factors, at, size, c, p):
         upper[j], other[j] = other[j], upper[j]
 
 
-@compiled
+@kernel_function
 def solve(order, factors, swaps, x, front):
     """Solve for x (unknowns,) in place, forward then backward; `front` is a work array of the size of the largest front."""
     single = 0  # fronts of one unknown that meets no other come first

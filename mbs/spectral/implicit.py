@@ -7,7 +7,7 @@ rule (Hairer and Wanner 1996, IV.8). The records `clock`, `controls`, `counts` a
 import numpy as np
 
 from . import contacts, samples
-from .compiling import compiled, copy, jit
+from .compiling import copy, jit, kernel_function
 from .events import restart_past_event, update_memories
 from .forces import add_forces
 from .kernel import compute_forces, compute_rows
@@ -38,7 +38,7 @@ LEAST_MOVE = 1e-2
 """Least shift of the end of a step to an onset, over the shortest step; at a smaller one the step is accepted."""
 
 
-@compiled
+@kernel_function
 def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
@@ -62,7 +62,7 @@ def _begin(model, t, tolerance):
     update_units(state, tables.elastic, tolerance)
 
 
-@compiled
+@kernel_function
 def _estimate_error(model, t, h, controls):
     """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance.
 
@@ -105,7 +105,7 @@ def _estimate_error(model, t, h, controls):
     return error
 
 
-@compiled
+@kernel_function
 def _advance(state):
     """Make the end of the step, its third node, the present state, and keep the nodes for the first guess of the next step."""
     copy(state.v, state.past_v[0])  # rates at the start of the step, then at its nodes
@@ -120,7 +120,7 @@ def _advance(state):
     copy(state.jacobian, state.start_jacobian)
 
 
-@compiled
+@kernel_function
 def _find_next_stop(model, clock, controls, stops, out, counts):
     """Return the next time at which a step must end; at a kink just reached, restart, as accelerations jump there."""
     while clock.stop < stops.size:
@@ -133,7 +133,7 @@ def _find_next_stop(model, clock, controls, stops, out, counts):
     return controls.end
 
 
-@compiled
+@kernel_function
 def _choose_length(clock, controls, stop):
     """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
 
@@ -148,7 +148,7 @@ def _choose_length(clock, controls, stop):
     return 0.5 * left if is_halved else h
 
 
-@compiled
+@kernel_function
 def _try_step(model, clock, h, end, controls, counts):
     """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next.
 
@@ -184,7 +184,7 @@ def _try_step(model, clock, h, end, controls, counts):
     return True
 
 
-@compiled
+@kernel_function
 def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
@@ -211,7 +211,7 @@ def _accept(model, clock, h, target, controls, out, counts):
         restart_past_event(model, clock, controls, out, counts)
 
 
-@compiled
+@kernel_function
 def _lengthen(clock, h, shortest):
     """Set the length of the next step after one of length h, by Gustafsson's rule from the last two errors."""
     error = max(clock.error, 1e-8)  # not zero

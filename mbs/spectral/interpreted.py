@@ -12,7 +12,7 @@ def plain(function: T) -> T:
     return function
 
 
-jit = compiled = inline = compile_law = plain
+jit = kernel_function = inline = compile_law = plain
 
 
 def copy(source: Array, target: Array) -> None:

@@ -14,7 +14,7 @@ Local names: o is the frame's first coordinate, x; o + 2 its angle; e the first 
 import numpy as np
 
 from . import markers
-from .compiling import compiled, copy, inline
+from .compiling import copy, inline, kernel_function
 from .forces import add_forces, add_forces_tangents
 from .lawtable import evaluate_acceleration, evaluate_motion
 from .strips import add_strips, add_strips_tangents
@@ -39,7 +39,7 @@ def _find_block(tables, row):
     return tables.rows.shape[0] + tables.forces.shape[0] + tables.strips.shape[0] + row
 
 
-@compiled
+@kernel_function
 def _multiply_matrix_row(tables, at, i, m, x, first):
     """Multiply row i of the (m, m) matrix that begins at `at` by the m values of x from `first`."""
     total = 0.0
@@ -48,7 +48,7 @@ def _multiply_matrix_row(tables, at, i, m, x, first):
     return total
 
 
-@compiled
+@kernel_function
 def add_modal(tables, q, v, f):
     """Add elastic, damping and gyroscopic forces of modal links to f."""
     for row in range(tables.modal.shape[0]):
@@ -63,7 +63,7 @@ def add_modal(tables, q, v, f):
         f[o + 2] -= 2.0 * spin * half_inertia_rate
 
 
-@compiled
+@kernel_function
 def add_modal_tangents(tables, work, q, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the forces of modal links."""
     for row in range(tables.modal.shape[0]):
@@ -86,14 +86,14 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
         markers.add_entries(tables, _find_block(tables, row), work.block_damping, damp)
 
 
-@compiled
+@kernel_function
 def fill_mass(tables, work, q, mass):
     """Fill mass with the entries of M(q)."""
     copy(tables.mass, mass)
     add_modal_mass(tables, work, q, mass)
 
 
-@compiled
+@kernel_function
 def renew_mass(tables, work, q, jacobian, saddle):
     """Overwrite the entries of M(q) that vary, G and G^T in the saddle-point matrix [M G^T; G 0]."""
     for row in range(tables.modal.shape[0]):
@@ -104,7 +104,7 @@ def renew_mass(tables, work, q, jacobian, saddle):
     renew_rows(tables, jacobian, saddle)
 
 
-@compiled
+@kernel_function
 def renew_rows(tables, jacobian, saddle):
     """Overwrite G and G^T in the saddle-point matrix."""
     for r in range(tables.rows.shape[0]):
@@ -116,7 +116,7 @@ def renew_rows(tables, jacobian, saddle):
     add_rows(tables, jacobian, saddle)
 
 
-@compiled
+@kernel_function
 def add_modal_mass(tables, work, q, mass):
     """Add the part of M(q) that depends on q, of modal links."""
     block = work.block_stiffness  # used for masses here
@@ -131,7 +131,7 @@ def add_modal_mass(tables, work, q, mass):
         markers.add_entries(tables, _find_block(tables, row), block, mass)
 
 
-@compiled
+@kernel_function
 def _compute_modal_mass(tables, row, q, i):
     """Return the frame's inertia from mode i per amplitude, (2 radial + gram eta)_i, and its coupling, -(gyration eta)_i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
@@ -139,7 +139,7 @@ def _compute_modal_mass(tables, row, q, i):
     return inertia, -_multiply_matrix_row(tables, gyration, i, m, q, e)
 
 
-@compiled
+@kernel_function
 def couple_modes(tables, work, q, a):
     """Change M_0^-1 f to M(q)^-1 f in the accelerations a of modal links that no constraint acts on.
 
@@ -161,7 +161,7 @@ def couple_modes(tables, work, q, a):
             a[e + i] -= work.scratch[i] * a[o + 2]
 
 
-@compiled
+@kernel_function
 def multiply_mass(tables, q, a, out):
     """Fill out with M(q) a."""
     for i in range(a.size):
@@ -177,7 +177,7 @@ def multiply_mass(tables, q, a, out):
             out[e + i] += coupling * a[o + 2]
 
 
-@compiled
+@kernel_function
 def add_inertia_stiffness(tables, work, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(tables.modal.shape[0]):
@@ -192,7 +192,7 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
-@compiled
+@kernel_function
 def compute_forces(tables, work, now, f):
     """Place the markers, and fill f with all forces but those of constraints."""
     markers.place_markers(tables, work, now.q, now.v)
@@ -205,7 +205,7 @@ def compute_forces(tables, work, now, f):
     add_forces(tables, work, now, f)
 
 
-@compiled
+@kernel_function
 def compute_tangents(tables, work, now, mass, damp, stiff):
     """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`.
 
@@ -245,7 +245,7 @@ def compute_changes(tables, work, t, side, change):
             change[r] -= tables.measure_numbers[k, MeasureNumber.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
-@compiled
+@kernel_function
 def multiply_row(tables, r, jacobian, v):
     """Multiply row r of G by v."""
     first, total = tables.blocks[r, BlockColumn.FIRST], 0.0
@@ -254,7 +254,7 @@ def multiply_row(tables, r, jacobian, v):
     return total
 
 
-@compiled
+@kernel_function
 def add_reactions(tables, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(tables.rows.shape[0]):
@@ -263,7 +263,7 @@ def add_reactions(tables, jacobian, lam, out):
             out[tables.block_unknowns[i]] += jacobian[i] * lam[r]
 
 
-@compiled
+@kernel_function
 def add_rows(tables, jacobian, values):
     """Add G and G^T to the entries of a matrix of all unknowns."""
     for r in range(tables.rows.shape[0]):
@@ -274,7 +274,7 @@ def add_rows(tables, jacobian, values):
             values[tables.slots[entry + last * width + i]] += jacobian[first + i]
 
 
-@compiled
+@kernel_function
 def add_multiplier_stiffness(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers must be placed."""
     grad, hess = work.grad, work.hess

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..laws import table
 from ..laws.table import FrictionKind, LawColumn, call
-from .compiling import compile_law, compiled
+from .compiling import compile_law, kernel_function
 from .tables import ForceKind, Forces, Memory, MotionKind
 
 normal_force, friction = compile_law(table.normal_force), compile_law(table.friction)
@@ -19,7 +19,7 @@ JUST_BEFORE = -JUST_AFTER
 """Step [s] of the difference just before a time, which is another one at a kink of the speed."""
 
 
-@compiled
+@kernel_function
 def differentiate_normal(tables, law, depth, rate, onset):
     """Return the derivatives of the normal force by depth and rate, by central differences."""
     h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)  # 1e-5: cube root of rounding, the best step of such a difference
@@ -28,7 +28,7 @@ def differentiate_normal(tables, law, depth, rate, onset):
     return by_depth / (2.0 * h), by_rate / (2.0 * h_rate)
 
 
-@compiled
+@kernel_function
 def evaluate_friction(tables, law, speed, mem, since):
     """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0.
 
@@ -44,7 +44,7 @@ def evaluate_friction(tables, law, speed, mem, since):
     return friction(tables, law, speed, bristle), bristle
 
 
-@compiled
+@kernel_function
 def differentiate_friction(tables, law, speed, mem, since):
     """Return the derivative of the friction coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)  # m/s: far below the speeds over which friction laws change
@@ -52,7 +52,7 @@ def differentiate_friction(tables, law, speed, mem, since):
     return (upper[0] - lower[0]) / (2.0 * h)
 
 
-@compiled
+@kernel_function
 def evaluate_motion(tables, k, t):
     """Return travel and speed of drive k at time t."""
     factor = tables.time_factor[0]
@@ -65,7 +65,7 @@ def evaluate_motion(tables, k, t):
     return call(travel, (t,)), factor * call(speed, (t,))
 
 
-@compiled
+@kernel_function
 def evaluate_acceleration(tables, k, t, side):
     """Return the acceleration of drive k just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE.
 
@@ -80,7 +80,7 @@ def evaluate_acceleration(tables, k, t, side):
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
-@compiled
+@kernel_function
 def friction_force(speed, p):
     """Return a friction force by the speed, linear up to the regularisation speed.
 
@@ -93,7 +93,7 @@ def friction_force(speed, p):
     return np.sign(speed) * (dynamic + static_offset * np.exp(-excess / stribeck) + viscous * excess)
 
 
-@compiled
+@kernel_function
 def strut(value, rate, p, address):
     """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push.
 
@@ -112,7 +112,7 @@ def strut(value, rate, p, address):
     return -unit * call(address, (u,))
 
 
-@compiled
+@kernel_function
 def motor(t, speed, p, address):
     """Return the torque of a DC motor on its link; `address` is its voltage as a function of time, 0 if that is constant.
 
@@ -126,7 +126,7 @@ def motor(t, speed, p, address):
     return gear * (constant * current - friction_torque * min(max(motor_speed / regularisation, -1.0), 1.0))
 
 
-@compiled
+@kernel_function
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
 
@@ -160,7 +160,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
     return -call(address, (argument, rate)) if is_spring else call(address, (t, argument, rate))
 
 
-@compiled
+@kernel_function
 def differentiate_along(tables, k, now, value, rate, reaction):
     """Return the derivatives of force k by its measure and rate: exact if linear or given in time, else by differences."""
     mem = now.memory[k]

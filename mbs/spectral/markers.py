@@ -9,7 +9,7 @@ Local names: m a marker, d the index of its first number in tables.data, j and d
 
 import numpy as np
 
-from .compiling import compiled, inline
+from .compiling import inline, kernel_function
 from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, MeasureNumber, Measures, State
 
 
@@ -100,7 +100,7 @@ def place_marker(tables, work, m, q, v, with_rates):
         _place_curve(tables, work, m, q, v)
 
 
-@compiled
+@kernel_function
 def place_markers(tables, work, q, v):
     """Compute the states of all markers and their derivatives."""
     for m in range(tables.markers.shape[0]):
@@ -115,7 +115,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
         out[tables.dofs[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
 
 
-@compiled
+@kernel_function
 def add_geometric(tables, work, m, q, push, out, start):
     """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on.
 
@@ -148,7 +148,7 @@ def add_geometric(tables, work, m, q, push, out, start):
                 out[start + size + i, start + size + k] -= hxx * dd
 
 
-@compiled
+@kernel_function
 def _multiply_jacobian(work, i, h, row, column, factor):
     """Return factor times row i of J^T times the (3, 3) block of h, a matrix (6, 6), that begins at row and column."""
     jx, jy, ja = factor * work.jacobian[0, i], factor * work.jacobian[1, i], factor * work.jacobian[2, i]
@@ -182,7 +182,7 @@ def compute_measure(tables, work, k, grad):
     return dx * ex + dy * ey, dx * (pa[State.VX] - pb[State.VX]) + dy * (pa[State.VY] - pb[State.VY]) + grad[5] * pb[State.SPIN]
 
 
-@compiled
+@kernel_function
 def compute_hessian(tables, work, k, grad, hess):
     """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient; return False if it is zero."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
@@ -217,7 +217,7 @@ def write_gradient(tables, work, k, grad, factor, out, index):
     return index
 
 
-@compiled
+@kernel_function
 def add_pair(tables, work, pair, matrix, factor, right, out):
     """Add factor J^T H R of two markers to `out`. H is the `matrix` (6, 6) by their (x, y, angle) or the rates of these.
 
@@ -237,7 +237,7 @@ def add_pair(tables, work, pair, matrix, factor, right, out):
                         out[row + m, column + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
-@compiled
+@kernel_function
 def clear_block(tables, work, block):
     """Set the entries of a block to zero."""
     width = tables.blocks[block, BlockColumn.WIDTH]
@@ -247,7 +247,7 @@ def clear_block(tables, work, block):
             work.block_damping[i, j] = 0.0
 
 
-@compiled
+@kernel_function
 def add_entries(tables, block, entries, values):
     """Add the entries of a block to the nonzeros of the whole matrix."""
     _, width, slot = tables.blocks[block]

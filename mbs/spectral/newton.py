@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import kernel
-from .compiling import compiled, copy
+from .compiling import copy, kernel_function
 from .fronts import factor, solve
 from .radau import COMPLEX_EIGENVALUE, NODES, REAL_EIGENVALUE, ROUNDING, T_INVERSE, A, T, integrate, measure_change
 from .strips import MIXED, RENEWED, advance_stresses
@@ -26,7 +26,7 @@ SLOW = 0.3
 """Ratio of successive increments above which the next step computes new matrices."""
 
 
-@compiled
+@kernel_function
 def renew_matrices(tables, orders, work, state, t, h, counts):
     """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite.
 
@@ -59,7 +59,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     return True
 
 
-@compiled
+@kernel_function
 def _compute_residuals(tables, work, state, t, h):
     """Compute the residuals M a - f + G^T lambda and G v - speed at the nodes, and those of the strips' stresses."""
     n, r = state.q.size, state.lam.size
@@ -78,7 +78,7 @@ def _compute_residuals(tables, work, state, t, h):
             residual[n + k] = kernel.multiply_row(tables, k, state.jacobian, v) - state.speed[k]
 
 
-@compiled
+@kernel_function
 def _apply_increment(tables, orders, work, state, h):
     """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate.
 
@@ -119,7 +119,7 @@ def _apply_increment(tables, orders, work, state, h):
     return size, size_in_units
 
 
-@compiled
+@kernel_function
 def solve_nodes(model, t, h, allowed, renew, counts):
     """Solve the equations at the nodes to an `allowed` error, in units of the error control.
 

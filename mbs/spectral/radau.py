@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import compiled, copy
+from .compiling import copy, kernel_function
 from .fronts import factor, solve
 from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
 from .lawtable import JUST_BEFORE
@@ -58,7 +58,7 @@ MOST_EXTRAPOLATION = 100.0
 """Longest step that starts from the last one's polynomial, over that step: rounding grows with the cube of the ratio."""
 
 
-@compiled
+@kernel_function
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control.
 
@@ -75,7 +75,7 @@ def measure_change(state, elastic, u):
     return worst
 
 
-@compiled
+@kernel_function
 def evaluate_lagrange(fraction, j):
     """Evaluate Lagrange polynomial j of `START_AND_NODES` at a fraction of the step."""
     value = 1.0
@@ -85,7 +85,7 @@ def evaluate_lagrange(fraction, j):
     return value
 
 
-@compiled
+@kernel_function
 def predict(state, h, last_h):
     """Fill in the first guess at the nodes; `last_h` is the length of the last step, 0 after a jump.
 
@@ -114,7 +114,7 @@ def predict(state, h, last_h):
                 rates[k] += weight * past[k]
 
 
-@compiled
+@kernel_function
 def integrate(state, h):
     """Compute coordinates and accelerations at the nodes from the rates there."""
     for i in range(3):
@@ -124,21 +124,21 @@ def integrate(state, h):
             state.node_a[i, k] = (A_INVERSE[i, 0] * (r0 - v) + A_INVERSE[i, 1] * (r1 - v) + A_INVERSE[i, 2] * (r2 - v)) / h
 
 
-@compiled
+@kernel_function
 def factor_saddle(tables, orders, work, state, q, jacobian):
     """Factor the saddle-point matrix [M G^T; G 0] with the given Jacobian."""
     renew_mass(tables, work, q, jacobian, state.saddle)
     factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.row_magnitude)
 
 
-@compiled
+@kernel_function
 def _combine_nodes(nodes, start, k):
     """Compute component k of the embedded formula: the weighted sum of the changes from the start to the nodes."""
     w = ERROR_WEIGHTS
     return w[0] * (nodes[0, k] - start[k]) + w[1] * (nodes[1, k] - start[k]) + w[2] * (nodes[2, k] - start[k])
 
 
-@compiled
+@kernel_function
 def estimate_error(tables, orders, state, h):
     """Compute the local error e_q of the coordinates; return its largest component in units of the error control.
 
@@ -166,7 +166,7 @@ def estimate_error(tables, orders, state, h):
     return measure_change(state, tables.elastic, error[:n])
 
 
-@compiled
+@kernel_function
 def project(tables, orders, work, state, t, h):
     """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations by (5).
 
@@ -200,7 +200,7 @@ def project(tables, orders, work, state, t, h):
                 state.node_lam[i, k] -= NODES[i] * residual[n + k]
 
 
-@compiled
+@kernel_function
 def _project_coordinates(tables, orders, work, state, t):
     """Move the coordinates at the end of the step onto g = 0 by at most three steps with the real Newton matrix."""
     n, q, change = state.q.size, state.node_q[2], state.right_side
@@ -219,7 +219,7 @@ def _project_coordinates(tables, orders, work, state, t):
             q[i] -= change[i]
 
 
-@compiled
+@kernel_function
 def _project_rates(tables, orders, state, target, y):
     """Move rates or accelerations y (n,) onto G y = target (r,) with least change in the metric of the mass.
 
@@ -235,7 +235,7 @@ def _project_rates(tables, orders, state, target, y):
     return change[n:]
 
 
-@compiled
+@kernel_function
 def measure_deformation(state, elastic, k):
     """Return the inner coordinate of row k of `elastic` or, of a vector, its component across the chord of the strip's piece.
 
@@ -251,7 +251,7 @@ def measure_deformation(state, elastic, k):
     return state.chord[k, 0] * state.q[j] - state.chord[k, 1] * state.q[i]
 
 
-@compiled
+@kernel_function
 def update_units(state, elastic, tolerance):
     """Update the units of the error control: `DEFORMATION_FACTOR` times the largest deformation so far, up to `unit`.
 

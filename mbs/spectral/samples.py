@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import compiled, copy
+from .compiling import copy, kernel_function
 from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
@@ -21,7 +21,7 @@ JUMP = 0.1
 """Time between a jump of accelerations and the row beside it, over the shortest step."""
 
 
-@compiled
+@kernel_function
 def write(state, out, counts, t, start):
     """Write the present state as a row: onset speeds are those after the step, bristles those at its `start` [s]."""
     row = counts.samples
@@ -33,7 +33,7 @@ def write(state, out, counts, t, start):
     counts.samples += 1
 
 
-@compiled
+@kernel_function
 def write_after_jump(state, clock, controls, out, counts):
     """Write a row `JUMP` after an event, at which accelerations and multipliers jumped, from an Euler step."""
     moment = JUMP * controls.shortest
@@ -45,7 +45,7 @@ def write_after_jump(state, clock, controls, out, counts):
         out.q[row, i], out.v[row, i] = state.q[i] + moment * state.v[i], state.v[i] + moment * state.a[i]
 
 
-@compiled
+@kernel_function
 def write_at_face(state, out, counts, t, h, moment):
     """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
 
@@ -64,7 +64,7 @@ def write_at_face(state, out, counts, t, h, moment):
     counts.samples += 1
 
 
-@compiled
+@kernel_function
 def _write_memory(state, out, row, start):
     """Write to this row the memories that forces had at the start of the step, and the time of this start."""
     for k in range(state.start_memory.shape[0]):
@@ -73,7 +73,7 @@ def _write_memory(state, out, row, start):
         m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
 
 
-@compiled
+@kernel_function
 def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
@@ -87,7 +87,7 @@ def count_parts(state, elastic, h, controls, depth_deviation):
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 
-@compiled
+@kernel_function
 def write_between(state, out, counts, t, h, parts):
     """Write rows within a step from time t, at the ends of all parts but the last."""
     for part in range(1, parts):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..laws.table import LawColumn, call
-from .compiling import compiled
+from .compiling import kernel_function
 from .markers import add_force, add_geometric
 from .tables import Forces, Markers, Report, State, StatefulData
 
@@ -22,14 +22,14 @@ SMALL = 1e-3
 """Least size of a law's argument in that step, in SI units: at an argument of 0 the step must not vanish."""
 
 
-@compiled
+@kernel_function
 def _read_counts(tables, k):
     """Return the column of its marker, x or angle, on which force k acts first; numbers of these columns and of states."""
     number = tables.forces[k, Forces.NUMBERS]
     return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
 
 
-@compiled
+@kernel_function
 def _evaluate(tables, work, k, r, count):
     """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch.
 
@@ -39,7 +39,7 @@ def _evaluate(tables, work, k, r, count):
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
 
 
-@compiled
+@kernel_function
 def _find_coordinate(tables, k, first, count, component):
     """Return, of a component of p, its marker, the column of the marker's state, and its first row in the force's block."""
     a, state = tables.forces[k, Forces.A], component - count
@@ -49,7 +49,7 @@ def _find_coordinate(tables, k, first, count, component):
     return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
 
 
-@compiled
+@kernel_function
 def _fill_arguments(tables, work, k, t):
     """Fill work.scratch with the arguments of force k: time, x and y or the angle since t = 0, their rates, states."""
     first, count, states = _read_counts(tables, k)
@@ -62,7 +62,7 @@ def _fill_arguments(tables, work, k, t):
         arguments[1 + 2 * count + i] = work.state[b + i, State.SPIN]
 
 
-@compiled
+@kernel_function
 def add_stateful(tables, work, k, t, f):
     """Add the force and the rates of its states to f, and report the force."""
     _, count, states = _read_counts(tables, k)
@@ -79,7 +79,7 @@ def add_stateful(tables, work, k, t, f):
         f[tables.dofs[tables.markers[marker, Markers.FIRST]]] += _evaluate(tables, work, k, count + i, count)
 
 
-@compiled
+@kernel_function
 def add_stateful_tangents(tables, work, k, t, q):
     """Add the derivatives of the force and of the rates of its states, by central differences of the law."""
     first, count, states = _read_counts(tables, k)

@@ -13,7 +13,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..geometry import Array
-from .compiling import compiled, inline, jit
+from .compiling import inline, jit, kernel_function
 
 
 class Statistic(IntEnum):
@@ -83,7 +83,7 @@ def find_window(edges, t):
     return window
 
 
-@compiled
+@kernel_function
 def add_vertices(t, value, edges, found, state):
     """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
     columns, windows = value.size, edges.size - 1
@@ -106,7 +106,7 @@ def add_vertices(t, value, edges, found, state):
                 found[window, c, Statistic.SMALLEST] = min(found[window, c, Statistic.SMALLEST], b - height)
 
 
-@compiled
+@kernel_function
 def add_samples(t, value, edges, found, state):
     """Add the changes from sample to sample, up to this row at time t, to the total variation."""
     columns, windows = value.size, edges.size - 1

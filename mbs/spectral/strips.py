@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compiling import compiled, copy, inline
+from .compiling import copy, inline, kernel_function
 from .markers import add_entries, clear_block
 from .tables import StripColumn, StripData, StripKind
 
@@ -26,7 +26,7 @@ RENEWED = 2.0
 """Form with stresses as unknowns, in which B0 is set to the gradients at this state: for new Newton matrices."""
 
 
-@compiled
+@kernel_function
 def _compute_strains(kind, z0, z1, z2, z3, gradients):
     """Return the strains at arguments z and write B to `gradients`, whose other entries are zero."""
     if kind == StripKind.REISSNER:
@@ -43,7 +43,7 @@ def _compute_strains(kind, z0, z1, z2, z3, gradients):
     return 1.0 / r - 1.0, 0.0, k
 
 
-@compiled
+@kernel_function
 def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
     """Fill `second` (3, 4, 4) with the second derivatives of the strains at z = (x, y, bend_x, bend_y), B being `gradients`."""
     second[:] = 0.0
@@ -68,7 +68,7 @@ def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
     second[2, 1, 3] = second[2, 3, 1] = -2.0 * q * x * y
 
 
-@compiled
+@kernel_function
 def _index_fields(kind, count):
     """Return the number of a strip's coordinates, and `block` and `order` of its arguments, for `count` basis functions."""
     if kind == StripKind.REISSNER:
@@ -76,7 +76,7 @@ def _index_fields(kind, count):
     return 2 * count, (0, count, 0, count), (1, 1, 2, 2)
 
 
-@compiled
+@kernel_function
 def _sum(data, m, x, first, count):
     """Sum `count` values of basis functions, from data[m] on, times their coefficients, from x[first] on."""
     total = 0.0
@@ -137,7 +137,7 @@ def _replace_stresses(work, p, gradients, n):
     )
 
 
-@compiled
+@kernel_function
 def _add_strip(tables, work, place, q, v, gradients, out):
     """Add the forces of a strip, -A^T weight (B^T n + B0^T residual) at each Gauss point, without the residual in the plain form.
 
@@ -184,7 +184,7 @@ def _add_strip(tables, work, place, q, v, gradients, out):
         out[dofs[a]] += local[a]
 
 
-@compiled
+@kernel_function
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, in the form work.strip_form."""
     gradients, point = np.zeros((3, 4)), 0
@@ -193,7 +193,7 @@ def add_strips(tables, work, q, v, f):
         point += tables.strips[strip, StripColumn.POINTS]
 
 
-@compiled
+@kernel_function
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
     point = 0
@@ -202,7 +202,7 @@ def add_strips_tangents(tables, work, v, damp, stiff):
         point += tables.strips[strip, StripColumn.POINTS]
 
 
-@compiled
+@kernel_function
 def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on.
 
@@ -250,7 +250,7 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
         add_entries(tables, matrix_block, work.block_damping, damp)
 
 
-@compiled
+@kernel_function
 def _add_products(data, m, block, count, h, out):
     """Add sum_ik A_i^T h_ik A_k to `out`, A_i the row of A of argument i, whose nonzeros begin at data[m[i]]."""
     for i in range(4):
@@ -264,7 +264,7 @@ def _add_products(data, m, block, count, h, out):
                     row[c] += factor * right[c]
 
 
-@compiled
+@kernel_function
 def advance_stresses(tables, work, shift, rate_shift, stress, residual):
     """Add residual + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
     point = 0
@@ -296,7 +296,7 @@ def advance_stresses(tables, work, shift, rate_shift, stress, residual):
         point += ng
 
 
-@compiled
+@kernel_function
 def compute_stresses(tables, work, q, v, stress):
     """Fill `stress` (points, 3) with the stresses of this state's strains; work.stress is zero afterwards."""
     unused_force, kept_form = np.zeros(q.size), work.strip_form[0]

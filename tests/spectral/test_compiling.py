@@ -75,7 +75,7 @@ def test_references_are_read_where_they_lie() -> None:
         pair: Pair
         last: np.ndarray
 
-    @compiling.compiled
+    @compiling.kernel_function
     def used(x, row):
         x.pair.second[row, 1] = x.last.size + x.pair.first[2]
         return x.pair.second[row].size + x.pair.second.shape[0]
@@ -90,7 +90,7 @@ def test_references_are_read_where_they_lie() -> None:
 
 
 def test_intermediate_code_called_by_a_compiled_function_gives_what_python_gives() -> None:
-    @compiling.compiled
+    @compiling.kernel_function
     def cube(x):
         return x * x * x
 
@@ -98,7 +98,7 @@ def test_intermediate_code_called_by_a_compiled_function_gives_what_python_gives
     def half(x):
         return 0.5 * cube(x)
 
-    @compiling.compiled
+    @compiling.kernel_function
     def both(x):
         return half(x) + cube(x)
 
@@ -111,7 +111,7 @@ def test_intermediate_code_called_by_a_compiled_function_gives_what_python_gives
 
 
 def test_a_constant_argument_is_no_reason_to_compile_anew():
-    @compiling.compiled
+    @compiling.kernel_function
     def scaled(x, k):
         return k * x
 
