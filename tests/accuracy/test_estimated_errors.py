@@ -13,7 +13,7 @@ import struck
 import swung
 
 from buckler.mbs import Spectral
-from buckler.mbs.accuracy.demand import PLACE, Asked, Usual
+from buckler.mbs.accuracy.demand import Asked, Usual
 from buckler.mbs.accuracy.difference import Difference
 from buckler.mbs.accuracy.levels import KINDS
 from buckler.mbs.accuracy.refine import refine
@@ -45,7 +45,7 @@ DEMANDS = {"default": Usual(), "places": Asked(1e-3), "fine": Asked(1e-4), "forc
 def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
-    levels = KINDS[type(solver)](mechanism, duration, solver, (demand.asked if demand.asked > 0 else PLACE) / PLACE)
+    levels = KINDS[type(solver)](mechanism, duration, solver, place=demand.place)
     with use_memory(EdgeMemory()):
         return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 
