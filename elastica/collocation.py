@@ -4,8 +4,6 @@ The error falls geometrically with the number of points. Integration matrices al
 which differentiation matrices would not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from math import pi

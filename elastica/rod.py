@@ -11,8 +11,6 @@ E. Reissner, On one-dimensional finite-strain beam theory: the plane problem, do
 A. Magnusson, M. Ristinmaa, C. Ljung, Behaviour of the extensible elastica solution, doi 10.1016/S0020-7683(01)00089-0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, pi, sqrt
 from typing import NamedTuple

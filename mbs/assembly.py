@@ -5,8 +5,6 @@ and points that links carry give linear equations, which are solved first: x = b
 |E - S| = L of links from S to E remain; the Levenberg-Marquardt method solves them for z from random starts, to find all poses.
 """
 
-from __future__ import annotations
-
 from cmath import phase, rect
 from collections.abc import Iterable, Iterator, Mapping
 from math import hypot

@@ -1,7 +1,5 @@
 """Plane vectors as arrays, x and y along their last axis, and the times at which contacts begin and end."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

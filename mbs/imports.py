@@ -10,8 +10,6 @@ Other installed packages extend Buckler through entry points:
 `buckler.kinds` is read when a file is read or a schema is written, any other group when a kind is not one of Buckler's own.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping
 from functools import cache

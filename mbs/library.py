@@ -1,7 +1,5 @@
 """Functions that return the `Mechanism` of a slider-crank and of a crank-rocker, written with the public interface alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

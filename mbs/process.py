@@ -1,7 +1,5 @@
 """State of the process during a run: Ctrl-C, threads of linear algebra, the compiler, a clock that leaves out compile time."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import signal

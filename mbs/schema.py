@@ -1,7 +1,5 @@
 """A JSON schema of mechanism files (json-schema.org, draft 2020-12), for editors that complete and check TOML and JSON."""
 
-from __future__ import annotations
-
 from .declare import Declaration, declarations, known_kinds
 from .declare.spec import Quantity, Schema
 from .documents import shorthand

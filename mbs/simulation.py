@@ -1,7 +1,5 @@
 """Simulation of a mechanism: `simulate` runs a solver until the error estimate meets the demand, checks, and makes the result."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace

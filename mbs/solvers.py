@@ -1,7 +1,5 @@
 """Settings of the three solvers: steps, tolerances and their defaults. Nothing is computed here, and no engine is loaded."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from math import ceil

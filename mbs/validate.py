@@ -1,7 +1,5 @@
 """Input checks whose messages have one form: parameter, value, allowed range, unit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from numbers import Integral, Real

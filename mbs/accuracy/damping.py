@@ -14,8 +14,6 @@ E. Hairer, G. Wanner, Solving ordinary differential equations II, 2nd ed., Sprin
 doi 10.1007/978-3-642-05221-7: stability functions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping
 from math import inf
 

@@ -15,8 +15,6 @@ Two runs of a chaotic motion separate as exp(t/t_L): each refinement delays thei
 phase grows by a power of time, so that each refinement delays the separation by more than the one before.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from math import inf, log
 

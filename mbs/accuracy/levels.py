@@ -12,8 +12,6 @@ Where errors of forces or rates are limited, the terms at any time are compared 
 errors of places are limited, the root mean square of the terms is compared with the allowed error [m].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, log, pi, sqrt

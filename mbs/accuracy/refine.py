@@ -8,8 +8,6 @@ to delay the separation by (T - t1)/N, N the refinements left above the finest t
 sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial

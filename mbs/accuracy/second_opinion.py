@@ -1,7 +1,5 @@
 """A result compared with a run of another solver: Exudyn and the compiled solver share the elements and none of the equations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf
 from time import perf_counter

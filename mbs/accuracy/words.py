@@ -1,7 +1,5 @@
 """Names of the signals that an accuracy can be asked of; this module imports nothing heavy."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..validate import short

@@ -1,7 +1,5 @@
 """Type of the checks of a run: a name, a function that finds faults, and one that explains why the check does not apply."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ over its length, which is 2.5 (w_max/L)^2 for a half-sine. An axial load P chang
 deflection is P/P_cr, and beyond the critical load P_cr a modal link stays straight where a strip buckles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import chain
 from typing import Any

@@ -1,7 +1,5 @@
 """Self-checks of linkages from recorded poses: residuals of constraints, and dead centres."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Self-checks of signals and energies: finite values, time, energy balance, sign and depth of contacts, ends of struts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

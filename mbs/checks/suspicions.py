@@ -4,8 +4,6 @@ No check relies on the integrator. The energy balance has formulas that the engi
 impossible behaviour, such as a contact that pulls. The error of a run is estimated from finer runs, in `mbs.accuracy`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from ..record.result import Result

@@ -6,8 +6,6 @@ loads are taken into account, and no table of end conditions is needed. The norm
 inertia; the loads are in equilibrium with the multipliers of constraints, without inertia.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

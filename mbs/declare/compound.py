@@ -3,8 +3,6 @@
 Their attributes `unit`, `allowed`, `words` and `metavar`, and their methods, are explained at the base class `Spec`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeGuard

@@ -3,8 +3,6 @@
 A declaration is made by the functions of `fields`. The kind of an object in a file is the name of its class.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import typing

@@ -9,8 +9,6 @@ The declaration also gives the docstring, the schema of files, options of the co
 meaning of the field, read after its name. A field without a default is required.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 from collections.abc import Mapping

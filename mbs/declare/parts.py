@@ -3,8 +3,6 @@
 The kind of an object is the name of its class. A protocol is allowed as a class: objects with its members fit.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A raw value is a value as a user writes it in Python, a file or the command line
 `name` is the path of the field, with which a ValueError begins. A `Measured` is a float that remembers the unit of its text.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A document is a dictionary of dictionaries, called tables, lists, texts, numbers
 A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`; its words are those between dots.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

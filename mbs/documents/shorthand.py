@@ -3,8 +3,6 @@
 Messages begin with the path of a value in the document. A measured text is a number with a unit, such as '5 mm'.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from itertools import chain

@@ -1,7 +1,5 @@
 """Couplings of bodies without a common point, each a linear constraint of places and angles: gears, racks, belts, ropes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import ClassVar

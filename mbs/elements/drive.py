@@ -1,7 +1,5 @@
 """Drives: a prescribed angle or travel, by a constant speed, a ramp of the speed, or any motion with its derivative."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from math import inf
 from typing import Any, ClassVar

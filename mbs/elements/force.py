@@ -5,8 +5,6 @@ argument `times` takes the motion from the samples of the record, but evaluates 
 sample: at the sample itself or, where a function jumps, just before or just after it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Guides: slider blocks on lines fixed in the ground, and their friction."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Joints of two bodies: ideal pins, clamps, slots and prismatic joints."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import ClassVar
 

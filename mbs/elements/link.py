@@ -4,8 +4,6 @@ The frame of a link has its origin at the start and x towards the end, y is to t
 to end, or its length [m].
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot, pi
 from typing import Any, ClassVar

@@ -4,8 +4,6 @@ A user's function has the arguments `variables`: time, then measures of the moti
 Its components and the rates of the states are called `functions`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, ClassVar
 

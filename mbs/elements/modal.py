@@ -4,8 +4,6 @@ An interface is the set of nodes of the mesh that a joint moves as a rigid body.
 second, y in the plane of motion and z normal to it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 

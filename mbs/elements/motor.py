@@ -1,7 +1,5 @@
 """Direct-current motors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 

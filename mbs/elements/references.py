@@ -1,7 +1,5 @@
 """Checks of point references, such as 'A' or 'coupler:A', and of links that elements name; bodies on which loads act."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import dist
 

@@ -4,8 +4,6 @@ A measure compares points of a first and a second body: relative position along 
 In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot

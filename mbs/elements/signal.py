@@ -3,8 +3,6 @@
 An array (times,) has one value for each sample of the run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from enum import StrEnum
 from typing import NamedTuple, Protocol

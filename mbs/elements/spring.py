@@ -1,7 +1,5 @@
 """Springs with dampers between two points, and torsion springs between two links."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 

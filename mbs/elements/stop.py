@@ -1,7 +1,5 @@
 """Stops: straight faces that a point may touch and not pass, and the memory of the approach speed of their contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar

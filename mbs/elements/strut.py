@@ -1,7 +1,5 @@
 """Massless pinned strips: springs with the force of the exact elastica."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Assembly of an Exudyn system from a `Mechanism`: bodies, blocks, added masses, then all other elements."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import exudyn as exu

@@ -1,7 +1,5 @@
 """Forces of stops and struts as callbacks of the engine, with their state at the last call or accepted step."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, sin

@@ -3,8 +3,6 @@
 The engine replaces exceptions of callbacks by its own. Therefore the first one is stored in `scene.stopped`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isfinite
 

@@ -1,7 +1,5 @@
 """Guides in the engine: the block that slides in a guide, with its travel [m] since t = 0 as coordinate, and its friction."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Loads, springs, struts, masses and drives as native items of the engine; only users' functions and laws need callbacks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from math import cos, sin

@@ -4,8 +4,6 @@ The engine gets no mesh, but inertia integrals and, at each joint, a cross of fi
 joint's section. So forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """Base class of links and blocks in the engine, and the history of the engine's steps, from which a record is made."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 

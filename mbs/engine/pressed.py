@@ -1,7 +1,5 @@
 """Loads of the buckled pinned strip by Newton's method in the engine, started from the exact elastica."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import exudyn as exu

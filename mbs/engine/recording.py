@@ -1,7 +1,5 @@
 """Recording of a run, step by step, and conditions that end a run early."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import nan

@@ -1,7 +1,5 @@
 """Rigid links in the engine, each one node (x, y, theta) at the centre of mass with added masses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import exudyn.itemInterface as eii

@@ -4,8 +4,6 @@ A row is one scalar equation: a sum of coefficients times measures of two bodies
 of two points, or a coordinate of a point along a line.
 """
 
-from __future__ import annotations
-
 import exudyn.itemInterface as eii
 import numpy as np
 

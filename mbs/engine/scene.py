@@ -1,7 +1,5 @@
 """An Exudyn system with the numbers of its items, and the conversion of its history to a record."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """One run of the engine: assembly, choice and settings of the integrator, record."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from time import perf_counter
 from typing import Any

@@ -6,8 +6,6 @@ update from the next term of its Taylor series, with the step h and acceleration
 doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next. `error` is an error over its limit.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import exudyn as exu

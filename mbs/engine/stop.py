@@ -1,7 +1,5 @@
 """Stops in the engine: a force on the coordinate of a guide's block, or a user element on the nodes of point and face."""
 
-from __future__ import annotations
-
 from math import inf
 
 import exudyn.itemInterface as eii

@@ -3,8 +3,6 @@
 Nodal coordinates are (x, y, theta) for beams, (x, y, dx/ds, dy/ds) for cables, with the arc length s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise

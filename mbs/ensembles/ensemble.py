@@ -10,8 +10,6 @@ windows of one member are not: standard errors are computed from the means of th
 of a run, which the solver hands over while it runs.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait

@@ -6,8 +6,6 @@ L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, d
 than a run's longest steps are quick changes. Jumps missing in a periodic series are added, as pulses may be below `WIDTH`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import reduce
 from itertools import chain, islice, pairwise

@@ -1,7 +1,5 @@
 """Specifications of fields for functions: Python functions, formulas and tables, which are called once as a check."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from dataclasses import field as plain_field

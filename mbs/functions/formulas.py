@@ -3,8 +3,6 @@
 The syntax is that of Python. Allowed are numbers, + - * / **, parentheses, `pi`, `e`, `FUNCTIONS`, and variables by name.
 """
 
-from __future__ import annotations
-
 import ast
 import math
 import re

@@ -1,7 +1,5 @@
 """Functions whose jumps and kinks are at times that the user names."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import ceil, inf
 from typing import Any

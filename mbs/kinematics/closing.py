@@ -3,8 +3,6 @@
 C(q, t) = 0 are the constraints and J = dC/dq. A branch is a family of poses that close the loops as time goes on.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ Steps in time serve to stay on the branch of the start: each is predicted by q, 
 Loops at other times are closed from poses interpolated between anchors.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter

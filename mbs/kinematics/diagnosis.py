@@ -1,7 +1,5 @@
 """Diagnosis of a singular pose of a linkage: links in line, or the elements whose constraints are dependent."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration."""
 
-from __future__ import annotations
-
 from math import ceil, pi
 from time import perf_counter
 

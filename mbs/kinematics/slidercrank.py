@@ -1,7 +1,5 @@
 """Slider-crank in closed form, an independent check of the general loop closure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ constants in the machine code. A law that does more than arithmetic on its argum
 the same result but some fifty times slower; `Pointer.compiled` is then False. `jit` stands for a decorator such as `numba.njit`.
 """
 
-from __future__ import annotations
-
 import ctypes
 import dis
 import inspect

@@ -5,8 +5,6 @@ one compiled kernel serves all laws. A user's law is compiled separately, and it
 kernel computes the forces of all joints with the same pair of laws; if a law does more than arithmetic, it is plain Python.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum

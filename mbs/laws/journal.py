@@ -11,8 +11,6 @@ law computes the present one, for the time since and the mean of the sliding spe
 Laws are functions of the numbers of a joint and of its state, so that `contact` compiles this module once for all laws.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass

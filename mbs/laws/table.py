@@ -5,8 +5,6 @@ Each function has the equation of the law's class, whose docstring names the sou
 `buckler.mbs.spectral.lawtable` for the spectral solver.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from ctypes import CFUNCTYPE, POINTER, c_double
 from enum import IntEnum

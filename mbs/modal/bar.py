@@ -5,8 +5,6 @@ exponentially. Arrays along the bar have a row for each Gauss point, then rows o
 points.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

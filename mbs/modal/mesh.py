@@ -3,8 +3,6 @@
 Link axes: origin at the start joint's centre, x towards the end joint's centre, y to the left of x in the plane of motion.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout

@@ -5,8 +5,6 @@ phi_k modes and q_k modal coordinates. A point X of the undeformed link moves to
 Arrays `q` of coordinates (R_x, R_y, theta, q_1 ... q_m), `q_t` and `q_tt` of rates have the shape (times, 3 + m).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple

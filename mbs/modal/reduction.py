@@ -1,7 +1,5 @@
 """Reduction of a `Modal` link to its inertia, chosen modes, and the motion of its joints in each mode."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isclose

@@ -3,8 +3,6 @@
 Modes are normalised to modal masses of 1, are orthogonal to rigid motions, and have the shape (modes, nodes, 3).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

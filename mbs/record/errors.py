@@ -1,7 +1,5 @@
 """Status of a run, and estimated errors of its signals by norm."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Interpolation and integration of sampled signals, and messages for unknown names; samples need not be equidistant."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

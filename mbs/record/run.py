@@ -6,8 +6,6 @@ the mean over an axial period T, taken twice. A running mean over T multiplies a
 sin(pi f T)/(pi f T), two of them by its square, which is zero at f = 1/T, 2/T, ...
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -5,8 +5,6 @@ Strains have the engine's integration points, as a run conserves the discrete en
 goes from -1 to 1. Indices in `einsum` are: t times, e elements, g integration points, k nodes of an element, c coordinates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -6,8 +6,6 @@ along a direction, a relative angle, or a distance. The ground has the index aft
 loops of a linkage and constrain bodies in Exudyn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 

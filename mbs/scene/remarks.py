@@ -1,7 +1,5 @@
 """Remarks on a mechanism: redundant constraints, undetermined forces, too many drives, and joints that seem to be missing."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

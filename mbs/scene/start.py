@@ -4,8 +4,6 @@ Links move as rigid bodies if the equations allow it. If not, as in a truss of s
 stations, have additional velocities. These are the smallest in a norm weighted by the stiffness of the link.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 

@@ -3,8 +3,6 @@
 At a jump, as at an impact, a signal has two samples of almost one time: the cubics of the pieces before and after are separate.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import nan

@@ -1,7 +1,5 @@
 """Experiments: measured signals over time, measured numbers and bounds, and their input from text files."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping, Sequence

@@ -7,8 +7,6 @@ lower degree. The noise of the readings is estimated from second differences: th
 (f(p + w) - f(p))/w and (f(p) - f(p - w))/w is w f'' without noise, four times as large with 4 w.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, nan, sqrt

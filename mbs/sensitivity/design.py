@@ -3,8 +3,6 @@
 The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite

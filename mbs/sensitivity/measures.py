@@ -8,8 +8,6 @@ t s/sqrt(n) for a mean or rms, and t s sqrt(n) for an impulse. It is t s for a l
 distribution of extremes does not depend on n (Gumbel, Statistics of Extremes, 1958).
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -14,8 +14,6 @@
 Signals have their names in the result.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Callable, Mapping, Sequence

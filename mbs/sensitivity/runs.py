@@ -1,7 +1,5 @@
 """Runs of the compiled solver for derivatives, fits and designs, and readings of these runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -4,8 +4,6 @@ A piece has one polynomial of degree p for each field, x and y [m] and, with she
 to 1 along the piece. Derivatives are by the stress-free arc length. `times` are the rows of a run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ arrays of `state` are listed in `output`. Equations (3) and (4): docs/theory-spe
 1996, IV.8.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from . import kernel

@@ -4,8 +4,6 @@ Numbers are fields of records, arrays those of named tuples. Sizes: n coordinate
 strips, e rows of `Tables.elastic`: inner coordinates of strips and modes, or pairs (x, y) of them; slots as in `tables`.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from enum import IntEnum
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ Unknowns are the n coordinates and r multipliers. A matrix is the sum of blocks:
 modal links and masses. A slot is a nonzero of the sum: a pair of unknowns that a block couples. All matrices have the same slots.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ G Jacobian. There are n coordinates q, rates v, r multipliers lam. Equations (3)
 `state` are listed in `output`; `unit` is the unit of each coordinate.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 `times` are the rows of the run. A trace is the motion of a marker: (x, y, angle), their rates and second rates, (3, times, 3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 The order of a force's `numbers` is the one in which `lawtable` and `forces` read them for its kind.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import cast

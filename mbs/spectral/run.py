@@ -3,8 +3,6 @@
 Step ends are the times at which a step must end. Compiled functions raise no exceptions: the counts tell a run's status.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ Multipliers follow the cubic through the step's start and nodes. Rows are close 
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` an `Output`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .compiling import copy, kernel_function

@@ -3,8 +3,6 @@
 Coordinates q (n,), rates v, accelerations a, multipliers lambda (r,), forces f, constraints g(q, t) = 0 with G = dg/dq.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

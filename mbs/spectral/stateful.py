@@ -7,8 +7,6 @@ force acts, and then the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is comp
     dF_r = sum over c of dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..laws.table import LawColumn, call

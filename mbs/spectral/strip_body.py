@@ -4,8 +4,6 @@ The coefficients of x, y and, for Reissner's strip, the angle are coordinates. T
 piece; neighbouring pieces share those of their common end.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise

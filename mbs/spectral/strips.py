@@ -10,8 +10,6 @@ of N, Q, M. Numbers of a strip begin at index d of tables.data, see `StripData`.
 has the index of its first coefficient among the strip's coordinates, `order` the order of the functions' derivative.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .compiling import copy, inline, kernel_function

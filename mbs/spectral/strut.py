@@ -1,7 +1,5 @@
 """A massless post-buckled strip for the compiled solver: a spring between the bodies to which it is pinned."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import cast
 

@@ -8,8 +8,6 @@ A matrix of the mechanism is a sum of blocks, small matrices of one constraint, 
 the sum. Arrays over the slots have one entry more, to which entries of blocks are added that are always zero; it is not read.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 

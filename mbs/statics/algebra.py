@@ -5,8 +5,6 @@ G is the Jacobian of the constraints, M the mass matrix, K the tangent stiffness
 K + c M = L D L^T has as many negative pivots as there are eigenvalues below -c, which shows that none is missing.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import TypeAlias
 

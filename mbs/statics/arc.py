@@ -5,8 +5,6 @@ square of the coordinates over their extents plus the square of p over its range
 arc is the distance of a state from the start of a step, measured along the step's direction, which is normal to planes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import MappingProxyType

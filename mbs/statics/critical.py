@@ -4,8 +4,6 @@ At limit points and branchings an eigenvalue mu = -s^2 of K z = mu M z passes ze
 Flutter begins where two eigenvalues meet, or, with damping, where a complex exponent s passes the imaginary axis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple

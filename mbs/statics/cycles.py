@@ -1,7 +1,5 @@
 """Periodic motions with their Floquet multipliers, and errors of both by refinement of steps and degree."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

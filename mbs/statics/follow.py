@@ -3,8 +3,6 @@
 A path is followed by the steps of `arc`, with strips of a higher degree until the critical points of `critical` do not change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace

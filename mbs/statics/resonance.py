@@ -1,7 +1,5 @@
 """Response curves: periodic motions over a frequency, a load or any number of a mechanism, around their folds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

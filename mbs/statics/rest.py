@@ -8,8 +8,6 @@ For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1
 is that of the longest link, of an angle 1 rad; the extent of a length is the size of the whole mechanism.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..elements import Rope

@@ -1,7 +1,5 @@
 """Natural frequencies about an equilibrium, with damping and follower forces, each with its error."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ since t = 0 [rad]; at t = 0 its axes are those of the ground, whose frame is ''.
 `INKS`. Numbers without a name are proportions of symbols, chosen by their look.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from math import atan2, cos, hypot, pi, sin
 from typing import Any, NamedTuple

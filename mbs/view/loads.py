@@ -4,8 +4,6 @@ Each function takes the sheet, the name of the element and the element. Numbers 
 (`sheet.unit`), chosen by their look.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from math import cos, pi, sin

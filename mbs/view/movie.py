@@ -4,8 +4,6 @@ A `Movie` holds these arrays. A `Result` has a `Film`, which makes the movie fro
 `Film` holds the movie without the record. Frames and marks are those of `drawing`; the frame '' is the ground.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, singledispatch

@@ -3,8 +3,6 @@
 A flexible link is a chain of hexahedra of the strip's width and thickness, a rigid link a prism on its outline.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The report page of a run: one HTML file that needs no network. Its arrays are quantised to 16 bits and stored in base64."""
 
-from __future__ import annotations
-
 import html
 import json
 from base64 import b64encode

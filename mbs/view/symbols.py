@@ -5,8 +5,6 @@ not in the table gets the symbol of its nearest base class in the table, an exte
 proportions, over the size of a symbol (`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin

@@ -1,7 +1,5 @@
 """Verdicts of the checks of a run, and tables of its errors, work and settings, for pages."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from math import isfinite

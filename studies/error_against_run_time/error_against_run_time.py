@@ -7,8 +7,6 @@ Processor times run from the description of the mechanism to the numbers, and ar
 table lists the objects of each mechanism's scene, and what a run of it loads and compiles.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial

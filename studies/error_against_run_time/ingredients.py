@@ -4,8 +4,6 @@ They show that a run has nothing that it does not need. The run is made in a new
 buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only this run has loaded modules there.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

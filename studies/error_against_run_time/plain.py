@@ -5,8 +5,6 @@ works: with other kinds thin elements lock, that is, they are too stiff. Static 
 modified Newton method and the tolerances of the work.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from contextlib import suppress

@@ -8,8 +8,6 @@ and absolute tolerance of Newton's method), in rattling works (elements, toleran
 the compiled solver, are (tolerance, degree of the strips or 0 without strips).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from math import pi, sqrt

@@ -5,8 +5,6 @@ of the compiled solver with different steps; then only measures in which the two
 whose clearance is larger by a thousandth, shows until when the motion is predictable.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace

@@ -5,8 +5,6 @@ compiled solver that agree. A run is silent if its status is OK though its error
 of a run is its time over that of one run of the compiled solver.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ Of `Dice`, `uniform` and `log` draw a number whose value or logarithm is uniform
 number of them, `chance` a truth value. The ranges of draws are a free choice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 All numbers are in SI units; 10 pi rad/s is 300 r/min. The ranges of draws are a free choice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import cos, pi, sin, sqrt

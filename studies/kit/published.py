@@ -5,8 +5,6 @@ doi 10.1115/IMECE2008-68796; its lengths are `buckler.mbs.library.PAPER`. Crank-
 authors: its lengths are `buckler.mbs.library.STEEL_CRANK_ROCKER`, its contact laws `RATTLING` and `CLOSED` of that module.
 """
 
-from __future__ import annotations
-
 from buckler.mbs.library import BAR, RATTLING
 
 STRIP_WIDTH = 0.030

@@ -1,7 +1,5 @@
 """Table of the studies, and their import by name or file. The table is static: listing the studies imports none of them."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Iterable

@@ -3,8 +3,6 @@
 A file appears under its name only when it is complete. A study shows its progress by `for x in progress(cases, label="speed")`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """`buckler run NAME`: read the options, run the study, draw its figures, write and print its result."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

@@ -1,7 +1,5 @@
 """Versions of Python, Buckler and the packages that compute; provenance of a run."""
 
-from __future__ import annotations
-
 import hashlib
 import platform
 import socket

@@ -4,8 +4,6 @@ The server answers only requests from this machine that have the token of the pa
 sends `move`: one fast run without an error estimate. The page then sends `judge`: a run with its error estimate.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import secrets

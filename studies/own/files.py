@@ -4,8 +4,6 @@ A document is the content of a file as nested tables and lists. A path such as `
 entry of it; a change gives an entry another value. The table [run] of a file has options of a run. It is no part of the document.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import re

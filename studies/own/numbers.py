@@ -1,7 +1,5 @@
 """Commands that vary numbers of a mechanism: `sensitivity`, `fit` to data, `optimise`, and `ensemble` with random numbers."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Commands `show`, `equilibrium`, `path`, `frequencies`, `periodic`, `response` on a file; options `--schema`, `--compile`."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -4,8 +4,6 @@ The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame.
 the study `buffering` varies all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ The paper's "modes four, five and six" of the rocker may be counted in four ways
 of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from math import pi
 from typing import Any

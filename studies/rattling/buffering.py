@@ -17,8 +17,6 @@ Sources: E. B. Wilson, Probable inference, the law of succession, and statistica
 I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product

@@ -6,8 +6,6 @@ lower peaks and smoother curves. Rattling is chaotic, so that one run shows litt
 of many runs: by their ratio, flexible over rigid rocker, with its standard error.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from math import hypot, pi
 from typing import NamedTuple

@@ -8,8 +8,6 @@ With `sections` the study draws a bifurcation map by Poincaré sections: the vel
 for each of `section_count` clearances. A motion with the period of a turn gives one point, of two turns two, chaos a cloud.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ A run is one turn of the crank; the journals start centred. Both rockers are com
 which two thirds of the runs lie.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi

@@ -6,8 +6,6 @@ crank-rocker runs with each set on the compiled solver. A case is a pair of a un
 side of the bars in the plane.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product

@@ -4,8 +4,6 @@ Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m wit
 and members of an ensemble, with standard errors. The journals of each member start at random places in their bushes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass

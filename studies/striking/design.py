@@ -6,8 +6,6 @@ and the slider strikes far harder.
 Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import degrees, isfinite, pi
 

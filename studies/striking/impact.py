@@ -5,8 +5,6 @@ rests if its contact lasts from before the dead centre, at 180 degrees, beyond i
 The paper is B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan, nan, pi

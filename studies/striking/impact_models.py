@@ -4,8 +4,6 @@
 others simulate the mechanism: the coupler of `strut` is a massless exact elastica, that of `beam` a geometrically exact beam.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from math import exp, log, pi

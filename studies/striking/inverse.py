@@ -25,8 +25,6 @@ Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight `Beam` buckles late 
 Sources: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796; Carvalho, Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 

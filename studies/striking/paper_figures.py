@@ -6,8 +6,6 @@ which it strikes with 27 N at 1.25 rad/s; all other numbers are predictions. The
 the paper does not give. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import pi
 from typing import NamedTuple

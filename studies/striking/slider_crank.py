@@ -11,8 +11,6 @@ under gravity, and on a DC motor; each predicts the forces. With `ramp` and `vol
 impact of 27 N at 1.25 rad/s. Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, isnan, nan, pi, sqrt

@@ -1,7 +1,5 @@
 """Figures of the study slider-crank, one for each drive, with the exact forces at first contact and at the dead centre [N]."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from buckler.mbs.geometry import Array

@@ -9,8 +9,6 @@ Friction in the guide above the Euler load, 0.054 N at 0.1 mm, would keep the th
 `friction` is 0 by default. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan

@@ -11,8 +11,6 @@ force on the stop lies in [max(F - f, 0), F + f], depending on the motion before
 Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial

@@ -15,8 +15,6 @@ V. A. Kuzkin, M. M. Dannert, The maximum force in a column under constant speed 
 Structural model for the dynamic buckling of a column under constant rate compression, arXiv:1506.00427.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import NamedTuple

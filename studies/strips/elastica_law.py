@@ -5,8 +5,6 @@ boundary value problem of the same strip: `rod`, without extension, must agree t
 and shear stiffness, shows what the closed form neglects. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

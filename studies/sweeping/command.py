@@ -1,7 +1,5 @@
 """`buckler sweep NAME --vary ...`: read the options, run the cases, write their table, figures and files."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import logging

@@ -4,8 +4,6 @@ The result of a case is a row, which is stored when the case ends. So a call wit
 other cases. Rows do not depend on the executor.
 """
 
-from __future__ import annotations
-
 import importlib
 import multiprocessing
 import os

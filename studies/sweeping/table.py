@@ -3,8 +3,6 @@
 Texts are `thickness=0.1mm:0.5mm:9`, `tolerance=1e-5:1e-3:7:log`, `speed=0.75,1.25`. Each combination of values is a case.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math
