@@ -53,8 +53,8 @@ def connect(scene: EngineScene) -> None:
     by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         kind = type(element.body if isinstance(element, elements.Link) else element)
-        is_body_alone = kind in BODIES and kind not in CONNECTORS  # a strut is a link, and connects other bodies
-        if not is_body_alone:
+        is_built = kind in BODIES and kind not in CONNECTORS  # as a body; of links, struts alone connect other bodies
+        if not is_built:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
         function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
@@ -81,7 +81,7 @@ def build(mechanism: Mechanism) -> EngineScene:
             scene.placed[link.name] = placed
     for guide in mechanism.guides:
         velocity = start.velocity(guide.link, guide.point)
-        scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
+        scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))  # its block
     for burden in scene.source.burdens:
         attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
@@ -89,7 +89,7 @@ def build(mechanism: Mechanism) -> EngineScene:
     connect(scene)
     _add_gravity(scene)
     scene.system.Assemble()
-    for force in scene.with_memory:  # the assembled system has indices of coordinates
+    for force in scene.with_memory:  # only the assembled system has indices of coordinates
         force.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene.system, scene.placed)

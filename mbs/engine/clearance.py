@@ -1,10 +1,12 @@
 """Joints with clearance in the engine: a user element computes the forces of all joints with the same laws.
 
-The forces come from compiled kernels of `buckler.mbs.laws.contact`; a joint is a pin in a bush.
+The forces come from compiled kernels of `buckler.mbs.laws.contact`; a joint is a pin in a bush. That module is imported when a
+joint with clearance is built, so that nothing else loads the compiler.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import exudyn.itemInterface as eii
@@ -14,7 +16,7 @@ from ..elements.clearance import Clearance
 from ..elements.element import GROUND
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array, find_sign_changes
-from ..laws import BristleLaw, FrictionLaw, NormalLaw
+from ..laws import BristleLaw, NormalLaw
 from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from ..record.lookup import hermite
 from . import Callback, System
@@ -32,13 +34,6 @@ PYTHON_PATIENCE = PATIENCE // 10
 """`PATIENCE` for laws in plain Python, whose calls are slower."""
 
 
-def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
-    """Return the kernel of contact and friction; imported here, so that only joints with clearance load the compiler."""
-    from ..laws import contact
-
-    return contact.kernel_of(law, friction)
-
-
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
@@ -48,10 +43,12 @@ class ClearanceGroup:
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
+        from ..laws.contact import kernel_of
+
         self.names, self.joints, self.nodes = names, joints, nodes
         law, friction = joints[0].law, joints[0].friction
         self.kernel: Kernel = kernel_of(law, friction)
-        self.offsets, self.numbers = tables(joints, ends)
+        self.offsets, self.numbers = tables(joints, ends, self.kernel.constants)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
@@ -72,7 +69,7 @@ class ClearanceGroup:
         report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
         depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
-        memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
+        memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)  # for a step in which the contact closes
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
             for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
@@ -122,20 +119,21 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
     """Return the pin or the bush of a joint as the kernel needs it; add its node to `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
-        return End(-1, (x, y), (0.0, 0.0))
+        return End(offset=-1, place=(x, y), arm=(0.0, 0.0))  # -1: no coordinates
     if body in scene.strut_links:
         raise ValueError(f"clearance at '{point}': link '{body}' is a Strut; the contact exerts moments")
     node, (px, py) = scene.placed[body].contact_node(point)
     if node not in nodes:
         nodes.append(node)
-    return End(3 * nodes.index(node), (float(px), float(py)), (x - float(px), y - float(py)))
+    first_coordinate = 3 * nodes.index(node)  # each node has x, y, theta
+    return End(offset=first_coordinate, place=(float(px), float(py)), arm=(x - float(px), y - float(py)))
 
 
-def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, n): places, arms, radii, constants of laws."""
+def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Sequence[float]) -> tuple[Array, Array]:
+    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, n), with the constants of the laws last."""
     offsets = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel_of(joint.law, joint.friction).constants]
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *constants]  # radius of the pin, clearance [m]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
     return offsets, np.array(numbers, dtype=float)

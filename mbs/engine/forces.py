@@ -32,7 +32,7 @@ class StopContact(Striking):
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
-        self.columns = placed[self.stop.point].columns()[0]
+        self.columns = placed[self.stop.point].columns()[0]  # of the block, which `placed` has by the guide's point
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
         """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
@@ -51,7 +51,7 @@ class StopContact(Striking):
 class StopEnd:
     """Node of one of the two bodies of a stop, with `size` coordinates; the ground has `size` 0.
 
-    `place` is the position of the node at t = 0 [m]; `arm` leads from the node to the contact point and turns with the node.
+    `place` is the position of the node and `arm` leads from it to the contact point, both at t = 0 in axes of the ground [m].
     """
 
     node: int = -1
@@ -64,8 +64,8 @@ class StopEnd:
 class FreeContact(StopContact):
     """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`.
 
-    o is the position and phi the angle of the node of `second`; u = R(phi) `along` is the normal of the face, and `reach` the
-    coordinate u . (p - o) at which the contact closes:
+    o is the position of the node of `second` and phi its angle since t = 0; the ground has o = 0 and phi = 0. `along` is the
+    normal of the face at t = 0, u = R(phi) `along` the present one. The contact closes where u . (p - o) is `reach`:
 
         depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq.
 
@@ -97,14 +97,14 @@ class FreeContact(StopContact):
         """Compute u . (p - o) with u = R(phi) line, its rate, and its gradient by the coordinates.
 
         A node has the coordinates x, y, theta. That of a cable has x, y and slopes; its arm is zero, so that q[2] has no effect.
-        Below, (bx, by) is the arm to p; (px, py) and (wx, wy) become position and velocity of p relative to o.
+        Below, (px, py) and (wx, wy) become position and velocity of p relative to o.
         """
-        ax, ay = self.first.arm
+        x0, y0 = self.first.arm
         gradient = [0.0] * len(q)
         c, s = cos(q[2]), sin(q[2])
-        bx, by = c * ax - s * ay, s * ax + c * ay
-        px, py = self.first.place[0] + q[0] + bx, self.first.place[1] + q[1] + by
-        wx, wy = v[0] - v[2] * by, v[1] + v[2] * bx
+        arm_x, arm_y = c * x0 - s * y0, s * x0 + c * y0
+        px, py = self.first.place[0] + q[0] + arm_x, self.first.place[1] + q[1] + arm_y
+        wx, wy = v[0] - v[2] * arm_y, v[1] + v[2] * arm_x
         ux, uy = line
         k = self.first.size  # index of the first coordinate of `second`
         if self.second.size:
@@ -112,19 +112,20 @@ class FreeContact(StopContact):
             ux, uy = c * ux - s * uy, s * ux + c * uy
             px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
             wx, wy = wx - v[k], wy - v[k + 1]
-            by_angle = ux * py - uy * px
-            gradient[k : k + 3] = [-ux, -uy, by_angle]
-        gradient[:3] = [ux, uy, uy * bx - ux * by]
+            slope = ux * py - uy * px  # derivative of u . (p - o) by phi
+            gradient[k : k + 3] = [-ux, -uy, slope]
+        gradient[:3] = [ux, uy, uy * arm_x - ux * arm_y]
         rate = ux * wx + uy * wy
         if self.second.size:
-            rate += v[k + 2] * by_angle
+            rate += v[k + 2] * slope
         return ux * px + uy * py, rate, gradient
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
         depth, rate, normal = self.depth(q, q_t)
         force = self.force(depth, rate)
-        if not (force and self.stop.friction_at):  # no contact, or no friction
+        has_friction = self.stop.friction_at != ""  # the name of the point, or '' without friction
+        if force == 0 or not has_friction:
             return [-force * n for n in normal]
         _, speed, tangential = self.travel(q, q_t, (-self.along[1], self.along[0]))
         friction = float(self.stop.friction.coefficient(speed)) * force

@@ -58,7 +58,9 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
     body = scene.system.AddObject(item)
     ends = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
-    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), ends, (x, y))
+    return PlacedBlock(
+        scene.system, guide.point, guide, nodes=(node,), objects=(body,), reference=np.zeros((1, 1)), ends=ends, origin=(x, y)
+    )  # fmt: skip
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
@@ -89,9 +91,9 @@ def _compute_weight(mechanism: Mechanism, guide: Guide) -> float:
 
 
 def _compute_reaction(scene: EngineScene, name: str, guide: Guide, run: History, _record: Record) -> Array:
-    """Return the force of the guide on the block, to the left of the guide [N], (times, 1), from the forces of pin and weight."""
-    force = run.multipliers[:, scene.multiplier_indices(name)]
-    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _compute_weight(scene.mechanism, guide)
+    """Return the force of the guide on the block, to the left of the guide [N], (times, 1): it balances pin and weight."""
+    pin = run.multipliers[:, scene.multiplier_indices(name)]  # force of the pin on the block, x and y [N]
+    return (guide.along[1] * pin[:, :1] - guide.along[0] * pin[:, 1:]) - _compute_weight(scene.mechanism, guide)
 
 
 def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -> Array:
@@ -124,12 +126,17 @@ class ReactionFriction:
     a law with a bristle. `column` is the index of the block's coordinate, `rows` has those of the pin's two multipliers.
     """
 
+    is_stuck = False  # for `WithMemory`: the engine repeats no step for ever because of this friction
+
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
-        self.memory, self.is_stuck = np.zeros((1, len(MEMORY))), False
+        self.memory = np.zeros((1, len(MEMORY)))
         self.has_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
-        self.time, self.reaction, self.relaxed, self.last_residual, self.factor = -1.0, 0.0, 0.0, 0.0, 1.0  # of `normal`
+        # state of the iteration in `normal`: time of its step [s], last reaction, its relaxed value, their last difference [N]
+        self.time = -1.0
+        self.reaction = self.relaxed = self.last_residual = 0.0
+        self.factor = 1.0
 
     def normal(self, t: float, reaction: float) -> float:
         """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
@@ -142,8 +149,8 @@ class ReactionFriction:
             self.time, self.reaction, self.relaxed, self.last_residual = t, reaction, reaction, 0.0
         elif reaction != self.reaction:
             residual = reaction - self.relaxed
-            has_secant = self.last_residual != 0.0 and self.last_residual != residual  # 0.0: the first residual of the step
-            if has_secant:
+            is_first = self.last_residual == 0.0
+            if not is_first and residual != self.last_residual:
                 factor = self.factor * self.last_residual / (self.last_residual - residual)
                 self.factor = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, factor))
             self.reaction, self.last_residual = reaction, residual
@@ -191,4 +198,4 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     markers = [scene.ground, scene.coordinate(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
-    scene.add_reader(name, "memory", lambda run, _record: run.memory[g][:, 0])
+    scene.add_reader(name, "memory", lambda run, _record: run.memory[g][:, 0])  # (times, 4) of one guide

@@ -64,7 +64,7 @@ def _make_moment(
 
 def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
     """Make the callback of a force [N]; its value is that in the pose at t = 0 if it turns with the section at `follows`."""
-    value = guard(scene, name, load.value, 2)  # called as value(time for messages, argument of the user's function)
+    value = guard(scene, name, load.value, size=2)  # called as value(time for messages, argument of the user's function)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
         """Return the force in axes of the ground [N]."""
@@ -79,7 +79,7 @@ def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None)
 
 
 def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
-    """Add the distributed loads of strips as loads on nodes, fixed to the node if they turn with the section."""
+    """Add the distributed loads of beams as loads on nodes, fixed to the node if they turn with the section."""
     for load in loads.values():
         strip = cast(PlacedStrip, scene.placed[load.link])
         lengths = nodal_lengths(strip.body, strip.pieces)
@@ -135,19 +135,19 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
     """Add springs between points."""
     for name, load in loads.items():
         markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
-        options = spring_parameters(scene, name, load)
+        options = _make_spring_parameters(scene, name, load)
         length = load.free(scene.mechanism)
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(markerNumbers=markers, referenceLength=length, **options))
 
 
-def spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
-    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value, rate)."""
+def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring, free: float = 0.0) -> dict[str, Any]:
+    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value - free, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
-        return law(t, value, rate)
+        return law(t, value - free, rate)
 
     return {"springForceUserFunction": force}
 
@@ -156,13 +156,8 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
     """Add torsion springs between the angles of two bodies."""
     for name, load in loads.items():
         free = load.free_angle or 0.0
-        options = spring_parameters(scene, name, load)
-        if "springForceUserFunction" in options:
-            law = options["springForceUserFunction"]  # the engine passes the angle without the offset
-            options["springForceUserFunction"] = lambda system, time, item, angle, *rest, law=law, free=free: law(
-                system, time, item, angle - free, *rest
-            )
-        else:
+        options = _make_spring_parameters(scene, name, load, free)
+        if load.law is None:
             options["offset"] = free
         markers = [scene.turning(*place(end)) for end in load.ends(scene.mechanism)]
         scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **options))

@@ -51,7 +51,8 @@ class PlacedModal(EngineBody):
 
     def error_scales(self) -> Array:
         """Return the largest displacement of the link per unit of each coordinate [m], shape (1, 3 + m)."""
-        modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
+        sizes = np.linalg.norm(self.model.line_shapes, axis=1)  # of the modes at points of the link, (points, m)
+        modes = sizes.max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
     def motion(self, states: EngineStates) -> ModalHistory:
@@ -59,7 +60,7 @@ class PlacedModal(EngineBody):
         q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
-    def mobility(self, point: str, _along: Pair) -> float:
+    def inverse_mass(self, point: str, _along: Pair) -> float:
         """Return an upper bound [1/kg] of the inverse of the effective mass of a point in any direction; modal masses are 1."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
@@ -83,7 +84,11 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
     nodes, body = _add_flexible(system, model, reference, initial)
     stations = {link.start: "start", link.end: "end"}
-    ends = {point: _add_position_marker(system, body, station) for point, station in stations.items()}
+    ends = {}
+    for point, station in stations.items():
+        middle = len(CROSS) * ENDS.index(station)  # number of the first virtual point of the joint's cross
+        item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[middle], weightingFactors=[1.0])
+        ends[point] = int(system.AddMarker(item))
     return PlacedModal(
         system, link.name, link.body, nodes, (body,), reference[None], ends,
         model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
@@ -114,13 +119,6 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     ))  # fmt: skip
     placed.anchors[point] = int(node)
     return int(node)
-
-
-def _add_position_marker(system: System, body: int, station: str) -> int:
-    """Add a position marker at the centre of a joint."""
-    joint = [len(CROSS) * ENDS.index(station)]  # number of the first point of the cross, its middle
-    item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
-    return int(system.AddMarker(item))
 
 
 def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:

@@ -57,7 +57,7 @@ class EngineBody:
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; rigid links have it already: False."""
+        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; False if the body was built with them."""
         if inertia:
             node, size = self.contact_node(point)[0], 3
         else:
@@ -71,7 +71,7 @@ class EngineBody:
         node, place = self.contact_node(point)
         return node, 3, place
 
-    def mobility(self, _point: str, _along: Pair) -> float:
+    def inverse_mass(self, _point: str, _along: Pair) -> float:
         """Return the inverse of the effective mass [1/kg] of a point along a unit vector, as if the body had no joints."""
         raise NotImplementedError
 

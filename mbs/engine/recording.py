@@ -41,6 +41,7 @@ class Rows:
         if scene.starts_without_friction and count > 1:
             forces[0] = forces[1]
         stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))
+        # each (times, joints, 4); a constant memory (joints, 4) is repeated
         memory = [next(stacked) if force.has_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         time = np.array(self.time)
         for part in memory:
@@ -102,7 +103,7 @@ class Recorder:
             return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:
-        """Choose the size of the next step; by default the engine chooses it."""
+        """Do nothing: the engine chooses the size of the next step, unless a subclass does."""
 
     def _may_continue(self, t: float) -> bool:
         """Return False, and store the failure, if the run must end."""

@@ -18,8 +18,8 @@ class PlacedRigid(EngineBody):
     """A rigid link in the engine.
 
     `mass` [kg], `inertia` [kg m^2] and the centre of mass are recorded without added masses. `arms` lead from this centre to all
-    points of the mechanism at t = 0 [m], as a point of another body may touch this link. `to_centre` leads from the node to this
-    centre [m]. `half_length` is in m.
+    points of the mechanism [m], as a point of another body may touch this link. `to_centre` leads from the node to this centre
+    [m]. Both are in axes of the ground at t = 0. `half_length` is in m.
     """
 
     mass: float
@@ -31,7 +31,8 @@ class PlacedRigid(EngineBody):
     def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
-        q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
+        x, y, _angle = self.reference[0]
+        q = states.q[:, columns] + np.array([x, y, 0.0])  # the angle of a record is 0 at t = 0
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         if self.to_centre.any():
             arm = rotate(q[:, 2], self.to_centre)
@@ -46,10 +47,10 @@ class PlacedRigid(EngineBody):
         return np.array([[1.0, 1.0, self.half_length]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
-        """Return False: `add` includes all added masses."""
+        """Return False: the link was built with all added masses."""
         return False
 
-    def mobility(self, point: str, along: Pair) -> float:
+    def inverse_mass(self, point: str, along: Pair) -> float:
         """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia, without added masses."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
@@ -64,9 +65,9 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     mechanism, system = scene.mechanism, scene.system
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     length = mechanism.length(link.name)
-    direction = float(np.arctan2(*(end - start)[::-1]))
+    (dx, dy), along = end - start, (end - start) / length
+    direction = float(np.arctan2(dy, dx))
     mass, inertia, centre = link.body.mass_properties(length)
-    along = (end - start) / length
     own_centre = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
     total, moment, common_centre = _with_burdens(scene, link, mass, inertia, own_centre)
     arm = common_centre - start

@@ -28,7 +28,8 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
             continue
         constraints = {f"{name}: {k}" if k else name: item for k, item in enumerate(_add(scene, rows))}
         scene.constraints |= constraints
-        for channel in element.reactions(np.zeros((0, len(rows)))) or ():
+        no_samples = np.zeros((0, len(rows)))  # for the names of the channels
+        for channel in element.reactions(no_samples) or ():
             scene.add_reader(name, channel, _make_reader(scene, list(constraints), element, channel))
 
 
@@ -81,7 +82,7 @@ class RowConstraint:
         self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
 
     def _index(self, end: Place) -> int:
-        """Return the index of an end's node in `order`; the ground has the index after the last."""
+        # the ground has the index after the last node
         return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
 
     def _position(self, end: Place) -> complex:
@@ -102,7 +103,8 @@ class RowConstraint:
         markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=collector))]
         if self.is_linear:
             _, matrix = forms.system(reference - angle)
-            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}  # of the second marker
+            # matrix (total coordinates) - offset = 0: the turns since t = 0 are zero
+            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
@@ -115,7 +117,5 @@ class RowConstraint:
             return gradient
 
         options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        shape = np.zeros(
-            (forms.row_count, reference.size)
-        )  # beside user functions, the engine reads the number of equations from it
+        shape = np.zeros((forms.row_count, reference.size))  # the engine reads the number of equations from it
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))

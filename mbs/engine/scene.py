@@ -30,12 +30,12 @@ SPARSE_FROM = 40
 class EngineScene:
     """An Exudyn system with the numbers of its items, used for one run.
 
-    `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) and points of blocks to bodies,
-    `constraints` maps elements to object numbers. `with_memory` are forces that depend on the last accepted step: joints with
-    clearance, grouped by their laws, and guides with friction proportional to their reaction. `starts_without_friction` is true
-    if such a guide has no bristle: the engine finds its multipliers at t = 0 without this friction, which needs multipliers. A
-    bristle, unbent at t = 0, lets friction grow from there. `notes` are sentences for the result, `start` has the velocities at
-    t = 0, `stopped` is the first failure of a user's function, `readers` are (element, channel, function).
+    `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) to their bodies, and points
+    of guides to their blocks. `constraints` maps elements to object numbers. `with_memory` are joints with clearance, grouped by
+    their laws, and guides with friction proportional to their reaction; their forces depend on the last accepted step.
+    `starts_without_friction` is true if such a guide has friction from t = 0 on, as it has no bristle that would bend first: the
+    engine computes the multipliers at t = 0 without this friction. `notes` are sentences for the result, `start` has the
+    velocities at t = 0, `stopped` is the first failure of a user's function, `readers` are (element, channel, function).
     """
 
     mechanism: Mechanism
@@ -89,15 +89,17 @@ class EngineScene:
         if body == GROUND:
             return self.ground
         node, _ = self.placed[body].contact_node(point)
-        return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
+        return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))  # of (x, y, theta)
 
     def angle(self, body: str, point: str) -> float:
         """Return the angle [rad] that a body turned at a point since t = 0, in the engine's current state."""
-        return float(self._motion(body).turn(point)[0][0])
+        angles, _rates = self._motion(body).turn(point)
+        return float(angles[0])
 
     def position(self, body: str, point: str) -> Array:
         """Return the position of a point of a body [m], (2,), in the engine's current state."""
-        return np.asarray(self._motion(body).point(point)[0][0])
+        places, _velocities = self._motion(body).point(point)
+        return np.asarray(places[0])
 
     def _motion(self, body: str) -> MovingBody:
         """Return the motion of a body at the present time alone, of which only positions and angles are valid."""

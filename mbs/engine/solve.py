@@ -23,7 +23,7 @@ EXPLICIT_TOLERANCE = 10.0
 UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 SMALLEST_STEP = 1e-15
-"""Smallest step of the explicit integrator [s], too small to be reached: there the engine would repeat a step for ever."""
+"""Smallest step of the explicit integrator [s]: so small that no run reaches it, as the engine then repeats a step for ever."""
 NEWTON = 1e-10
 """Tolerance of Newton's residual, relative to the residual at the start of a step."""
 UNFINISHED = 1e-9
@@ -97,7 +97,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _find_reachable_residual(scene)
-    integration.discontinuous.useRecommendedStepSize = True  # the step of StepControl, as there are no native contacts
+    integration.discontinuous.useRecommendedStepSize = True  # a rejected step is repeated with that of `StepControl`
     if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
         settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of many solutions
@@ -107,7 +107,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 
 def _find_reachable_residual(scene: EngineScene) -> float:
-    """Return the least residual [N] that Newton's method can reach, by rounding of the largest axial stiffness; 1e-8 if rigid."""
+    """Return the least residual [N] that Newton's method can reach: the largest rounding of an axial force, 1e-8 at least."""
     bodies = [link.body for link in scene.mechanism.links if link.body.force_rounding]
     return max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in bodies)])
 
@@ -116,9 +116,11 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
     """Assemble a mechanism, integrate it with the engine, and record its motion."""
     scene = build(mechanism)
     steps = solver.steps
-    if steps.adaptive and steps.tolerance is None and scene.source.is_determined:  # constraints alone give the motion
+    if steps.adaptive and steps.tolerance is None and scene.source.is_determined:
+        # constraints alone give the motion, so that steps have no local error to control: as many equal ones as `Closure` has
         count = len(sample_times(mechanism, duration, steps)) - 1
-        solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
+        if count <= steps.max_steps:  # else the controlled steps, which may be fewer, decide
+            solver = replace(solver, steps=Equal(count))
     start = perf_counter()
     control, engine, settings = _choose_integrator(scene, solver, duration, timeout, progress)
     failure = run_engine(scene, control, engine, settings)
@@ -149,7 +151,7 @@ def _choose_integrator(
         return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
     engine = exu.MainSolverImplicitSecondOrder()
     if isinstance(solver.steps, Controlled):
-        control: Recorder = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
+        control: Recorder = StepControl(scene, solver, duration, engine, timeout, progress)
     else:
         control = Recorder(scene, solver, duration, timeout, progress)
     return control, engine, implicit_settings(scene, solver, duration)

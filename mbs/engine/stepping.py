@@ -6,7 +6,7 @@ update from the next term of its Taylor series, with the step h and acceleration
 doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next. `error` is an error over its limit.
 """
 
-from typing import Any
+from typing import cast
 
 import exudyn as exu
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from ..elements.stop import GRAZE
 from ..geometry import Array
 from ..laws import contact_time
+from ..process import Progress
 from ..solvers import MIN_STEP, Controlled, Exudyn, position_error, subdivide
 from . import System
 from .forces import StopContact, StrutSpring
@@ -35,13 +36,14 @@ IMPACT = 0.2
 
 
 class StepControl(Recorder):
-    """Callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the size of the next."""
+    """Callbacks of an implicit run with controlled steps: a `Recorder` that also accepts or rejects steps and sets their size."""
 
     def __init__(
-        self, scene: EngineScene, solver: Exudyn, steps: Controlled, duration: float, engine: exu.MainSolverImplicitSecondOrder,
-        *limits: Any,
+        self, scene: EngineScene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder,
+        timeout: float | None, progress: Progress | None,
     ) -> None:  # fmt: skip
-        super().__init__(scene, solver, duration, *limits)
+        super().__init__(scene, solver, duration, timeout, progress)
+        steps = cast(Controlled, solver.steps)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
         self.scales = _collect_error_scales(scene)
@@ -50,7 +52,8 @@ class StepControl(Recorder):
         stops = [_StopSteps(contact, steps) for contact in self.stops]
         struts = [_StrutSteps(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.controls: list[_StopSteps | _StrutSteps] = [*stops, *struts]
-        default_longest = Controlled().longest(duration)  # a refined run has a shorter one, and in proportion more ends of steps
+        # steps end at kinks, and at times between close kinks, of which a refined run has more
+        default_longest = Controlled().longest(duration)
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, default_longest), np.inf]
         self.accelerations: Array | None = None
         self.new_accelerations: Array | None = None
@@ -138,7 +141,7 @@ class _StopSteps:
             return REJECTED if h > 2 * duration / self.resolution else 0.0
         if self.contact.last_force == 0 or h <= self.shortest:
             return 0.0
-        stiffness = self.contact.stop.law.stiffness  # for exponents above 1 an order of magnitude
+        stiffness = self.contact.stop.law.stiffness  # [N/m^n], used as if n were 1: else an estimate of the order of magnitude
         return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.last_force)
 
 

@@ -23,15 +23,16 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
     node, size, position = scene.placed[link].place_node(stop.point)  # size: number of the node's coordinates
-    first, second = StopEnd(node, size, position, np.subtract(mechanism.points[stop.point], position)), StopEnd()
-    inverse_mass = scene.placed[link].mobility(stop.point, normal)  # inverse of the effective mass [1/kg]
-    if stop.carrier != GROUND:  # the empty StopEnd is the ground
+    arm = np.subtract(mechanism.points[stop.point], position)
+    first, second = StopEnd(node, size, position, arm), StopEnd()  # the empty StopEnd is the ground
+    inverse_mass = scene.placed[link].inverse_mass(stop.point, normal)  # of the effective mass [1/kg]
+    if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].contact_node(origin)
-        second = StopEnd(node, 3, np.array(position))  # coordinates x, y, theta
+        second = StopEnd(node, size=3, place=np.array(position))  # coordinates x, y, theta
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin
-        inverse_mass += scene.placed[stop.carrier].mobility(contact_point, normal)
+        inverse_mass += scene.placed[stop.carrier].inverse_mass(contact_point, normal)
     # `stop.at` leads along the normal from the origin of the plane to the face, `reach` from the node of `second`
     reach = stop.at - float(np.dot(normal, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf

@@ -23,10 +23,10 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedStrip(EngineBody):
-    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m], `at` maps points to nodes of the strip.
+    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m].
 
-    Nodes of a beam, whose body `turns`, have an angle; those of a cable have slopes. `anchors` maps points of a cable to nodes
-    (x, y, theta), for joints that act on angles.
+    `at` maps points to indices in `nodes` and in the rows of `reference`, (nodes, 3) for a beam and (nodes, 4) for a cable.
+    `anchors` maps points of a cable to further nodes (x, y, theta), for joints that act on angles.
     """
 
     pieces: Array
@@ -39,7 +39,7 @@ class PlacedStrip(EngineBody):
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
     def error_scales(self) -> Array:
-        """Return 1 for x and y, 0 for angles and slopes."""
+        """Return 1 for x and y, 0 for angles and slopes: steps are judged by the error of the nodes' places."""
         scales = np.zeros_like(self.reference)
         scales[:, :2] = 1.0
         return scales
@@ -59,7 +59,7 @@ class PlacedStrip(EngineBody):
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
-    def mobility(self, point: str, _along: Pair) -> float:
+    def inverse_mass(self, point: str, _along: Pair) -> float:
         """Return 1/m [1/kg], with half the mass of the elements that meet at the point's node as its effective mass m."""
         arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))  # of the ends of elements, where all points are
         step = self.body.nodes - 1 if self.body.has_angles else 1  # from a node to the same node of the next element
@@ -188,7 +188,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
-        # interpolated along the chord, where a part that turns back counts as at the farthest place before it
+        # the velocity of bending, (nodes, 3); it is a function of the place along the chord, so that this must not decrease
         chordwise = np.maximum.accumulate(x)
         speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     add_elements = _add_beam if body.has_angles else _add_cable
