@@ -26,7 +26,7 @@ MANY = 300
 COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
-"""Number of eigenvalues beyond those wanted; those below the largest gap between them are returned."""
+"""Number of eigenvalues computed beyond those wanted: the largest gap between these is where the returned ones end."""
 CONVERGED = 1e-8
 """Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
 DAMPING = 1e-9
@@ -94,7 +94,8 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     blocks: list[object] = [eye_array(len(free))]
     for columns in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         block = rows[:, columns].toarray()
-        blocks.append(null_space(block[block.any(axis=1)], np.ones(len(columns))))
+        no_units = np.ones(len(columns))  # the rows are scaled already
+        blocks.append(null_space(block[block.any(axis=1)], no_units))
     coordinates = np.concatenate([free, constrained[order]])
     return csr_array(units[:, None] * csr_array(block_diag(blocks))[np.argsort(coordinates)])
 
@@ -108,14 +109,14 @@ def _factorise(m: csr_array, k: csr_array, bound: float) -> tuple[SuperLU, int]:
     return factors, int((factors.U.diagonal() < 0.0).sum())
 
 
-def invert(theta: Array) -> Array:
-    """Return 1/theta; a large finite number where theta is zero."""
-    least = EPS**2 * np.abs(theta).max(initial=1e-300)  # far below the rounding error of theta: it only avoids a division by zero
-    return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
+def invert(values: Array) -> Array:
+    """Return inverse values; a large finite number where a value is zero."""
+    least = EPS**2 * np.abs(values).max(initial=1e-300)  # far below their rounding error: it only avoids a division by zero
+    return np.asarray(1.0 / np.where(np.abs(values) < least, least, values))
 
 
 def modes_of_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Compute eigenvalues -s^2, left and right vectors of K z = -s^2 M z, from the inverse of K + shift M."""
+    """Compute eigenvalues -s^2, left and right vectors of K z = -s^2 M z, by theta = 1/(shift - s^2) of (K + shift M)^-1 M."""
     theta, left, right = eig(np.linalg.solve(k + shift * m, m), left=True)
     return invert(theta) - shift, np.linalg.solve((k + shift * m).T, left), right
 
@@ -136,27 +137,27 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
 
 
 def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """Compute at least `count` lowest eigenvalues -s^2 of sparse symmetric matrices, and all below minus the shift.
+    """Compute at least `count` lowest eigenvalues -s^2 of sparse symmetric matrices above minus the shift, and all below it.
 
-    Return eigenvalues, left and right vectors. All are computed from dense matrices if Lanczos's method misses one, if too many
-    are wanted, or if a pivot is zero.
+    Return them with left and right vectors. If Lanczos's method misses one, if too many are wanted, or if a pivot is zero,
+    compute all from dense matrices.
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
         if 2 * (below + count + SPARE) <= m.shape[0]:  # else too many are wanted
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
-                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)  # first m: for its shape only
-                for which, number in (("SA", below), ("LA", count + SPARE))
-                if number
+                eigsh(m, wanted, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)  # first m: for its shape only
+                for which, wanted in (("SA", below), ("LA", count + SPARE))
+                if wanted
             ]
             squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
-            order = np.argsort(squared)
-            squared, numbers = squared[order], np.arange(below + count, len(squared))
-            number = int(numbers[np.argmax(squared[numbers] - squared[numbers - 1])])  # of eigenvalues below the largest gap
-            middle = 0.5 * (squared[number - 1] + squared[number])  # farthest from eigenvalues, so that the count is certain
-            if _factorise(m, k, middle)[1] == number:
-                return squared[:number], vectors[:, order[:number]], vectors[:, order[:number]]
+            order, least = np.argsort(squared), below + count
+            squared = squared[order]
+            kept = least + int(np.argmax(np.diff(squared[least - 1 :])))  # number of eigenvalues below the largest gap
+            middle = 0.5 * (squared[kept - 1] + squared[kept])  # farthest from eigenvalues, so that the count is certain
+            if _factorise(m, k, middle)[1] == kept:
+                return squared[:kept], vectors[:, order[:kept]], vectors[:, order[:kept]]
     return modes_of_symmetric(m.toarray(), k.toarray(), shift)
 
 

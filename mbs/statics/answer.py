@@ -32,9 +32,9 @@ CRITICAL_ACCURACY = 1e-6
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
-"""Default length of the first step of a path: root mean square of relative changes of coordinates and parameter, see `path`."""
+"""Default arc length of the first step of a path, in the metric that `arc` defines."""
 MAX_STEP = 0.1
-"""Default length of the longest step of a path, in the same norm."""
+"""Default arc length of the longest step of a path."""
 
 
 class Ending(StrEnum):
@@ -109,6 +109,7 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
     """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
+        # of periodic motions, which are integrated in time
         "spent": f"all time steps that its runs may take led to {last:.6g}, not to {to:.6g}",
         "singular": f"it cannot be followed beyond {last:.6g}",
         "closed": "it came back to its start",
@@ -120,7 +121,7 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
 
 
 def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
-    """List effects that the statics leave out: dry friction, and the error of truncated modes."""
+    """List effects that the statics leave out: dry friction, with the remark `friction` on it, and truncated modes."""
     rubbing = [element.friction_at for element in Scene.of(mechanism).elements.values() if element.friction_at]
     modal = [link.name for link in mechanism.links if link.body.linear]
     omissions = [f"{friction}: {', '.join(map(repr, rubbing))}"] if rubbing else []
@@ -128,7 +129,7 @@ def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
 
 
 def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
-    """Convert multipliers to the reactions of an element, with the signs of its signals, shape (states, rows).
+    """Convert multipliers lambda (states, r) to the reactions of an element (states, rows), with the signs of its signals.
 
     A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
     tension, a gear the force at its teeth.
@@ -137,8 +138,8 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     if not rows:
         raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
     element = scene.source.elements[name]
-    pushes = -element.sense * multipliers[:, rows]  # constraint forces are -G^T lambda; `sense` is the sign of the force signal
-    return np.hstack(list((element.reactions(pushes) or {"force": pushes}).values()))
+    mu = -element.sense * multipliers[:, rows]  # constraint forces are -G^T lambda; `sense`: sign of the signal
+    return np.hstack(list((element.reactions(mu) or {"force": mu}).values()))
 
 
 KEYS = {"limit": "limits", "branching": "branchings", "flutter": "flutter", "fold": "folds", "doubling": "doublings"}
@@ -170,7 +171,7 @@ class Equilibrium(Answer):
         return places(self.scene, self.q, link, point)
 
     def reaction(self, name: str) -> Array:
-        """Return force or torque of a constraint [N or N m], with the signs of the signals of a run; see `reactions`."""
+        """Return force or torque of a constraint [N or N m], with the signs of a run's signals; see `reactions`."""
         return reactions(self.scene, self.multipliers[None], name)[0]
 
     def rows(self) -> list[tuple[str, str]]:
@@ -196,7 +197,11 @@ def parameters_at(kind: str, doc: str) -> Any:
 
 @dataclass(frozen=True)
 class Route(Answer):
-    """Path of equilibria or of periodic motions over a parameter, with critical `points` and their errors."""
+    """Path of equilibria or of periodic motions over a parameter, with critical `points` and their errors.
+
+    `points` are `Critical` points of equilibria or `CriticalMotion`s. `ended` is 'reached' or another reason of `explain_end`.
+    `errors` are arrays by the keys in `KEYS`, in which a point of multiplicity m has m entries.
+    """
 
     ended: str
     scene: CompiledScene
@@ -211,20 +216,19 @@ class Route(Answer):
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: critical points in their order, and the end."""
-        out, count = [], dict.fromkeys(KEYS, 0)
+        out, errors = [], {kind: list(self.errors.get(key, ())) for kind, key in KEYS.items()}
         for point in self.points:
-            errors = self.errors.get(KEYS[point.kind], np.array([]))
-            error = f", error {errors[count[point.kind]]:.1e}" if count[point.kind] < len(errors) else ""
+            error = f", error {errors[point.kind][0]:.1e}" if errors[point.kind] else ""
             multiple = f", {point.multiple} eigenvalues" if point.multiple > 1 else ""
             out.append((point.kind, f"{point.rest.parameter:.9g}{error}{multiple}"))
-            count[point.kind] += point.multiple
+            del errors[point.kind][: point.multiple]  # the next point of the kind has the error behind them
         end = f" at {self.parameter[-1]:.9g} after {len(self.parameter)} steps" if len(self.parameter) else ""
         return [*out, ("ended", f"{self.ended}{end}")]
 
 
 @dataclass(frozen=True)
 class Path(Route):
-    """Equilibria along a path; OK if `to` was reached. `ended` is 'reached', 'closed', 'steps', 'singular' or 'stopped'.
+    """Equilibria along a path; the status is OK if `to` was reached, or if the path closed.
 
     `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `q`
     (steps, n) are coordinates, `multipliers` (steps, r) those of constraints. `growth` (steps,) is the largest growth rate of a
@@ -257,7 +261,7 @@ class Path(Route):
         return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return values to draw over the parameter: positions on the path, and at critical points; prefix of its label."""
+        """Return positions to draw over the parameter, on the path and at critical points, and '' as prefix of the axis label."""
         criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
         return self.point(link, point), criticals, ""
 

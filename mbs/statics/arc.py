@@ -1,13 +1,12 @@
 """Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots in steps.
 
 A state is the vector (q, lambda, p) of coordinates, multipliers and parameter, (n + r + 1,). The metric of the path is the mean
-square of the coordinates over their extents plus the square of p over its range. A direction is a unit vector in this metric. An
-arc is the distance of a state from the start of a step, measured along the step's direction, which is normal to planes.
+square of the coordinates over their extents plus the square of p over its range. A direction is a unit vector in this metric. A
+step leads from an equilibrium to one on a plane normal to its direction; the arc is the distance of the plane from the start.
 """
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from .problem import Plane, Problem, Rest, StaticsError
 SHORTEST = 1e-7
 """Arc length below which continuation ends."""
 NEAR = 1e-9
-"""Arc length, in the metric of the path, that counts as zero."""
+"""Change in the metric of the path that counts as zero."""
 TARGET_TURN = 0.15
 """Angle between the tangents of successive steps [rad] for which the length of the next step is chosen."""
 CORNER = 0.5
@@ -32,23 +31,21 @@ ALIKE = 1e-3
 """Largest difference of the roots by 4 and by 6 points, over the spacing of points; above it `find_root` is used."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
-KNOWN_POINTS = 3
-"""Number of known equilibria through which a step is interpolated."""
 CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs up to which a corner of the path is searched, tried in this order; as are the same lengths of the first step behind it."""
-HALVINGS = 30
-"""Number of halvings that locate a corner: to a billionth of the arc."""
-NONE: Mapping[float, Rest] = MappingProxyType({})
-"""Known equilibria inside a step, by arc: none."""
+"""Arcs up to which a corner of the path is searched, tried in this order; then arcs of the first step behind the corner."""
 
 
 class Step(NamedTuple):
-    """Step from the equilibrium `rest` along a direction to the equilibrium `new` on the plane at a distance `arc`."""
+    """Step from the equilibrium `rest` along a direction to the equilibrium `new` on the plane at a distance `arc`.
+
+    If it passes a corner, direction and arc are those behind the corner, which is near `rest`.
+    """
 
     rest: Rest
     direction: Array
     new: Rest
     arc: float
+    passes_corner: bool = False
 
 
 class Arc:
@@ -68,14 +65,14 @@ class Arc:
         normal = self.metric * before if before is not None else np.zeros(len(self.metric))
         if before is None:
             normal[-1] = 1.0 / self.span
-        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))
+        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # p over its range in the matrix
         return np.asarray(tangent / self.size(tangent))
 
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
         """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
 
-        The default guess is the prediction, on the direction. Raise a StaticsError if Newton's method changes the prediction by
-        more than half of it; coordinates are compared alone as well, as a large load would hide their change.
+        The default guess is the prediction rest + step direction. Raise a StaticsError if Newton's method corrects it by more
+        than half the step; the coordinates are compared alone as well, as a large load would hide their change.
         """
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
@@ -91,19 +88,15 @@ class Arc:
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """Find the next equilibrium at an arc, which is halved if that fails; raise a StaticsError below `SHORTEST`."""
+        """Find the next equilibrium at an arc, which is halved if that fails, or around a corner; else raise a StaticsError.
+
+        At a corner a contact closes or opens, so that the tangent turns at once.
+        """
         while arc > SHORTEST:
             try:
                 return Step(rest, direction, self.find_on_plane(rest, direction, arc), arc)
             except StaticsError:
                 arc *= 0.5
-        raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
-
-    def pass_corner(self, rest: Rest, direction: Array) -> Step:
-        """Step around a corner of the path, where a contact closes or opens, along the tangent behind it.
-
-        The arc of the step counts from the corner, which is near `rest`. Raise a StaticsError if there is no corner.
-        """
         for far in CORNER_ARCS:
             corner = self._find_corner(rest, direction, far)
             if corner is None:
@@ -111,8 +104,8 @@ class Arc:
             after = self.direction(corner, direction)
             for arc in CORNER_ARCS:
                 with suppress(StaticsError):
-                    return Step(rest, after, self.find_on_plane(corner, after, arc), arc)
-        raise StaticsError("there is no corner")
+                    return Step(rest, after, self.find_on_plane(corner, after, arc), arc, passes_corner=True)
+        raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
@@ -128,7 +121,7 @@ class Arc:
         if not is_behind(far):
             return None
         near = 0.0
-        for _ in range(HALVINGS):
+        for _ in range(30):  # to a billionth of the arc
             middle = 0.5 * (near + far)
             near, far = (near, middle) if is_behind(middle) else (middle, far)
         return at(far)
@@ -138,8 +131,8 @@ class Arc:
         n = self.problem.scene.size
         return Rest(vector[:n], vector[n:-1], float(vector[-1]))
 
-    def equilibrium_at(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
-        """Find the equilibrium at an arc within a step, from a guess interpolated between the ends and `known` equilibria."""
+    def equilibrium_at(self, step: Step, arc: float, known: Mapping[float, Rest] | None = None) -> Rest:
+        """Find the equilibrium at an arc in a step, from a guess interpolated between its ends and equilibria `known` by arc."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
         return self.find_on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
@@ -153,10 +146,10 @@ class Arc:
         """Return the arc at which an equilibrium lies in a step."""
         return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
 
-    def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
-        """Interpolate a step at an arc, by the Hermite polynomial of start, direction and the nearest known equilibria."""
-        rests = {step.arc: step.new, **known}
-        nearest = sorted(rests.keys() - {0.0}, key=lambda other: abs(other - arc))[:KNOWN_POINTS]
+    def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] | None = None) -> Array:
+        """Interpolate a step at an arc, by the Hermite polynomial of start, direction and the three nearest known equilibria."""
+        rests = {step.arc: step.new, **(known or {})}
+        nearest = sorted(rests.keys() - {0.0}, key=lambda other: abs(other - arc))[:3]
         values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in nearest)]
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *nearest]) / step.arc, values)(arc / step.arc))
 
@@ -224,7 +217,7 @@ class Arc:
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
     def may_have_jumped(self, step: Step, after: Array) -> bool:
-        """Return True if the tangent of the coordinates turns beyond `CORNER` in a step, and the step can be shorter."""
+        """Return True if the tangent of the coordinates turns beyond `CORNER` to `after` a step, and the step can be shorter."""
         n = len(step.rest.q)
         first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
         size = float(np.linalg.norm(last))

@@ -78,55 +78,53 @@ class Critical:
     rounding: float = 0.0
 
 
-def find_criticals(
-    arc: Arc, step: Step, before: TangentState, after: TangentState, end: Array, last: tuple[Step, TangentState] | None
-) -> list[Critical]:  # fmt: skip
-    """Find the critical points within a step, in their order.
+class Piece(NamedTuple):
+    """Step or a part of it, with the stability at both ends and the direction of the path at the second end."""
 
-    `before` and `after` are the stabilities at the ends of the step, `end` is the direction of the path at the second end. `last`
-    is the step before, with the stability at its start.
-    """
+    step: Step
+    before: TangentState
+    after: TangentState
+    end: Array
+
+
+def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]:
+    """Find the critical points within a whole step, in their order; `last` is the step before."""
     found = []
-    for piece, first, second, direction in _pieces(arc, step, before, after, end, last):
+    for piece in _pieces(arc, whole, last):
+        ahead = piece.step.direction
 
-        def parameter_rate(rest: Rest, ahead: Array = piece.direction) -> float:
+        def parameter_rate(rest: Rest, ahead: Array = ahead) -> float:
             """Compute the rate of the parameter along the path, oriented as the piece."""
             return float(arc.direction(rest, ahead)[-1])
 
         limits = list[Critical]()
-        if piece.direction[-1] * direction[-1] < 0.0 and (rest := arc.find_root(piece, parameter_rate)):
-            limits.append(Critical("limit", rest, 1, arc.direction(rest, piece.direction)[: len(rest.q), None]))
-        pairs = _pairs(arc.problem, piece, first, second)
-        found += [*limits, *_branchings(arc, piece, pairs.shapes[:, pairs.crosses].T, limits)]
-    if before.count_flutters() != after.count_flutters():
-        found += _flutters(arc, step, before, after)
+        if ahead[-1] * piece.end[-1] < 0.0 and (rest := arc.find_root(piece.step, parameter_rate)):
+            limits.append(Critical("limit", rest, 1, arc.direction(rest, ahead)[: len(rest.q), None]))
+        pairs = _pairs(arc.problem, piece)
+        found += [*limits, *_branchings(arc, piece.step, pairs.shapes[:, pairs.crosses].T, limits)]
+    if whole.before.count_flutters() != whole.after.count_flutters():
+        found += _flutters(arc, whole)
     found = [replace(critical, rounding=arc.problem.rounding(critical.rest)) for critical in found]
-    return sorted(found, key=lambda critical: arc.arc_of(step, critical.rest))
+    return sorted(found, key=lambda critical: arc.arc_of(whole.step, critical.rest))
 
 
-Piece = tuple[Step, TangentState, TangentState, Array]
-"""Part of a step, stability at both its ends, and direction of the path at the second end."""
-
-
-def _pieces(
-    arc: Arc, step: Step, before: TangentState, after: TangentState, end: Array, last: tuple[Step, TangentState] | None
-) -> Iterator[Piece]:  # fmt: skip
-    """Halve a step until no eigenvalue decreases more than `MOST_DECREASE` in a piece, nor by extrapolation of the last."""
-    mu, mu_after, *_ = _pairs(arc.problem, step, before, after)
-    decreases = (mu - mu_after) / np.where(mu, mu, np.inf)
+def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
+    """Halve a piece until no eigenvalue decreases more than `MOST_DECREASE` in it, nor would at the rate of the `last` piece."""
+    pairs = _pairs(arc.problem, piece)
+    decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)
     if last is not None:
-        last_step, last_state = last
-        mu_last, mu, *_ = _pairs(arc.problem, last_step, last_state, before)
-        decreases = np.append(decreases, (mu_last - mu) / np.where(mu, mu, np.inf) * step.arc / last_step.arc)
-    must_be_halved = step.arc >= SHORTEST_PIECE and (decreases > MOST_DECREASE).any()
-    halves = _halve(arc, step) if must_be_halved else None
+        pairs = _pairs(arc.problem, last)
+        relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)
+        decreases = np.append(decreases, relative * piece.step.arc / last.step.arc)
+    must_be_halved = piece.step.arc >= SHORTEST_PIECE and (decreases > MOST_DECREASE).any()
+    halves = _halve(arc, piece.step) if must_be_halved else None
     if halves is None:
-        yield step, before, after, end
+        yield piece
         return
-    first, second = halves
-    between = state_at(arc.problem, second.rest)
-    yield from _pieces(arc, first, before, between, second.direction, last)
-    yield from _pieces(arc, second, between, after, end, (first, before))
+    between = state_at(arc.problem, halves[1].rest)
+    first = Piece(halves[0], piece.before, between, halves[1].direction)
+    yield from _pieces(arc, first, last)
+    yield from _pieces(arc, Piece(halves[1], between, piece.after, piece.end), first)
 
 
 def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
@@ -138,12 +136,12 @@ def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
         return None
     vector = arc.problem.vector(step.new) - arc.problem.vector(rest)
     second = Step(rest, direction, step.new, float(arc.metric * direction @ vector))
-    is_on_path = 0.25 * step.arc < second.arc < step.arc
+    is_on_path = 0.25 * step.arc < second.arc < step.arc  # half of the step, with a wide margin for curvature
     return (Step(step.rest, step.direction, rest, 0.5 * step.arc), second) if is_on_path else None
 
 
 class Pairs(NamedTuple):
-    """Pairs of eigenvalues at both ends of a step: real parts of mu [1/s^2], nan if zero to rounding.
+    """Pairs of eigenvalues at both ends of a piece: real parts of mu [1/s^2], nan if zero to rounding.
 
     `crosses` is True if the sign changes. `shapes` (n, pairs) are M times means of both eigenvectors, which have the
     modal mass 1.
@@ -155,10 +153,10 @@ class Pairs(NamedTuple):
     shapes: Array
 
 
-def _pairs(problem: Problem, step: Step, before: TangentState, after: TangentState) -> Pairs:
-    """Pair eigenvalues at the ends of a step by the overlap of their shapes, as their order changes where two cross."""
+def _pairs(problem: Problem, piece: Piece) -> Pairs:
+    """Pair eigenvalues at the ends of a piece by the overlap of their shapes, as their order changes where two cross."""
     ends = []
-    for rest, state in ((step.rest, before), (step.new, after)):
+    for rest, state in ((piece.step.rest, piece.before), (piece.step.new, piece.after)):
         found = state.undamped
         mass = problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
         shapes = np.real(found.shapes)
@@ -186,15 +184,15 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
 
         rest = arc.find_crossing(step, eigenvalue)
         rests += [rest] if rest is not None else []
-    arcs = [arc.arc_of(step, rest) for rest in rests]
     for limit in limits:
-        distances = np.abs(np.array(arcs) - arc.arc_of(step, limit.rest))
-        if arcs and distances.min() < NEAR_LIMIT * step.arc:
-            k = int(np.argmin(distances))
-            arcs.pop(k)
-            rests.pop(k)
-    order, found = np.argsort(arcs), []
-    for group in np.split(order, np.flatnonzero(np.diff(np.array(arcs)[order]) >= SAME_POINT * step.arc) + 1) if arcs else ():
+        distances = [abs(arc.arc_of(step, rest) - arc.arc_of(step, limit.rest)) for rest in rests]
+        if min(distances, default=np.inf) < NEAR_LIMIT * step.arc:
+            rests.pop(int(np.argmin(distances)))
+    if not rests:
+        return []
+    rests.sort(key=lambda rest: arc.arc_of(step, rest))
+    gaps, found = np.diff([arc.arc_of(step, rest) for rest in rests]), []
+    for group in np.split(np.arange(len(rests)), np.flatnonzero(gaps >= SAME_POINT * step.arc) + 1):
         rest, count = rests[group[0]], len(group)
         spectrum_at = state_at(arc.problem, rest, count + FEW).undamped
         nearest = np.argsort(np.abs(spectrum_at.values))[:count]
@@ -202,15 +200,16 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
     return found
 
 
-def _flutters(arc: Arc, step: Step, before: TangentState, after: TangentState) -> list[Critical]:
+def _flutters(arc: Arc, piece: Piece) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of growing ones changes, at either threshold."""
     for threshold in GROWTH_THRESHOLDS:
 
-        def is_as_before(rest: Rest, threshold: float = threshold) -> float:
+        def sign(rest: Rest, threshold: float = threshold) -> float:
             """Return 1 while the number of growing oscillations is that at the start of the step, else -1."""
-            return 1.0 if state_at(arc.problem, rest).count_flutters(threshold) == before.count_flutters(threshold) else -1.0
+            is_same = state_at(arc.problem, rest).count_flutters(threshold) == piece.before.count_flutters(threshold)
+            return 1.0 if is_same else -1.0
 
-        if (rest := arc.find_root(step, is_as_before)) is not None:
-            change = abs(after.count_flutters() - before.count_flutters())
+        if (rest := arc.find_root(piece.step, sign)) is not None:
+            change = abs(piece.after.count_flutters() - piece.before.count_flutters())
             return [Critical("flutter", rest, change, np.empty((len(rest.q), 0)))]
     return []

@@ -4,7 +4,6 @@ A path is followed by the steps of `arc`, with strips of a higher degree until t
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
-from .critical import Critical, TangentState, find_criticals, state_at
+from .critical import Critical, Piece, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
@@ -27,8 +26,6 @@ Branch = tuple[str, str, tuple[float, float]]
 """Link, point and direction (x, y): the branch along which the point moves in the direction is followed."""
 DEGREE = 12
 """Degree of the strips of the first path; refined paths have a higher one."""
-STEPS = 250
-"""Default of the largest number of steps."""
 MAX_PATH_DEGREE = 30
 """Degree of strips at which refinement of a path ends; lower than that of an equilibrium, as a path has many."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
@@ -47,7 +44,7 @@ ALIKE = 0.999
 @one_thread()
 def path(
     mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
-    parameter: str | None = None, steps: int = STEPS, step: float = FIRST_STEP,
+    parameter: str | None = None, steps: int = 250, step: float = FIRST_STEP,
     longest: float = MAX_STEP, branch: Branch | None = None, branches: bool = False,
     degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Path:  # fmt: skip
@@ -119,7 +116,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 
 
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
-    """Increase the degree until critical points and the end do not change."""
+    """Increase the degree, unless it is given, until critical points and the end do not change."""
     found, fixed = run(degree or DEGREE), degree is not None
     if not has_strips(found.scene):
         found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
@@ -131,8 +128,9 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         errors = _errors(found, finer)
         answer = found if fixed else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
-        scale = max(np.abs(finer.parameter).max(), 1e-300)
+        scale = max(np.abs(finer.parameter).max(), 1e-300)  # of parameters, by convention also for the error of the end
         if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
+            # a parameter at a critical point is not known better than its rounding error
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
@@ -140,7 +138,10 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of critical points by name, infinite for points of one path only, and of the ends of the first link."""
+    """Return differences of parameters at critical points by name, infinite for points of one path only, and of the 'end'.
+
+    The difference of the ends is that of positions on the first link with mass, over the longest link.
+    """
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
@@ -169,18 +170,19 @@ class _Follower:
     def run_all(self, branches: bool) -> Path:
         """Follow the path from the start and, if `branches`, the paths that leave it."""
         first = self.run(self._find_start(), None)
-        for point in first.points if branches else ():
-            for shape in self._leaving_shapes(point) if point.kind == "branching" else ():
-                if not watching.get().ended:
-                    first.branches.append(self.run(self._offset_parameter(point), self._unit(shape)))
+        branchings = [critical for critical in first.points if branches and critical.kind == "branching"]
+        for point, shape in ((critical, shape) for critical in branchings for shape in self._leaving_shapes(critical)):
+            if not watching.get().ended:
+                first.branches.append(self.run(self._offset_parameter(point), self._unit(shape)))
         return first
 
     def _find_start(self) -> Rest:
         """Find the equilibrium under the constant loads; for a movable mechanism, under the first step of the load as well."""
         problem = self.problem
         problem.set_parameter(self.start)
-        others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
-        rest = find_equilibrium(others, 1.0)[0]._replace(parameter=self.start)
+        constant = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
+        rest, _ = find_equilibrium(constant, load=1.0)
+        rest = rest._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
             return settle(problem, rest._replace(parameter=self.step * self.to))  # loads start at 0
         return rest
@@ -193,7 +195,7 @@ class _Follower:
         except USER_STOPS:
             ended = "stopped"
         q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
-        states[-1] = state_at(self.problem, rests[-1])
+        states[-1] = state_at(self.problem, rests[-1])  # `_check_end` has replaced the last equilibrium
         growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
@@ -203,52 +205,44 @@ class _Follower:
         at_branching = direction is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
         direction = self.continuation.direction(rests[0], None) if direction is None else direction
-        last = None  # the step before, with the stability at its start
+        last = None  # the step before
         for _ in range(self.steps):
-            rest, state_before = rests[-1], states[-1]
-            watching.get().step((rest.parameter - self.start) / (self.to - self.start))
-            step, at_corner = self._advance(rest, direction, length)
-            if step is None:
+            watching.get().step((rests[-1].parameter - self.start) / (self.to - self.start))
+            try:
+                step = self.continuation.advance(rests[-1], direction, length)
+            except StaticsError:
                 return "singular"
             after = self.continuation.direction(step.new, step.direction)
             if self.continuation.may_have_jumped(step, after):
                 length = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
                 continue
-            state, found = state_at(self.problem, step.new), list[Critical]()
-            if not (at_branching or at_corner):  # there eigenvalues are zero or jump
-                found = find_criticals(self.continuation, step, state_before, state, after, last)
+            whole, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
+            if not (at_branching or step.passes_corner):  # there eigenvalues are zero or jump
+                found = find_criticals(self.continuation, whole, last)
             if leaving := self._find_branch(found):
                 number, direction = leaving
-                self.branch = None  # it is taken
+                self.branch = None  # only the first branching is left
                 points += found[: number + 1]
                 rests.append(self._offset_parameter(found[number]))
                 states.append(state_at(self.problem, rests[-1]))
                 at_branching, last, length = True, None, min(self.step, BRANCH_STEP)
                 continue
             points += found
-            last = None if at_corner else (step, state_before)
+            last = None if step.passes_corner else whole
             direction, at_branching = after, False
             length = next_arc(step.arc, self.continuation.angle(step, after), self.longest)
             rests.append(step.new)
-            states.append(state)
+            states.append(whole.after)
             if reason := self._check_end(step, rests, points, len(found)):
                 return reason
         return "steps"
-
-    def _advance(self, rest: Rest, direction: Array, length: float) -> tuple[Step | None, bool]:
-        """Take a step, if need be around a corner of the path; return it, None if both fail, and True at a corner."""
-        with suppress(StaticsError):
-            return self.continuation.advance(rest, direction, length), False
-        with suppress(StaticsError):
-            return self.continuation.pass_corner(rest, direction), True
-        return None, False
 
     def _offset_parameter(self, point: Critical) -> Rest:
         """Return the state of a branching with a parameter slightly nearer to the end, where the tangent is not singular."""
         return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.start))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
-        """Return the reason if the path ends with the last step, which found `new` critical points; else ''.
+        """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''.
 
         The last equilibrium then becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
         """
@@ -282,13 +276,13 @@ class _Follower:
         return None
 
     def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
-        """Return the weighted sum of critical shapes that moves a point of a link most in a direction; None if none moves it."""
+        """Return the sum of critical shapes that moves a point most for the norm of its weights; None if none moves it."""
         self.problem.set_parameter(critical.rest.parameter)
         scene = self.problem.scene
         shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
         velocities = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes
         moves = along @ velocities / np.linalg.norm(along) / scene.length
-        return shapes @ moves if np.abs(moves).max() > MOVES else None  # among weights of one norm `moves` moves the point most
+        return shapes @ moves if np.abs(moves).max() > MOVES else None  # weights in proportion to the moves give the largest sum
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
         """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
@@ -305,6 +299,6 @@ class _Follower:
         yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
-        """Return a shape (n,) as a direction (n + r + 1,) of unit length in the metric of the path."""
+        """Return a shape (n,) as a direction of (q, lambda, p) of unit length in the metric of the path."""
         vector = np.concatenate([shape, np.zeros(len(self.continuation.metric) - len(shape))])
         return np.asarray(vector / self.continuation.size(vector))

@@ -30,9 +30,9 @@ ITERATIONS = 25
 LONGEST_STEP = 0.3
 """Largest change of a coordinate in an iteration, in its unit."""
 CLOSE = 1e-10
-"""Newton step, in units of the coordinates, that ends the iteration."""
+"""Newton step, in units of the coordinates, below which the iteration ends as soon as a further step cannot improve it."""
 NOISE = 1e-8
-"""Newton step, in units of the coordinates, below which steps need not shrink: near a critical point rounding is amplified."""
+"""Newton step, in units of the coordinates, below which a growing step is rounding, amplified near a critical point."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 CLOSED = 1e-9
@@ -48,7 +48,7 @@ SEARCH_STOPS = (StaticsError, *USER_STOPS)
 
 
 class Rest(NamedTuple):
-    """State of the statics, mostly an equilibrium: coordinates (n,), multipliers (r,), parameter."""
+    """State of the statics, mostly an equilibrium: coordinates q (n,), multipliers lambda (r,), parameter p."""
 
     q: Array
     multipliers: Array
@@ -56,7 +56,7 @@ class Rest(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Plane of states x = (q, lambda, parameter): normal (n + r + 1,), value of normal . x, and unit of the parameter."""
+    """Plane normal . x = value of states x = (q, lambda, p), normal (n + r + 1,); Newton's matrix has p over `unit`."""
 
     normal: Array
     value: float
@@ -68,8 +68,7 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is kept along a path: the search for eigenvalues at a state begins with that of the state before
-    (see `spectrum`), and with 0 at the first.
+    for none. `shift` [1/s^2] is that of the eigenvalues (see `spectrum`) at the last state of a path, 0 before the first.
     """
 
     scene: CompiledScene
@@ -104,7 +103,7 @@ class Problem:
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
     def set_parameter(self, parameter: float) -> None:
-        """Set the parameter in the scene."""
+        """Set the parameter in the tables of the scene."""
         if self.row >= 0:
             self.scene.tables.values[self.row] = self.value + parameter
         self.scene.tables.factors[list(self.loads)] = parameter
@@ -122,21 +121,21 @@ class Problem:
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative (n + r,) of the residuals by the parameter, in which they are linear; `residuals` if known."""
+        """Return the derivative (n + r,) of f - G^T lambda and g by p, a difference over p + 1, as both are linear in p."""
         force, gap = residuals or self.residual(rest, False)[:2]
         next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([next_force - force, next_gap - gap])
 
-    def scale_matrix(self, a: Equations, more: Array | float = 0.0) -> tuple[Matrix, float]:
-        """Return [[K, G^T], [G, 0]] with scaled rows and columns, and the unit of force, the median of the diagonal of K.
+    def scale_matrix(self, a: Equations, added: Array | float = 0.0) -> tuple[Matrix, float]:
+        """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the unit F, the median of the diagonal of U K U.
 
-        With U = diag(units) they are U K U over the unit of force, and G U. `more` are entries added to K.
+        `added` are entries that are added to those of K, as of M/tau in an implicit step.
         """
         s = self.scene.tables
         unit = np.concatenate([self.units, np.ones(len(s.rows))])
-        weight = np.append(unit[s.row] * unit[s.col], 0.0)  # the last entry collects what belongs to no unknown
+        weight = np.append(unit[s.row] * unit[s.col], 0.0)  # 0: the last entry is no part of the matrix
         _, _, stiffness, jacobian = a.entries
-        k = (stiffness + more) * weight
+        k = (stiffness + added) * weight
         diagonal = np.abs(k[:-1][s.row == s.col])
         force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
         return a.build(k / force_unit + jacobian * weight), force_unit
@@ -144,25 +143,26 @@ class Problem:
     def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
-        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns;
-        they start from the stresses at an equilibrium, the `origin`, as a guess stretches strips too much.
+        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns.
+        They start from those at an equilibrium, the `origin`, as the strains of a guess would give far too large stresses.
         """
         previous, found = np.inf, None
         with self._free_stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, plane)
-                expected = largest * (largest / previous) ** 2  # next step, by quadratic convergence
-                is_rounding = expected < 10 * EPS or largest > 0.1 * previous  # or convergence is quadratic no more
-                if (largest < CLOSE and is_rounding) or previous < largest < NOISE:
+                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
+                is_last = next_step < 10 * EPS or largest > 0.1 * previous  # 0.1: not quadratic any more
+                grows_by_rounding = previous < largest < NOISE
+                if (largest < CLOSE and is_last) or grows_by_rounding:
                     found = rest if self.is_balanced(rest) else None
                     break
                 if not np.isfinite(largest) or (must_decrease and largest > previous):
                     break
                 previous = largest
-        if found is not None:
-            has_redundant_rows = bool(self.scene.source.undetermined)  # Newton's method then gives one of many solutions
-            return found._replace(multipliers=self.balancing(found)) if has_redundant_rows else found
-        raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
+        if found is None:
+            raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
+        has_redundant_rows = bool(self.scene.source.undetermined)  # then multipliers are not unique: take the least ones
+        return found._replace(multipliers=self.balancing(found)) if has_redundant_rows else found
 
     @contextmanager
     def _free_stresses(self, origin: Rest, q: Array) -> Iterator[None]:
@@ -178,7 +178,10 @@ class Problem:
             work.strip_form[:] = PLAIN  # stresses follow from coordinates
 
     def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
-        """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
+        """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit.
+
+        The step solves K dq + G^T dlambda = f - G^T lambda, G dq = -g; on a plane, p is a further unknown.
+        """
         watching.get().check()
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
@@ -203,6 +206,7 @@ class Problem:
         """Return True if g is small, and residual forces are small against applied forces, weights, reactions or rounding."""
         force, gap, a = self.residual(rest)
         scene, units, s = self.scene, self.units, self.scene.tables
+        # largest force [N] or torque [N m], times the longest link: compared with forces times units of coordinates
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
         gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
@@ -216,7 +220,7 @@ class Problem:
         return bool(is_closed and np.abs(force * units).max(initial=0.0) <= limit)
 
     def balancing(self, rest: Rest) -> Array:
-        """Compute the multipliers that balance the forces best, by least squares; the least ones if rows are redundant, (r,)."""
+        """Compute the multipliers (r,) that balance the forces best, by least squares; the least ones if rows are redundant."""
         if not len(rest.multipliers):
             return np.zeros(0)
         a = self.assemble(rest, False)
@@ -227,7 +231,7 @@ class Problem:
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
-        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; `unit` is that of p."""
+        """Return the tangent of (q, lambda, p) along the path whose product with the normal is 1; p is solved over `unit`."""
         matrix, force_unit, _, _ = self._border_matrix(rest, normal, unit)
         right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
@@ -235,12 +239,12 @@ class Problem:
         return np.concatenate([out[:n] * self.units, out[n:-1] * force_unit, [out[-1] * unit]])
 
     def _border_matrix(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
-        """Border the scaled matrix by the column of the parameter and the normal; return it, unit of force, residuals."""
+        """Border the scaled matrix by the column of p/unit and the normal; return it, the unit of force and both residuals."""
         n = self.scene.size
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
         matrix, force_unit = self.scale_matrix(a)
-        column = -np.concatenate([slope[:n] * self.units / force_unit, -slope[n:]]) * unit
+        column = unit * np.concatenate([-slope[:n] * self.units / force_unit, slope[n:]])  # signs as of K and G
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * force_unit, [normal[-1] * unit]])
         blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
         bordered = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
@@ -282,10 +286,9 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     change = np.abs(a - b) / scene.units
     for strip in _strips(scene):
         for element in strip.elements:
-            # coordinates of a field are its values at both ends, then coefficients of polynomials of degree k = 2, 3, ...
+            # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
             ends, inner = element.dofs[:, :2], element.dofs[:, 2:]
-            degrees = np.arange(2, 2 + inner.shape[1])
-            bounds = 1.0 / np.sqrt(2.0 * degrees)  # of the magnitude of the polynomials, which are zero at the ends
+            bounds = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))  # of these polynomials, which are zero at the ends
             change[ends] += (change[inner] * bounds).sum(axis=1)[:, None]
             change[inner] = 0.0
     return float(change.max(initial=0.0))

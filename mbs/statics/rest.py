@@ -4,9 +4,11 @@ Pseudo-transient continuation takes implicit Euler steps of growing length tau [
 
     [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
-For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). The unit of a length
-is that of the longest link, of an angle 1 rad; the extent of a length is the size of the whole mechanism.
+For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). Coordinates have units:
+the longest link for lengths, 1 rad for angles. Their extents are the size of the whole mechanism, or 1 rad.
 """
+
+from contextlib import suppress
 
 import numpy as np
 
@@ -31,16 +33,12 @@ LEAST_INCREMENT = 1e-4
 """Smallest increment of the load, over the load."""
 LOAD_STEP = 0.1
 """Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
-CORRECTIONS = 4
-"""Most Newton iterations of an implicit step: the first iteration stretches a strip that rotates."""
 CONVERGED = 0.2
 """Largest change by the last Newton iteration of an implicit step, over the step, with which the step is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 NEWTON_MOVE = 1e-3
 """Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
-DISPLACEMENTS = 20
-"""Number of displacements from unstable equilibria after which such an equilibrium is the answer."""
 ROUNDING = 1e-9
 """Change of the pose by an implicit step, in units of the coordinates, below which the sign of its work is rounding."""
 FRICTION = "friction may hold it elsewhere"
@@ -84,7 +82,8 @@ def equilibrium(
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
     scene = CompiledScene.of(mechanism, degree)
-    problem, watching.get().best = Problem(scene, loads_of(scene)), None
+    problem = Problem(scene, loads_of(scene))
+    watching.get().best = None  # arguments of `_answer`, once there is a state that may be the answer
     try:
         rest, message = find_equilibrium(problem, load)
         return _answer(*_refine(problem, rest, degree is not None), message)
@@ -102,40 +101,38 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     From an unstable equilibrium the search goes on with a displacement along the fastest growing shape. Raise a RunsAwayError
     for a motion beyond `LONGEST_WAY`, a StaticsError after `STEPS` steps.
     """
-    rest, tau = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
-    start, displacements, distance, watching.get().most = rest, 0, 0.0, STEPS
+    start = rest = rest._replace(multipliers=np.zeros_like(rest.multipliers))
+    tau, way, displacements = 0.0, 0.0, 0
     longest = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
+    watching.get().most = STEPS
     for _ in range(STEPS):
         watching.get().step()
         new, tau, change = _step(problem, rest, tau)
-        distance += change
+        way += change
+        found = None
         if change < NEWTON_MOVE:
-            try:
+            with suppress(StaticsError):  # growing steps would lead away from the motion, to another equilibrium
                 found = problem.newton(new, must_decrease=True)
-            except StaticsError:
-                found = None
-            if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
-                spectrum = problem.spectrum(found)
-                if spectrum.stable or displacements > DISPLACEMENTS:
-                    return found
-                fastest = int(np.argmax(spectrum.growth))
-                shape, displacements = np.real(spectrum.shapes[:, fastest]), displacements + 1
-                displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
-                new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
+        if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
+            spectrum = problem.spectrum(found)
+            if spectrum.stable or displacements > 20:  # then an unstable one is the answer
+                return found
+            fastest = int(np.argmax(spectrum.growth))
+            shape = np.real(spectrum.shapes[:, fastest])
+            displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
+            new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
+            displacements += 1
         rest = new
-        if distance > longest:
+        if way > longest:
             name = find_moving_link(problem.scene, rest.q, rest.q - start.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
     raise StaticsError(f"'{find_moving_link(problem.scene, rest.q, rest.q - start.q)}' still moves after {STEPS} damped steps")
 
 
 def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]:
-    """Take an implicit step of limited size; return the state, the next tau [s^2] and the largest change in units.
-
-    The first tau is 0 and then estimated. A step that is refused is repeated with a smaller tau.
-    """
+    """Take an implicit step, with a smaller tau if it is refused; return state, next tau [s^2], largest change in units."""
     begin, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
-    if tau == 0.0:
+    if tau == 0.0:  # of the first step: estimate it
         masses = begin.build(mass).diagonal()[: problem.scene.size]
         ratio = float(np.median(np.abs(begin.stiffness.diagonal()) / masses))  # square of a frequency [1/s^2]
         tau = 1.0 / max(ratio, 1e-6)  # 1e-6: without stiffness; any small one, as tau adapts
@@ -151,27 +148,27 @@ def _step(problem: Problem, rest: Rest, tau: float) -> tuple[Rest, float, float]
 def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: float) -> tuple[Rest | None, float]:
     """Solve for an implicit step by Newton's method; return the state, None if the step is refused, and the change in units.
 
-    Forces less constraint forces must do work along the step where it begins, and less work against it where it ends: else it
-    went deep into a contact that was open. The step is accepted at the first iteration with both.
+    The forces f - G^T lambda at the start of the step must do positive work along it. Those at its end may do negative work of
+    the same amount at most: more of it means that the step went deep into a contact that was open.
     """
     n, units = problem.scene.size, problem.units
     mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
-    for iteration in range(CORRECTIONS):
+    for iteration in range(4):  # more than one, as the first stretches a strip that rotates
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
-        matrix, force_unit = problem.scale_matrix(last, mass / tau)  # lines of the system in units of force and length
+        matrix, force_unit = problem.scale_matrix(last, mass / tau)
         out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
         new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
-        step, correction = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
+        step = new.q - rest.q
         change = float(np.abs(step / units).max(initial=0.0))
         is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
         work_at_start = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))  # multipliers belong to the step
         rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
         goes_forward = work_at_start >= -rounding or change < ROUNDING
-        diverges = iteration > 0 and correction > CONVERGED * change
+        diverges = iteration > 0 and float(np.abs(out[:n]).max(initial=0.0)) > CONVERGED * change
         if not (is_short and goes_forward) or diverges:
             return None, change
-        force, _, last = problem.residual(new)
-        work_at_end = float(step @ force)
+        balance, _, last = problem.residual(new)  # f - G^T lambda
+        work_at_end = float(step @ balance)
         if work_at_end >= -max(work_at_start, 0.0) or change < ROUNDING:
             return new, change
     return None, change
@@ -182,7 +179,7 @@ def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
     start = problem.start(load)
     if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
         return problem.newton(start), ""
-    is_movable = problem.spectrum(problem.start(0.0), count=1).neutral.any()
+    is_movable = problem.spectrum(problem.start(0.0), count=1).neutral.any()  # the lowest eigenvalue is zero: a rigid motion
     reached = 0.0
     if not is_movable:
         rest, reached = _grow(problem, load)
@@ -211,10 +208,7 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
-    """Increase the load from zero to its value; return the last equilibrium and the fraction of the load that was reached.
-
-    An increment that moves the mechanism far or loses stability is halved, as Newton's method may have left the path.
-    """
+    """Increase the load from zero to its value; return the last equilibrium and the fraction of the load that was reached."""
     rest, reached, increment = problem.start(0.0), 0.0, 1.0
     stable = problem.spectrum(rest, count=1).stable
     while reached < 1.0:
@@ -231,17 +225,17 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
         elif increment < LEAST_INCREMENT:
             break
-        else:
+        else:  # it moved far or lost stability: Newton's method may have left the path
             increment *= 0.5
     return rest, reached
 
 
 def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, float]:
     """Increase the degree, unless it is `fixed`, until the error is small; return problem, equilibrium and error."""
-    error, previous = 0.0, np.inf
+    error = previous = np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, DEGREE_STEP)
-        watching.get().best = problem, rest, error or np.inf, f"strips of the degree {problem.scene.degree} may not be enough"
+        watching.get().best = problem, rest, error, f"strips of the degree {problem.scene.degree} may not be enough"
         try:
             new = finer.newton(guess)
         except StaticsError:
@@ -253,14 +247,13 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
         if error <= ACCURACY or error > 0.5 * previous or problem.scene.degree > MAX_DEGREE:
             break
         previous = error
-    return problem, rest, error
+    return problem, rest, error if has_strips(problem.scene) else 0.0
 
 
 def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
-    """Make the result from a state, with its error, stability and notes."""
+    """Make the result from a state with its stability; its error is at least the next step of Newton's method."""
     check_ropes(problem, rest)
-    _, newton_step = problem.step(rest)
-    error = max(error, newton_step)
+    error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
     neutral = tuple(find_moving_link(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))
