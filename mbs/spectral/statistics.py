@@ -1,4 +1,4 @@
-"""Statistics of signals over windows of time, accumulated during a run; compiled.
+"""Statistics of signals over windows of time, accumulated during a run; compiled as parts of `accumulate`, which Python calls.
 
 A column is a signal, a row the values of all signals at one time. Between rows a column is linear; intervals are split at the
 edges of windows. Extremes also consider the vertex of the parabola through three rows. Total variation is that of samples at
@@ -128,35 +128,39 @@ def add_samples(t, value, edges, found, state):
         state[StateIndex.SAMPLES] += 1.0
 
 
+@kernel_function
+def add_intervals(t, value, edges, found, state):
+    """Add the interval from the last row to this one at time t, split at the edges of windows, to the statistics."""
+    last, columns = state[StateIndex.T1], value.size
+    start, final = max(last, edges[0]), min(t, edges[edges.size - 1])
+    window = find_window(edges, start)
+    while start < final:
+        end = min(t, edges[window + 1])
+        for c in range(columns):
+            before = state[StateIndex.FIRST + c]
+            slope = (value[c] - before) / (t - last)
+            a, b = before + slope * (start - last), before + slope * (end - last)
+            add_interval(found[window, c], end - start, a, b)
+            if end == edges[window + 1]:
+                found[window, c, Statistic.LAST] = b
+        start = end
+        window += 1
+
+
 @jit
 def accumulate(time, values, edges, found, state):
     """Add rows, time (times,) and values (times, columns), to the statistics; of rows with equal times the first counts."""
-    columns, windows = values.shape[1], edges.size - 1
+    columns = values.shape[1]
     for i in range(time.size):
-        t = time[i]
-        if state[StateIndex.ROWS] > 0.0:
+        t, is_first = time[i], state[StateIndex.ROWS] == 0.0
+        if not is_first:
             if not t > state[StateIndex.T1]:
                 continue
-            start = state[StateIndex.T1]
-            window = find_window(edges, start)
-            while start < t and window < windows:
-                end = min(t, edges[window + 1])
-                if end > start and start >= edges[window] - 1e-15 * t:  # but for rounding
-                    for c in range(columns):
-                        before = state[StateIndex.FIRST + c]
-                        slope = (values[i, c] - before) / (t - state[StateIndex.T1])
-                        a, b = before + slope * (start - state[StateIndex.T1]), before + slope * (end - state[StateIndex.T1])
-                        add_interval(found[window, c], end - start, a, b)
-                        if end == edges[window + 1]:
-                            found[window, c, Statistic.LAST] = b
-                if end < edges[window + 1]:
-                    break
-                start = end
-                window += 1
+            add_intervals(t, values[i], edges, found, state)
             add_vertices(t, values[i], edges, found, state)
         add_samples(t, values[i], edges, found, state)
         for c in range(columns):
-            if state[StateIndex.ROWS] == 0.0 and t >= edges[0]:
+            if is_first and t >= edges[0]:  # a run may have no other row
                 found[0, c, Statistic.LARGEST] = found[0, c, Statistic.SMALLEST] = values[i, c]
             state[StateIndex.FIRST + columns + c] = state[StateIndex.FIRST + c]
             state[StateIndex.FIRST + c] = values[i, c]

@@ -15,7 +15,7 @@ from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.statistics import Accumulator
+from buckler.mbs.spectral.statistics import Accumulator, Statistic
 
 
 def rattling(speed=10 * pi, rocker=None, law=Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5)):  # noqa: B008
@@ -62,6 +62,16 @@ def test_a_peak_between_rows_is_found():
     found = Accumulator.over(np.array([time[0], time[-1]]), 1)
     found.add(time, np.cos(time)[:, None])
     assert float(found.found[0, 0, 3]) == pytest.approx(1.0, abs=1e-3) and np.cos(time).max() < 0.998
+
+
+def test_an_interval_across_the_first_edge_counts_from_the_edge_on():
+    """Of y = t with rows at 0, 2 and 3: a window that begins between two rows has its part of the interval between them."""
+    found = Accumulator.over(np.array([1.0, 3.0]), 1)
+    found.add(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]))
+    assert found.found[0, 0, Statistic.INTEGRAL] == pytest.approx(4.0) and found.found[0, 0, Statistic.SMALLEST] == 1.0
+    inside = Accumulator.over(np.array([1.0, 1.5, 3.0]), 1)  # one interval has all of the first window
+    inside.add(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]))
+    assert inside.found[:, 0, Statistic.INTEGRAL] == pytest.approx([0.625, 3.375])
 
 
 def test_a_jump_beside_a_long_step_makes_no_peak():
