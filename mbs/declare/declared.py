@@ -47,7 +47,8 @@ class Declared:
                 object.__setattr__(self, key, value)
         for key, declaration in declarations(type(self)).items():
             value = getattr(self, key)
-            for sign, other in declaration.bounds.items() if value is not None else ():
+            bounds = {} if value is None else declaration.bounds
+            for sign, other in bounds.items():
                 lower_bound = getattr(self, other)  # a number: no field that may be None is a bound
                 Quantity(declaration.spec.unit, lower_bound, open_low=sign == ">").read(where + key, value)
         self.agree()
@@ -115,11 +116,11 @@ class Declaration(typing.NamedTuple):
 
     @property
     def about(self) -> str:
-        """Unit, range and default, for the reference; without all three, the words of the specification for its values."""
+        """Unit, range and default, for the reference; `words` of the specification if there is none of them."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
-        unit, default = self.spec.unit if self.spec.unit != "1" else "", "" if self.required else f"default {short(self.default)}"
-        parts = [unit, *ranges, default]
-        return ", ".join(part for part in parts if part) or self.spec.words
+        unit = self.unit if self.unit != "1" else ""
+        default = "" if self.required else f"default {short(self.default)}"
+        return ", ".join(part for part in (unit, *ranges, default) if part) or self.spec.words
 
 
 _DECLARATIONS: dict[Any, dict[str, Declaration]] = {}

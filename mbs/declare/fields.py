@@ -27,7 +27,10 @@ def field(
     spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, *,
     bounds: Mapping[str, str] | None = None, group: str = "",
 ) -> Any:  # fmt: skip
-    """Declare a field by the specification of its values; a default None is allowed, too. See `Declaration` for the rest."""
+    """Declare a field by the specification of its values; it may also be None if that is the default.
+
+    `bounds` maps '>' or '>=' to the name of the field that is the lower bound; `group` is the heading of the option in a help.
+    """
     if default is None:
         spec = Either((spec, Nothing()))
     metadata = {DECLARED: (spec, doc, bounds or {}, group)}
@@ -46,10 +49,9 @@ def quantity(
     return field(spec, doc, default, bounds=bounds)
 
 
-def quantities(unit: str, *, low: float = -inf, high: float = inf, least: int = 0, most: int | None = None,
-               doc: str = "", default: object = MISSING) -> Any:  # fmt: skip
+def quantities(unit: str, *, least: int = 0, most: int | None = None, doc: str = "", default: object = MISSING) -> Any:
     """Declare a list of `least` to `most` numbers with a unit."""
-    return field(Several(Quantity(unit, low, high), least, most), doc, default)
+    return field(Several(Quantity(unit), least, most), doc, default)
 
 
 def vector(unit: str, *, doc: str = "", default: object = MISSING) -> Any:
@@ -73,7 +75,7 @@ def flag(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def names(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare one name, such as that of a point or link."""
+    """Declare a field that names one thing, such as a point or a link."""
     return field(Name(), doc, default)
 
 
@@ -106,6 +108,6 @@ class _Doc:
 
     def __get__(self, _instance: object, kind: type) -> str:
         about, heading, references = inspect.cleandoc(self.about).partition("\nReferences\n")
-        lines = [line for key, each in declarations(kind).items() for line in (f"{key} : {each.about}", f"    {each.doc}")]
-        fields = ["", "Parameters", "-" * 10, *lines] if lines else []
+        entries = [f"{key} : {each.about}\n    {each.doc}" for key, each in declarations(kind).items()]
+        fields = ["", "Parameters", "-" * 10, *entries] if entries else []
         return "\n".join([about.rstrip(), *fields, *([heading + references] if references else [])])

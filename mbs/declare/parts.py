@@ -12,17 +12,10 @@ from .compound import any_of
 from .declared import RefusalError, declarations, known_kinds
 from .spec import Schema, Spec, did_you_mean, show
 
-REMOVED = {
-    ("Section", "mass"): "mass and inertia belong to a rigid body itself",
-    ("Belt", "stiffness"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft yields",
-    ("Belt", "damping"): "a belt is inextensible, a TorsionSpring between a pulley and its shaft has damping",
-}
-"""Advice for keys of earlier versions of files, by kind and key."""
-
 
 @dataclass(eq=False, repr=False)
 class Part(Spec):
-    """An object of one of several classes or protocols; in a file a table, with its kind if the keys leave it open."""
+    """An object of one of several classes or protocols; in a file a table, with its kind unless its keys fit one class only."""
 
     kinds: tuple[Any, ...]
     example: str = ""
@@ -58,14 +51,14 @@ class Part(Spec):
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return the object as a table, without its kind if the name of the field or the keys decide it."""
+        """Return the object as a table; without its kind if only one is allowed, or if field and keys tell it to a reader."""
         kinds = self.kinds_by_name()
         if type(value) not in kinds.values():
             raise nameless(name, value)
         content = fields_written(name, value)
         is_only_kind = list(kinds) == [type(value).__name__]
         field_has_name_of_kind = name.rpartition(".")[2] == type(value).__name__.lower()
-        if is_only_kind or (field_has_name_of_kind and _fitting(content, kinds) == [type(value)]):
+        if is_only_kind or (field_has_name_of_kind and _list_fitting(content, kinds) == [type(value)]):
             return content
         return {"kind": type(value).__name__, **content}
 
@@ -113,8 +106,6 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     dot = f"{name}." if name else ""
     for key in raw:
         if key not in fields:
-            if advice := REMOVED.get((kind.__name__, str(key))):
-                raise ValueError(f"{dot}{key}: is gone; {advice}")
             known = [*fields, *extra]
             raise ValueError(f"{dot}{key}: unknown key{did_you_mean(str(key), known)}; known: {', '.join(known)}")
     values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in raw.items()}
@@ -141,19 +132,23 @@ def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
             reason = f"unknown kind{did_you_mean(str(given), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {show(given)}: {reason}")
         return kinds[given]
-    candidates = list(kinds.values()) if len(kinds) == 1 else _fitting(raw, kinds)
-    if not candidates:  # with a wrong key: if one class alone has any of the keys, `build` names the unknown ones
+    candidates = list(kinds.values()) if len(kinds) == 1 else _list_fitting(raw, kinds)
+    if not candidates:  # a key is wrong: take the class that alone has any of the keys, so that `build` names the wrong one
         candidates = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]
     if len(candidates) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
     return candidates[0]
 
 
-def _fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
-    """Return the classes that have all keys of a table as fields and require no other field."""
-    declared = {kind: declarations(kind) for kind in kinds.values()}
-    required = {kind: {key for key, field in fields.items() if field.required} for kind, fields in declared.items()}
-    return [kind for kind, fields in declared.items() if required[kind] <= set(raw) <= set(fields)]
+def _list_fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
+    """List the classes that have all keys of a table as fields and require no other field."""
+    found = []
+    for kind in kinds.values():
+        fields = declarations(kind)
+        required = {key for key, field in fields.items() if field.required}
+        if required <= set(raw) <= set(fields):
+            found.append(kind)
+    return found
 
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:

@@ -104,8 +104,8 @@ class Quantity(Spec):
             except ValueError as error:
                 raise self.refusal(name, raw, f"{error}; ") from None
         try:
-            has_any_unit = isinstance(raw, Measured) and not self.unit
-            value = float(raw) if has_any_unit else raw  # for a plain float `number` does not compare units
+            may_have_any_unit = isinstance(raw, Measured) and not self.unit
+            value = float(raw) if may_have_any_unit else raw  # a plain float has no unit that `number` would refuse
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -229,7 +229,7 @@ class Nothing(Spec):
         return raw is None or (isinstance(raw, str) and raw.strip() == "none")
 
     def read(self, name: str, raw: object) -> None:
-        """Return None."""
+        """Return None, as `fits` has compared the raw value."""
         return None
 
     def write(self, name: str, value: Any) -> str:

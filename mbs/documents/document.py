@@ -12,18 +12,14 @@ from typing import Any
 
 from ..declare.spec import did_you_mean
 
-BARE = re.compile(r"[A-Za-z0-9_-]+")
-"""Keys that need no quotes in TOML."""
 PARAMETERS = "parameters"
 """Name of the table of named numbers; the path `d` is short for `parameters.d`."""
 TABLES = ("points", "links", "velocities", "run", PARAMETERS)
 """Tables that are always written on several lines, as links are."""
-WIDTH = 100
-"""Largest number of characters of a table on one line, a convention."""
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    """Append the lines of a table: first values that fit on one line, then tables and lists of tables under their titles."""
+    """Append the lines of the table at a path: values that fit on one line, then tables and lists of tables under titles."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
     for name, each in content.items():
         if name not in tables:
@@ -32,8 +28,9 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
         inner = (*path, name)
         title = ".".join(map(_key, inner))
         if isinstance(each, Mapping):
-            if not each or not all(isinstance(value, Mapping) and _is_table("", value) for value in each.values()):
-                lines += ["", f"[{title}]"]  # a table of tables alone needs no title
+            has_only_tables = bool(each) and all(isinstance(v, Mapping) and _is_table(key, v) for key, v in each.items())
+            if not has_only_tables:  # the titles of inner tables imply that of the outer one
+                lines += ["", f"[{title}]"]
             _write(each, inner, lines)
         else:
             for entry in each:
@@ -45,12 +42,13 @@ def _is_table(name: str, each: object) -> bool:
     """Return True for a table that is written on several lines, and for a list of tables."""
     if isinstance(each, Mapping):
         is_link = "body" in each
-        return name in TABLES or is_link or len(_inline(each)) + len(name) > WIDTH
+        return name in TABLES or is_link or len(_inline(each)) + len(name) > 100  # characters, a convention
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
 
 def _key(name: str) -> str:
-    return name if BARE.fullmatch(name) else _text(name)
+    needs_no_quotes = re.fullmatch(r"[A-Za-z0-9_-]+", name)
+    return name if needs_no_quotes else _text(name)
 
 
 def _text(text: str | int) -> str:
@@ -127,7 +125,7 @@ def _without_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def get(content: Any, path: str) -> Any:
-    """Return the value at a path; KeyError if there is none."""
+    """Return the value at a path; ValueError for an unknown path, KeyError if only its last key is unknown."""
     for key in resolve(content, path):
         content = content[key]
     return content
@@ -181,7 +179,7 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
 
 
 def _find_entry(content: list[object], word: str, where: str) -> int:
-    """Return the number of an entry, from 0, which a word names by `[number]` or by its point, link, target, end or name."""
+    """Return the index of the entry that a word names: `[index]`, or the value of one of the entry's keys listed below."""
     digits = word.strip("[]")
     if digits.isdecimal():
         if int(digits) >= len(content):
@@ -189,7 +187,7 @@ def _find_entry(content: list[object], word: str, where: str) -> int:
         return int(digits)
     numbers: dict[str, list[int]] = {}
     for k, entry in enumerate(content):
-        for key in ("point", "link", "target", "a", "name"):
+        for key in ("point", "link", "target", "a", "name"):  # `a` is the first end of a spring
             if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
                 numbers.setdefault(entry[key], []).append(k)
     if len(numbers.get(word, [])) != 1:

@@ -1,6 +1,7 @@
-"""Expansion of short forms in documents: values of `[parameters]`, `[defaults]` of bodies and joints, `pins`.
+"""Expansion of short forms in documents: `[defaults]` of bodies and joints, `pins`, and values of `[parameters]`.
 
-Messages begin with the path of a value in the document. A measured text is a number with a unit, such as '5 mm'.
+`expand` writes out defaults and pins; then `substitute` puts the values of parameters in the place of their names. Messages begin
+with the path of a value in the document. A measured text is a number with a unit, such as '5 mm'.
 """
 
 import re
@@ -16,8 +17,6 @@ from ..units import is_measured, measured
 from ..validate import LARGEST
 from .document import PARAMETERS
 
-FORMULA_NAMES = {*CONSTANTS, *FUNCTIONS}
-"""Names of constants and functions in formulas, which are no names of parameters."""
 VARIABLES = frozenset(chain.from_iterable(SIGNATURES))
 """Variables of formulas, which are no names of parameters."""
 WORD = re.compile(r"(?<![\w.:])[A-Za-z_]\w*(?![\w:])")
@@ -49,7 +48,8 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
     for name, each in raw.items():
         path = f"{PARAMETERS}.{name}"
         other_meanings = {
-            "the name of a point or link": names, "a variable of formulas": VARIABLES, "a name that formulas know": FORMULA_NAMES,
+            "the name of a point or link": names, "a variable of formulas": VARIABLES,
+            "a name that formulas know": {*CONSTANTS, *FUNCTIONS},
         }  # fmt: skip
         if meaning := next((meaning for meaning, used in other_meanings.items() if name in used), ""):
             raise ValueError(f"{path}: is {meaning}, too; choose another name, as {name}_0")
@@ -184,10 +184,9 @@ def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
 
 
 def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
-    """Return a table completed by the keys and values of `usual`, unless these are of another kind."""
-    if not isinstance(raw, Mapping) or raw.get("kind", usual.get("kind")) != usual.get("kind"):
-        return raw
-    return {**usual, **raw}
+    """Return a table completed by the keys and values of `usual`, unless it names another kind than these do."""
+    is_of_kind = isinstance(raw, Mapping) and raw.get("kind", usual.get("kind")) == usual.get("kind")
+    return {**usual, **raw} if is_of_kind else raw
 
 
 def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
