@@ -38,7 +38,7 @@ class Disc(NamedTuple):
 
 
 class Span(NamedTuple):
-    """A line stretched between two frames; a point is (fraction of their distance, offset to its left [m])."""
+    """A line stretched between two frames; its points are (fraction of the way to `other`, offset to the left [m])."""
 
     frame: str
     other: str
@@ -115,12 +115,10 @@ INKS: dict[str, Ink] = {
 """Colours by the kind of thing a mark represents. Lines have a contrast of at least 3 : 1 to white."""
 MIDDLE = "@"
 """Prefix of a link's name in the name of the frame at the middle of a flexible link, which does not turn."""
-UNIT = 0.027
-"""Size of a symbol over the extent of the mechanism."""
 
 
 class FrameSource(NamedTuple):
-    """Point reference that a frame follows, '' for the ground; its axes stay those of the ground if it `turns` not.
+    """Point reference that a frame follows, '' for the ground; unless it `turns`, its axes stay parallel to the ground's.
 
     With a `pin`, also a point reference, the frame lies on the line from the reference to the pin, at `factor` times their
     distance: it enlarges the clearance of a joint.
@@ -135,13 +133,13 @@ class FrameSource(NamedTuple):
 class Sheet:
     """Data from which symbols are drawn: a mechanism, its motion in `record`, and the frames that symbols need, by name.
 
-    `unit` is the size of a symbol [m].
+    `unit` is the size of a symbol [m], a fraction of the mechanism's extent.
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:
         self.mechanism, self.record = mechanism, record
         extent = np.ptp(list(mechanism.points.values()), axis=0).max()
-        self.unit = UNIT * float(max(extent, 1e-9))
+        self.unit = 0.027 * float(max(extent, 1e-9))
         self.frames = {"": FrameSource("")}
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 

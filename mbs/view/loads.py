@@ -1,7 +1,7 @@
 """Symbols of springs, loads, masses, drives and couplings. Belts, ropes and pitch circles are drawn to scale.
 
 Each function takes the sheet, the name of the element and the element. Numbers are proportions, over the size of a symbol
-(`sheet.unit`), chosen by their look.
+(`sheet.unit`), chosen by their look. Points of a `Span` are (fraction of the way to its other end, offset to the left [m]).
 """
 
 from collections.abc import Iterator
@@ -68,7 +68,7 @@ def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
 def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
     """Yield a circle with an M and a turning arrow at the joint in which the motor turns a link."""
     frame, u = sheet.upright(sheet.pivot(load.link)), sheet.unit
-    upper_left = (-1.6 * u, 1.6 * u)  # where `symbols` leaves room for it
+    upper_left = (-1.6 * u, 1.6 * u)  # where no name of a point is drawn
     yield Disc(frame, "motor", upper_left, 0.85 * u)
     yield Label(frame, "M", upper_left, "symbol")
     yield from turning(frame, "drive", 1.1 * u)
@@ -87,7 +87,8 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
     """Yield a dark disc at a point mass."""
-    yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
+    body = mass.link or ""  # "": any body that has the point
+    yield Disc(sheet.at(body, mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
 def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
@@ -107,7 +108,7 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     yield _circle(sheet, rack.first, r)
     (x, y), (dx, dy) = sheet.local(other, centre), rack.along
     middle = x + r * dy, y - r * dx  # of the pitch line, on the right of the pinion
-    yield Outline(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)), False)
+    yield Outline(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)))
 
 
 def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
@@ -132,4 +133,4 @@ def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
 def _circle(sheet: Sheet, at: str, radius: float) -> Outline:
     """Return a circle about a point of a body, and a spoke that shows its rotation."""
     angles = [2 * pi * k / 48 for k in range(49)]
-    return Outline(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)), False)
+    return Outline(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)))

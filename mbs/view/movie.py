@@ -68,17 +68,17 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
-    """Compute the line of a strip at the times of the pictures, and interpolate its recorded strains in arc length and time.
+    """Compute the line of a strip from its `motion` at the `times` of the pictures, and interpolate its strains to them.
 
-    The strains are not computed from interpolated places: a strip is so stiff along its line that small errors of the
-    places would make large axial forces.
+    The strains are those of `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its line
+    that small errors of interpolated places would make large axial forces.
     """
-    per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # some 32 stations in all
+    per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # stations of an element: some 32 in all
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
     fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
-    rows, positions = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
-    before, after = positions[: len(k)], positions[len(k) :]
+    rows, positions = np.unique(np.concatenate([k, k + 1]), return_inverse=True)  # recorded times beside pictures, each once
+    before, after = positions[: len(k)], positions[len(k) :]  # of each picture, in `rows`
     axial, *_, bending = select(recorded, rows).strains()  # between them shear, if the strip has it
     stations = motion.arcs(per_element)
 
@@ -145,10 +145,6 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     return line, bend / length, axial
 
 
-PICTURES = (240, 1440)
-"""Least and largest number of pictures of a movie."""
-PICTURES_PER_TURN = 180
-"""Number of pictures for each revolution of the link that turns most."""
 CIRCLE = np.exp(2j * pi * np.arange(48) / 48)
 """Points of the unit circle, as complex numbers."""
 
@@ -241,10 +237,10 @@ def still(mechanism: Mechanism) -> Movie:
 
 
 def pictures(record: Record) -> int:
-    """Count the pictures of a run, from the revolutions of the link that turns most, within limits."""
+    """Count the pictures of a run: one for every 2 degrees of the link that turns most, 241 at least and 1441 at most."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
-    return int(np.clip(PICTURES_PER_TURN * max(turns, default=0.0), *PICTURES)) + 1
+    return int(np.clip(180 * max(turns, default=0.0), 240, 1440)) + 1
 
 
 def _finite(record: Record) -> Record:
@@ -268,7 +264,7 @@ def _movie(record: Record, source: Record) -> Movie:
     marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
         sheet.frame(point)
-    frames = {name: _frame(record, source) for name, source in sheet.frames.items()}
+    frames = {name: _frame(record, frame) for name, frame in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
         shape = bent_line(link.body, record, source, link)
@@ -280,11 +276,12 @@ def _movie(record: Record, source: Record) -> Movie:
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
 
-def _frame(record: Record, source: FrameSource) -> Array:
+def _frame(record: Record, frame: FrameSource) -> Array:
     """Compute x, y [m] and the angle [rad] of a frame, (times, 3)."""
-    if not source.reference:
+    if not frame.reference:
         return np.zeros((len(record.time), 3))
-    (place, _velocity), (angle, _rate) = record.point(source.reference), record.turn(source.reference)
-    if source.pin:
-        place = place + source.factor * (record.point(source.pin)[0] - place)
-    return np.column_stack([place, angle if source.turns else np.zeros_like(angle)])
+    place, _velocity = record.point(frame.reference)
+    angle, _rate = record.turn(frame.reference)
+    if frame.pin:  # `place` is the centre of the bush, from which the pin is drawn at an enlarged distance
+        place = place + frame.factor * (record.point(frame.pin)[0] - place)
+    return np.column_stack([place, angle if frame.turns else np.zeros_like(angle)])

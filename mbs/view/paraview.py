@@ -15,12 +15,9 @@ from ..record.result import Result
 from .drawing import Outline
 from .movie import Movie, make_movie, to_ground
 
-STRIP_DATA = ("curvature", "axial_force", "stress")
-"""Names of the values at the nodes of flexible links; at nodes of rigid links they are 0. The curvature is that of bending."""
-
 
 class MeshSolid(NamedTuple):
-    """Mesh of a link: nodes (times, n, 3) [m], meshio's type and node numbers of its cells, named values (times, n) at nodes."""
+    """Mesh of a link: nodes (times, n, 3) [m], meshio's type and node numbers of its cells, named values at nodes (times, n)."""
 
     corners: Array
     kind: str
@@ -45,8 +42,9 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
     corners = np.concatenate([solid.corners for solid in solids], axis=1)
     counts = [solid.corners.shape[1] for solid in solids]
     first, link_number = np.cumsum([0, *counts]), np.repeat(np.arange(len(solids)), counts)
+    # a rigid link has no such values: they are 0 there
     data = {name: np.concatenate([solid.data.get(name, np.zeros(solid.corners.shape[:2])) for solid in solids], axis=1)
-            for name in STRIP_DATA}  # fmt: skip
+            for name in ("curvature", "axial_force", "stress")}  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     with TimeSeriesWriter(path, data_format="XML") as writer:
         writer.write_points_cells(corners[0], [(s.kind, s.cells + k) for s, k in zip(solids, first[:-1], strict=True)])
@@ -65,7 +63,7 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
             fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles: outlines of links are convex
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
             yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
-    for band in movie.bands.values():
+    for band in movie.bands.values():  # of flexible links: `points` are (times, stations, 2), `bending` is (times, stations)
         along = np.gradient(band.points, axis=1)
         size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
         normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]

@@ -25,12 +25,8 @@ if TYPE_CHECKING:
     from ..record.result import Result
 
 
-MARGIN = 4.0
-"""Margin around a mechanism, in sizes of a symbol."""
 MOST_FRAMES = 120
 """Largest number of pictures of an animation."""
-MOST_FIT_ROWS = 12
-"""Largest number of rows of a fit's figure."""
 
 
 def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool = True) -> Axes:
@@ -48,7 +44,7 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
             height = WIDTH * (high - low) / (right - left) + 15.0  # [mm], 15 of them for the text
             height = float(np.clip(height, 0.25 * WIDTH, WIDTH))
             axes = plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
-        for mark in movie.marks:
+        for mark in movie.marks:  # an `Arrow` needs the values of signals: the report page alone draws it
             if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
                 _MarkArtist(axes, mark).move(movie, k)
         _frame_axes(axes, movie)
@@ -56,9 +52,9 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
 
 
 def _limits(movie: Movie) -> tuple[float, float, float, float]:
-    """Return the limits of a picture, of x, then y [m]: those of the mechanism and a margin."""
+    """Return the limits of a picture, of x, then y [m]: those of the mechanism and a margin, four symbols wide."""
     left, right, low, high = movie.box
-    gap = MARGIN * movie.unit
+    gap = 4 * movie.unit
     return left - gap, right + gap, low - gap, high + gap
 
 
@@ -204,7 +200,7 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
 def plot_fit(fit: Any) -> Figure:
     """Draw measured and fitted signals, their differences, and profiles of the likelihood; see `Fit.plot`."""
     pairs = zip(fit.experiments, fit.predicted, strict=True)
-    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:MOST_FIT_ROWS]
+    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:12]  # a row is 45 mm high
     count = len(rows) + ceil(len(fit.profiles) / 2)
     figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
     for (each, predicted, name), (left, right) in zip(rows, axes, strict=False):
@@ -226,8 +222,6 @@ def plot_fit(fit: Any) -> Figure:
 
 MARKERS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
 """Markers of critical points, by their kind."""
-DENSE = 200
-"""Number of points of a curve between two critical points."""
 
 
 def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Axes:
@@ -237,7 +231,8 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, in_legend = "xy".index(axis), set[str]()
     for branch in (path, *getattr(path, "branches", ())):
-        places, critical_places, prefix = branch.heights(link, point)  # for the label, a response has the prefix 'amplitude of'
+        # positions (steps, 2) or, of periodic motions, amplitudes; those at critical points; '' or 'amplitude of ' for the label
+        places, critical_places, prefix = branch.heights(link, point)
         for curve, stable in _pieces(branch, places[:, column]):
             label = "stable" if stable else "unstable"
             style = "C0-" if stable else "C3--"
@@ -277,5 +272,5 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
     for start, end in pairwise(sorted(cuts)):
         inside = stable[(arc > start) & (arc < end)]
         opposite = not (pieces and pieces[-1][1])  # for a piece without equilibria: stability changes at a cut
-        pieces.append((curve(np.linspace(start, end, DENSE)).T, bool(inside.all() if len(inside) else opposite)))
+        pieces.append((curve(np.linspace(start, end, 200)).T, bool(inside.all() if len(inside) else opposite)))
     return pieces

@@ -3,6 +3,8 @@
 A symbol is a function (sheet, name, element) that yields marks. The table is by the name of the element's class; a class that is
 not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark. Numbers are
 proportions, over the size of a symbol (`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad].
+The frames of `sheet.at`, `sheet.body` and `sheet.frame` turn with a body, those of `sheet.upright` do not; `sheet.local` are
+coordinates in the frame of `sheet.body`.
 """
 
 from collections.abc import Callable, Iterator
@@ -31,7 +33,8 @@ def draw_marks(sheet: Sheet) -> list[Mark]:
     """Return the marks of a mechanism, from back to front: bodies and symbols, arrows of forces, labels."""
     marks: list[Mark] = []
     for name, element in Scene.of(sheet.mechanism).elements.items():
-        marks += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
+        draw = symbol(element.body if isinstance(element, Link) else element)
+        marks += draw(sheet, name, element)
         marks += _forces(sheet, name, element)
     marks += _gravity(sheet)
     joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
@@ -85,12 +88,12 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     if max(off_line) > thickness:
         from scipy.spatial import ConvexHull  # slow to load
 
-        yield Outline(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), True, width)
+        yield Outline(frame, ink, tuple(local[k] for k in ConvexHull(local).vertices), closed=True, width=width)
     else:
         reach = [along[0] * x + along[1] * y for x, y in local]
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
-        yield Outline(frame, ink, outline, True, width)
+        yield Outline(frame, ink, outline, closed=True, width=width)
         normal_x, normal_y = -along[1], along[0]  # the name stands beside the bar
         half_width, half_height = 0.2 * len(name) + 0.25, 0.5  # of the name, in symbols
         offset = 0.5 * thickness + sheet.unit * (half_height * abs(normal_y) + half_width * abs(normal_x))
@@ -106,14 +109,14 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
-    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
+    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")  # in the frame at the middle of the strip
 
 
 def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
     """Yield a triangle on the ground below a joint with the ground."""
     if GROUND in (joint.first, joint.second):
         u, frame = sheet.unit, sheet.at(GROUND, joint.point)
-        yield Outline(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), True)
+        yield Outline(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), closed=True)
         yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
 
 
@@ -135,14 +138,15 @@ def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Yield a dark square for two bodies welded together."""
     yield from support(sheet, joint)
     half, frame = 0.42 * sheet.unit, sheet.at(_moving_body(joint), joint.point)
-    yield Outline(frame, "mass", ((-half, -half), (half, -half), (half, half), (-half, half)), True)
+    yield Outline(frame, "mass", ((-half, -half), (half, -half), (half, half), (-half, half)), closed=True)
 
 
 def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """Yield a pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
-    yield Outline(sheet.body(joint.second), "rail", place_along(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
+    outline = place_along(groove, along, origin=sheet.local(joint.second, joint.point))
+    yield Outline(sheet.body(joint.second), "rail", outline, closed=True)
     yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
@@ -151,7 +155,7 @@ def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     u, along = sheet.unit, unit(joint.along)
     line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
     yield Outline(sheet.body(joint.second), "rail", line)
-    yield Outline(sheet.at(joint.first, joint.point), "block", _block(along, u), True)
+    yield Outline(sheet.at(joint.first, joint.point), "block", _block(along, u), closed=True)
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
@@ -164,7 +168,7 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
     block = sheet.upright(guide.point)
-    yield Outline(block, "block", _block(along, u), True)
+    yield Outline(block, "block", _block(along, u), closed=True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
 
@@ -181,19 +185,20 @@ def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
-    normal, side = stop.face_normal(mechanism), stop.side(mechanism)
+    normal = stop.face_normal(mechanism)
+    side = stop.side(mechanism)  # 1 if the normal leads from the stop's point to the face, else -1
     body, reference = place(stop.origin(mechanism))  # point of the body with the face, in whose frame the wall is fixed
     frame = sheet.at(body, reference)
     (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
     is_block = stop.point in {guide.point for guide in mechanism.guides}
     size_of_point, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
-    front = stop.distance_to_face(mechanism) + side * size_of_point  # along the normal, from the stop's point
+    front = stop.distance_to_face(mechanism) + side * size_of_point  # coordinate along the normal, from the stop's point
     back = front + side * 0.6 * u
     wall = ((front, -half), (front, half), (back, half), (back, -half))
-    yield Outline(frame, "stop", place_along(wall, normal, 1.0, (x - x0, y - y0)), True)
+    yield Outline(frame, "stop", place_along(wall, normal, origin=(x - x0, y - y0)), closed=True)
     push = (-side * normal[0], -side * normal[1])
     point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
-    yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
+    yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 
 
 def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
@@ -207,7 +212,7 @@ def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
         else:
             continue
         half = 0.8 * sheet.unit
-        yield Outline(frame, "other", ((-half, 0.0), (0.0, -half), (half, 0.0), (0.0, half)), True)
+        yield Outline(frame, "other", ((-half, 0.0), (0.0, -half), (half, 0.0), (0.0, half)), closed=True)
         yield Label(frame, name, (1.2 * half, -1.2 * half), "symbol")
         return
 

@@ -24,8 +24,6 @@ QUESTIONS = {
 """Questions that the checks answer. The message of a check begins with the name of the check, such as `ENERGY: `."""
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 """Verdicts in the order in which pages show them."""
-UNKNOWN = "one run alone; with an accuracy, or without a solver, finer runs tell its error"
-"""Message of the check ACCURACY where no error was estimated."""
 NOT_APPLICABLE = "not_applicable"
 """Key of a result's provenance, under which the reasons stand why checks did not apply, by name."""
 NAME = r"[A-Z_]{3,}: "
@@ -56,7 +54,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         if name in reasons:
             verdict, message = "failed", "; ".join(reasons[name])
         elif name == "ACCURACY" and not result.error.known:
-            verdict, message = "not run", UNKNOWN
+            verdict, message = "not run", "one run alone; with an accuracy, or without a solver, finer runs tell its error"
         elif not result.status.finished:
             verdict = "not run"
         elif name in not_applicable:
@@ -98,7 +96,7 @@ def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
 def flatten(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
     """Yield the names and values of nested settings, as in `steps.max_step`, without those that are not set."""
     for name, inner in value.items():
-        if name == "kind":
+        if name == "kind":  # the name of a class: of the solver or, below a name, of settings such as `steps`
             yield before.removesuffix(".") or "solver", str(inner)
         elif isinstance(inner, dict):
             yield from flatten(inner, f"{before}{name}.")
