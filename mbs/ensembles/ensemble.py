@@ -5,9 +5,9 @@
     )
     found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
 
-A member is one run, divided into windows of time; each window gives one value of every reading. Members are independent and the
-windows of one member are not: standard errors are computed from the means of the members. A block of output is a part of the rows
-of a run, which the solver hands over while it runs.
+A member is one run, divided into windows of time of the length `each`; a window gives one value of every reading. Members are
+independent and the windows of one member are not: standard errors are computed from the means of the members. A block of output
+is a part of the rows of a run, which the solver hands over while it runs.
 """
 
 import os
@@ -41,12 +41,8 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members in a task of the executor: enough to hide its cost, few enough to keep all cores busy and lose little at Ctrl-C."""
-WAIT = 0.2
-"""Time between two checks for Ctrl-C and the time limit [s]."""
 STATES_WITHIN = 3
 """Number of states that are interpolated within each implicit step of joints with clearance, to find peaks of impacts."""
-TRIAL = 1e-4
-"""Duration of a trial run of the first member over that of a run: wrong names are found at the first rows of any run."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
 
@@ -79,13 +75,14 @@ class Task:
     def prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
         """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
         index = self.members.mechanism_index(k)
-        have_varied_numbers = bool(self.members.paths)  # then no two members have the same mechanism
-        if index not in prepared or have_varied_numbers:
-            scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
-            names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
-            start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-            channels = Channels.of(scene, list(names))
-            prepared[index] = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
+        no_number_varies = not self.members.paths
+        if no_number_varies and index in prepared:
+            return prepared[index]
+        scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
+        names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
+        start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
+        channels = Channels.of(scene, list(names))
+        prepared[index] = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
         return prepared[index]
 
     def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
@@ -123,8 +120,8 @@ class Task:
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
 
-    Interpolated states within the steps then supply the peaks. With strips they are not used: the forces of an interpolated shape
-    are too large.
+    Interpolated states within the steps then supply the peaks. With strips they are not used: a strip is so stiff along its line
+    that small errors of an interpolated shape make large forces.
     """
     tables = scene.tables
     has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
@@ -187,7 +184,9 @@ def ensemble(
         raise ValueError("of: give one reading or more, as ['rms(B.normal_force)']")
     readings = tuple(map(StatisticReading.of, of))
     mechanisms = (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism)
-    length = each or _find_window(mechanisms[0], duration)
+    speed = turning_speed(mechanisms[0], duration)
+    turn = 2 * np.pi / speed if speed > 0 else duration
+    length = each or min(duration, turn)
     windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))  # 1e-9: a duration of whole windows may round down
     if windows <= skip:
         raise ValueError(f"skip = {skip}: the run has {windows} windows of {length:g} s; skip fewer, or run longer")
@@ -200,20 +199,14 @@ def ensemble(
     return _gather(task, found, executor, store)
 
 
-def _find_window(mechanism: Mechanism, duration: float) -> float:
-    """Return the time of one turn of the drive [s]; the duration if it is shorter or no drive turns."""
-    speed = turning_speed(mechanism, duration)
-    return min(duration, 2 * np.pi / speed) if speed > 0 else duration
-
-
 def _try_first(task: Task) -> None:
     """Run the first member for a short time; raise a ValueError if readings or paths are wrong."""
-    duration = TRIAL * task.duration
+    duration = 1e-4 * task.duration  # wrong names are found at the first rows of a run of any duration
     trial = replace(task, duration=duration, edges=np.array([0.0, duration]))
     try:
         trial.integrate(0, trial.prepare(0, {}))
-    except np.linalg.LinAlgError:
-        return  # a failure of this member, which its run will report
+    except np.linalg.LinAlgError:  # a ValueError, but no mistake in the call: the run of this member will report it
+        return
     except (ValueError, KeyError) as error:
         raise ValueError(str(error)) from None
 
@@ -229,7 +222,7 @@ def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str |
     try:
         while running:
             state.check()
-            ended, running = wait(running, WAIT, FIRST_COMPLETED)
+            ended, running = wait(running, 0.2, FIRST_COMPLETED)  # 0.2 s at most, until the next check
             for k, values, reason in (member for future in ended for member in future.result()):
                 found.add(k, values, reason)
                 state.count += 1

@@ -55,16 +55,18 @@ class Members:
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
         distributions = {path: distribution for path, distribution in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
-            Family.of(mechanism, vary, {})  # raises if there is no number at a path
+            Family.of(mechanism, vary)  # raises if there is no number at a path
         combinations = list(product(*grid.values()))
-        cells = np.tile(np.array(combinations).reshape(len(combinations), len(grid)), (len(mechanisms), 1))
-        quantiles = _sobol(members * len(cells), len(distributions), seed)
-        values = {path: np.repeat(cells[:, k], members) for k, path in enumerate(grid)}
+        of_mechanism = np.array(combinations).reshape(len(combinations), len(grid))
+        cell_values = np.tile(of_mechanism, (len(mechanisms), 1))  # (cells, lists)
+        count = members * len(cell_values)
+        quantiles = _sobol(count, len(distributions), seed)
+        values = {path: np.repeat(cell_values[:, k], members) for k, path in enumerate(grid)}
         for k, (path, distribution) in enumerate(distributions.items()):
             values[path] = np.asarray(distribution.ppf(quantiles[:, k]), dtype=float)
-        numbers = np.column_stack([values[path] for path in vary]) if vary else np.empty((members * len(cells), 0))
+        numbers = np.column_stack([values[path] for path in vary]) if vary else np.empty((count, 0))
         sources = tuple(mechanism.to_dict() if vary else mechanism for mechanism in mechanisms)
-        return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cells)), members), grid, seed)
+        return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cell_values)), members), grid, seed)
 
     def __len__(self) -> int:
         """Return the number of members."""

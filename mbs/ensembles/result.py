@@ -43,7 +43,7 @@ class Ensemble:
     skip: int  # number of windows at the start that statistics leave out
     values: Array  # (members, windows, readings), nan if a member failed or has not run
     done: Array  # True for members that have run, (members,)
-    said: list[str]  # reasons of failures, '' for members that did not fail
+    reasons: list[str]  # reasons of failures, '' for members that did not fail
     interrupted: bool = False  # by Ctrl-C
     timed_out: bool = False  # the time limit was over before all members had run
 
@@ -55,12 +55,12 @@ class Ensemble:
 
     def add(self, k: int, values: Array, reason: str) -> None:
         """Add the values of member k, or the reason for which it failed."""
-        self.values[k], self.done[k], self.said[k] = values, True, reason
+        self.values[k], self.done[k], self.reasons[k] = values, True, reason
 
     @property
     def failed(self) -> Array:
         """True for members that failed, shape (members,)."""
-        return np.array([bool(reason) for reason in self.said])
+        return np.array([bool(reason) for reason in self.reasons])
 
     @property
     def message(self) -> str:
@@ -68,7 +68,7 @@ class Ensemble:
         ran, failed = int(self.done.sum()), int(self.failed.sum())
         found = f"{ran} of {len(self.members)} members"
         if failed:
-            why, count = Counter(filter(None, self.said)).most_common(1)[0]
+            why, count = Counter(filter(None, self.reasons)).most_common(1)[0]
             found += f", {failed} of them failed, {count} by {why}"
         return found + (" (interrupted)" if self.interrupted else " (TIMED_OUT)" if self.timed_out else "")
 
@@ -181,7 +181,7 @@ class Ensemble:
         target = Path(path)
         incomplete = target.with_name(f".{target.name}.part.npz")
         np.savez_compressed(
-            incomplete, values=self.values, done=self.done, said=np.array(self.said), edges=self.edges,
+            incomplete, values=self.values, done=self.done, said=np.array(self.reasons), edges=self.edges,
             readings=np.array(self.readings),
             paths=np.array(self.members.paths), numbers=self.members.numbers, seed=self.members.seed,
         )  # fmt: skip
@@ -198,7 +198,7 @@ class Ensemble:
             if not is_same:
                 differ = "members, numbers, readings or windows differ"
                 raise ValueError(f"{path}: holds another ensemble ({differ}); name another file")
-            self.values[:], self.done[:], self.said[:] = saved["values"], saved["done"], saved["said"].tolist()
+            self.values[:], self.done[:], self.reasons[:] = saved["values"], saved["done"], saved["said"].tolist()
         return self
 
 

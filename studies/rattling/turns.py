@@ -78,7 +78,7 @@ def run_turns(
     turns = []
     for k, mechanism in enumerate(mechanisms):
         means = {reading: Mean(each[k].mean, each[k].error, each[k].members) for reading, each in statistics.items()}
-        of_members = zip(found.members.cells, found.said, strict=True)  # index of the mechanism; why the run failed, or ""
+        of_members = zip(found.members.cells, found.reasons, strict=True)  # index of the mechanism; why the run failed, or ""
         failed = [reason for index, reason in of_members if index == k and reason]
         deepest = max(found.of(depth, k).max(initial=0.0) for depth in DEPTHS)
         depth = np.nan if failed else deepest / clearances(mechanism)[0].gap  # all joints have the same gap
