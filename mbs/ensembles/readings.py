@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from ..functions.formulas import CONSTANTS, parse
+from ..functions.formulas import CONSTANTS
 from ..geometry import Array
-from ..sensitivity.reading import POINTWISE, TOKEN, evaluate
+from ..sensitivity.reading import POINTWISE, TOKEN, evaluate, parse_reading
 from ..spectral.statistics import Accumulator, Statistic
 
 Reduction = Callable[[Array, Array], Array]
@@ -39,7 +39,7 @@ STATISTICS: dict[str, Reduction] = {
 }
 """Statistics by name."""
 ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (None, 1))
-"""Functions that the parser accepts, each with one argument."""
+"""Functions that the parser accepts, each with no text on its usage and one argument."""
 
 
 @dataclass(frozen=True)
@@ -68,23 +68,15 @@ class StatisticReading:
 
     @classmethod
     def of(cls, text: str) -> StatisticReading:
-        """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic.
-
-        Names of signals such as `B.x` are no Python names: the parser sees `_0`, `_1`, ... in their place.
-        """
-        keys = {name: f"_{k}" for k, name in enumerate(dict.fromkeys(TOKEN.findall(text)))}
-        names = {key: name for name, key in keys.items()}
-        python = TOKEN.sub(lambda match: keys[match[0]], text)
+        """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic."""
         try:
-            tree = parse(python, names, ALLOWED)
+            tree, names = parse_reading(text, dict.fromkeys(TOKEN.findall(text)), ALLOWED)
             for node in ast.walk(tree):
                 if isinstance(node, ast.Name):
                     node.id = names.get(node.id, node.id)
             _check(tree)
         except ValueError as error:
-            message = str(error)
-            for key, name in names.items():
-                message = message.replace(key, name)
+            message = str(error).removeprefix(f"{text}: ")
             raise ValueError(f"{text}: {message}; statistics are {', '.join(STATISTICS)}, as rms(B.normal_force)") from None
         return cls(text, tree)
 

@@ -12,14 +12,12 @@ from numpy.polynomial import Polynomial
 
 from ..geometry import Array
 
-SETTLED = 0.1
-"""Fraction of the run, at its end, over which `settled` takes the mean: a convention."""
 SLOPE_SAMPLES = 5
 """Number of samples from which a slope is computed: the error of the slope is of the fourth order."""
 JUMP_TIME = 1e-11
-"""Largest time between the two samples at a jump, over the duration of the run: far above rounding, far below a step."""
+"""Interval over the duration of the run below which its two samples are those of a jump: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
-"""Largest time between the two samples at a jump, over the shorter of the neighbouring intervals."""
+"""Interval over the shorter one of its neighbours below which its samples are those of a jump, too."""
 
 
 def positive_ranges(x: Array) -> Array:
@@ -56,22 +54,22 @@ class Curve:
         return self._root(int(crossings[int(count) - 1]), value)
 
     def begins(self, count: float) -> float:
-        """Return the start of the `count`-th interval above zero [s]."""
+        """Return the start of the `count`-th interval above zero [s], -1 the last; nan if there is none."""
         samples = self._positive_range(count)
         return nan if samples is None else self._edge(samples.start, 1)
 
     def ends(self, count: float) -> float:
-        """Return the end of the `count`-th interval above zero [s]."""
+        """Return the end of the `count`-th interval above zero [s], -1 the last; nan if there is none."""
         samples = self._positive_range(count)
         return nan if samples is None else self._edge(samples.stop - 1, -1)
 
     def peak(self, count: float) -> float:
-        """Return the largest value in the `count`-th interval above zero."""
+        """Return the largest value in the `count`-th interval above zero, -1 the last; nan if there is none."""
         samples = self._positive_range(count)
         return nan if samples is None else type(self)(self.time[samples], self.x[samples]).max()
 
     def _positive_range(self, count: float) -> slice | None:
-        """Return the samples of the `count`-th interval above zero (-1 is the last), and the sample before and after it."""
+        """Return the samples of the `count`-th interval above zero, with the sample before and the one after it, if any."""
         ranges = positive_ranges(self.x)
         k = int(count) - 1 if count > 0 else len(ranges) + int(count)
         if not 0 <= k < len(ranges):
@@ -79,7 +77,7 @@ class Curve:
         return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): of sample k next to it, outside."""
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): that of k, the sample outside."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
@@ -102,7 +100,7 @@ class Curve:
 
     def settled(self) -> float:
         """Return the mean over the last tenth of the run."""
-        first = self.time[-1] - SETTLED * (self.time[-1] - self.time[0])
+        first = self.time[-1] - 0.1 * (self.time[-1] - self.time[0])
         is_late = self.time > first
         times = np.concatenate([[first], self.time[is_late]])
         return type(self)(times, np.concatenate([[self.at(float(first))], self.x[is_late]])).mean()
@@ -176,15 +174,15 @@ class Smooth(Curve):
         return float(self.time[k] + fraction * (self.time[k + 1] - self.time[k]))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); sample k is next to it, outside.
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); k is the next sample outside.
 
         A signal that is negative outside has its edge at the root of the cubic there. One that is exactly zero outside, such as
         a contact force, has it at the root of a parabola through the three nearest samples inside. At a jump, at an end of the
         run and for fewer samples inside, the edge is a sample.
         """
-        starts_of_pieces = {*self._pieces[1:-1].tolist()}
-        for i in (k, k + step):
-            if {i, i + 1} & starts_of_pieces:
+        after_jumps = self._pieces[1:-1]
+        for i in (k, k + step):  # the sample outside, and the first or last one inside
+            if i in after_jumps or i + 1 in after_jumps:
                 return float(self.time[i])
         inside = [k + step, k + 2 * step, k + 3 * step]
         is_at_end_of_run = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)

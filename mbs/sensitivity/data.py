@@ -19,12 +19,10 @@ SIDES = {"is": 0, "at most": 1, "at least": -1}
 """Sign of the residuals that count, by `side` of a measurement: 0 for both signs, 1 above an upper bound, -1 below a lower."""
 BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 """Pattern of a name with a unit in brackets. Digits in brackets are no unit: `value[0]` is the path of a number."""
-SEPARATORS = ("\t", ";", ",", " ")
-"""Separators of columns, in the order of trial."""
 
 
 class Read(NamedTuple):
-    """Measured number and its standard deviation `error`, SI; or with `side` 'at most' or 'at least' a measured bound."""
+    """Measured value of a reading, SI, and its standard deviation `error`; with `side` 'at most' or 'at least' a bound of it."""
 
     value: float
     error: float
@@ -122,7 +120,7 @@ def read_csv(
 def _table(text: str) -> tuple[list[Column], Rows]:
     """Split a text into columns and rows of numbers, by the first separator for which a line of names is followed by numbers."""
     lines = text.splitlines()
-    for separator in SEPARATORS:
+    for separator in ("\t", ";", ",", " "):  # each is tried, in this order: a decimal comma is no separator
         rows = [(number, _cells(line, separator)) for number, line in enumerate(lines, 1) if line.strip()]
         has_numbers = [len(row) > 1 and row[0] != "" and None not in map(_value, row) for _, row in rows]
         first = has_numbers.index(True) if any(has_numbers) else 0  # number of lines above the numbers
@@ -155,10 +153,10 @@ def _columns(above: list[list[str]], line: int) -> list[Column]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
     split = [_column(cell, "") for cell in names]
-    bare = [column.heading if column.name else column.unit for column in split]  # the cell `[deg]` has no name: its text is `deg`
-    is_row_of_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, bare)))
-    if is_row_of_units and bare[0] and parse_unit(bare[0]).dimension == parse_unit("s").dimension:
-        names, units = above[-2], bare
+    texts = [column.heading if column.name else column.unit for column in split]  # of the cell `[deg]`, without a name, `deg`
+    are_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, texts)))
+    if are_units and texts[0] and parse_unit(texts[0]).dimension == parse_unit("s").dimension:  # of the first column, time
+        names, units = above[-2], texts
     while names and not names[-1]:
         names = names[:-1]
     if wrong := [cell for cell in names if cell and _value(cell) is not None]:
@@ -228,8 +226,9 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 
 def _factor(column: Column, expected: str) -> float:
-    """Return the factor from a column's unit to SI; a ValueError says that the unit has not the dimension of `expected`."""
-    try:
-        return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
+    """Return the factor from a column's unit to SI; ValueError unless it is a unit, with the dimension of `expected` if given."""
+    one = f"1 {column.unit}"
+    try:  # `expected` is '' for signals: their dimension is known when a run has ended
+        return parse_quantity(one, expected) if expected else float(measured(one))
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

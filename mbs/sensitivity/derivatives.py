@@ -32,11 +32,9 @@ WIDTH_AT_REST = 1e-3
 """Half width w of the finer difference, over the number, for readings of equilibria and for functions."""
 WIDER = 4.0
 """Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one: w^2 grows by 16."""
-ROUNDING = 1e-15
-"""Relative error of a reading by rounding: some roundings of 1e-16."""
 COMMON = 1e-6
-"""Relative error that the finer and the coarser difference may share, as both come from one solver: the least error of a
-derivative that is stated. Chosen, not measured; ten times as much states ten times the error where both agree."""
+"""Least relative error of a derivative: both differences come from one solver and may share an error, which their difference
+does not show. Chosen, not measured."""
 NOISE = 3.5
 """Ratio of two effects of independent noise of f, of standard deviation s: on the gap, sqrt(6) s/w, over that on the central
 difference, s/(sqrt(2) w). It is sqrt(12)."""
@@ -218,7 +216,7 @@ class Neighbours(NamedTuple):
             for name, scale in self.scales.items():
                 row = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
                 if name in slopes:
-                    rounding = ROUNDING * abs(value) / (width * scale)
+                    rounding = 1e-15 * abs(value) / (width * scale)  # from some roundings of the reading, of 1e-16 each
                     sides = OneSided(*(float(side[i]) for side in slopes[name]))
                     derivatives.append(_combine(row, scale, sides, relative, rounding))
                 else:  # a time limit or Ctrl-C came before
@@ -260,7 +258,8 @@ def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, 
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # 0 for a smooth reading
+    # the gap is nan where one side failed: then noise is not estimated, and no kink is found
+    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0
     error = abs(value - coarse) + noise
     least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
     reason = ""

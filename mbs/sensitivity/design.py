@@ -20,12 +20,12 @@ from .numbers import Family, Source
 from .reading import RunFailedError
 from .residuals import SOLVER, check_ranges
 from .runs import Reading, readings_of, require_compiler
-from .searching import BINDS, EnoughError, Search, parse_constraint, point_of
+from .searching import BINDS, EnoughError, Search, parse_constraint, round_point
 
 BUDGET = 1000
 """Default of the largest number of runs of a search."""
 MOST_CORRECTIONS = 2
-"""Largest number of times that a search is repeated with readings corrected by a finer run."""
+"""Largest number of times that a search is repeated with readings corrected by a finer run; then the best design is returned."""
 
 
 @dataclass(frozen=True)
@@ -105,11 +105,11 @@ def optimise(
     duration = None if duration is None else float(positive("duration", duration, "s"))
     used = readings_of({name: named.get(name, name) for name in names}, moving=duration is not None)
     check_ranges(free)
-    family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))  # 0.0 is not used: a search sets all free numbers
+    family = Family.of(mechanism, free)
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
     search = Search(family, used, minimise, constraints, dict(free), duration, solver or replace(SOLVER, degree=8), budget)
-    watching.get().most = budget
+    watching.get().most = budget  # number of runs for the display of progress
     return _answer(search, [_first(free, start or {}), *others])
 
 
@@ -145,9 +145,9 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
             if search.stopped:
                 raise RunFailedError(f"{search.stopped}, before any run ended")
             raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
-        if attempts and point_of(x) == point_of(attempts[-1].x):  # the last correction did not change the design
+        if attempts and round_point(x) == round_point(attempts[-1].x):  # the last correction did not change the design
             break
-        coarse, fine = search.cache[point_of(x)], search.read_finer(x)
+        coarse, fine = search.cache[round_point(x)], search.read_finer(x)
         attempts.append(Attempt(x, coarse, fine))
         if not search.list_violated(fine) or search.stopped or search.runs >= search.budget:
             break

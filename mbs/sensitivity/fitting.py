@@ -23,7 +23,7 @@ from ..validate import one_of, whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import CLOSE, FAR, TIME_ZERO, Bounds, FitProblem, gather, signals_of
+from .residuals import FAILURE_RESIDUAL, TIME_ZERO, Bounds, FitProblem, gather, signals_of
 from .runs import require_compiler
 
 BEST_STARTS = 2
@@ -34,9 +34,6 @@ UNIDENTIFIED = 0.5
 """Width of the 95 % interval of a number, over its range, above which the data do not identify it."""
 CORRELATED = 0.95
 """Correlation of two numbers above which the data identify only a combination of them."""
-FROM_AXIS = 0.1
-"""First measured angle over the range of the angles; above it they seem to count from the x axis, not from the pose at t = 0:
-`.angle` is the angle turned since then, `.direction` that from the axis."""
 
 
 class Interval(NamedTuple):
@@ -145,7 +142,7 @@ def fit(
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
     minimisations = BEST_STARTS + 1  # the last with estimated errors; those of profiles are not counted
     evaluations = starts + minimisations * MOST_EVALUATIONS * (1 + 2 * len(problem.names))  # at most 2 runs for a derivative
-    watching.get().most = len(problem.experiments) * evaluations  # for the expected time, not a limit
+    watching.get().most = len(problem.experiments) * evaluations  # number of runs for the display of progress, not a limit
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if not problem.has_errors and not problem.stopped:
@@ -163,7 +160,9 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
     d, ranked, minima = len(problem.names), list[tuple[float, Array]](), list[Array]()
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
-            if not np.all((r := problem.residuals(x)) == FAR):
+            r = problem.residuals(x)
+            has_failed = np.all(r == FAILURE_RESIDUAL)
+            if not has_failed:
                 ranked.append((float(r @ r), x))
         ranked.sort(key=lambda pair: pair[0])
         for _, x in ranked[:BEST_STARTS]:
@@ -188,11 +187,12 @@ def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
         """Return the point with these free coordinates."""
         return np.insert(part, fixed, x[fixed]) if fixed is not None else part
 
-    # `ftol` compares the change of the cost with the cost; an extra residual of 1 keeps this above 0 for data without noise
+    # `ftol` bounds the change of the cost over the cost: numbers are found to less than a thousandth of their standard
+    # deviation. An extra residual of 1 keeps the cost above 0 for data without noise
     solution = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[is_free], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, is_free], np.zeros(len(part))]), bounds=(0.0, 1.0),
-        x_scale="jac", xtol=1e-10, ftol=CLOSE, gtol=1e-12, max_nfev=MOST_EVALUATIONS,
+        x_scale="jac", xtol=1e-10, ftol=1e-7, gtol=1e-12, max_nfev=MOST_EVALUATIONS,
     )  # fmt: skip
     return point(solution.x)
 
@@ -260,11 +260,12 @@ def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
         by_chance = _square_ratio(problem)  # increase of squares that a 95 % test of one number still allows
-        if rms[name] ** 2 > by_chance * np.var(x) + CLOSE * np.mean(x**2):  # `CLOSE` is for a signal that hardly changes
+        if rms[name] ** 2 > by_chance * np.var(x) + 1e-7 * np.mean(x**2):  # 1e-7 is for a signal that hardly changes
             notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     for experiment in problem.experiments if TIME_ZERO not in problem.names else ():
         for name, x in experiment.signals.items():
-            if name.endswith(".angle") and experiment.time[0] == 0.0 and abs(x[0]) > FROM_AXIS * np.ptp(x[np.isfinite(x)]):
+            # a signal `.angle` is 0 at t = 0; a tenth of its range there is more than noise
+            if name.endswith(".angle") and experiment.time[0] == 0.0 and abs(x[0]) > 0.1 * np.ptp(x[np.isfinite(x)]):
                 from_axis = name.removesuffix("angle") + "direction"
                 notes.append(f"{name} begins at {x[0]:.3g} rad, but is the turn since then; {from_axis} counts from the x axis.")
     return notes

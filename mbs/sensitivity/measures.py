@@ -22,7 +22,7 @@ from ..geometry import Array
 from ..record.errors import LEVEL, Key, Norm, Status
 from ..record.result import Result
 from .curve import Smooth
-from .reading import ARGUMENTS, measure, parse_reading, value_of
+from .reading import ARGUMENTS, parse_reading, read_number, value_of
 
 NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
 """Norm of a signal's error that bounds the error of a reading; `Norm.PEAK` bounds all other readings."""
@@ -53,7 +53,7 @@ class Reading(NamedTuple):
 
 def read(result: Result, text: str) -> Reading:
     """Read a formula, such as `rms(B.normal_force)`, off a result, with its error."""
-    value, unit = measure(text, result.time, result.signals, result.units)
+    value, unit = read_number(text, result.time, result.signals, result.units)
     if not result.error.known:
         return Reading(value, nan, unit, "unknown")
     if _has_errors_to_the_end(result):
@@ -106,10 +106,11 @@ def _propagate(
 def _change(
     call: ast.Call, function: str, value: float, time: Array, signals: dict[str, Array], errors: Mapping[Key, float]
 ) -> float:
-    """Bound the change of a reading by the errors of its signals: of the time of a contact by that of its onset and a step.
+    """Bound the change of a reading of a function by the errors of its signals.
 
-    Of other readings it is the largest change with the error added to the signal's magnitude or, but for single contacts, to the
-    signal. An error of the impulse is spread evenly over the run.
+    The time of a contact changes by the error of the signal's onsets and a step. For other readings the error is added to the
+    signal's magnitude and, except in a single contact, to the signal itself, with both signs: the bound is the largest change.
+    An error of the impulse is spread evenly over the run.
     """
     change, norm = 0.0, NORMS.get(function, Norm.PEAK)
     for short in {node.id for node in ast.walk(call.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
@@ -149,10 +150,10 @@ def find_batch_edges(result: Result) -> Array:
     return np.arange(0.0, end * (1 + 1e-9), revolutions * period)
 
 
-class Measure(NamedTuple):
-    """Number read off a run by the formula `name` from `signals`, with its error in the same unit, nan if not known.
+class CheckedReading(NamedTuple):
+    """Reading by the formula `name` of `signals`, for pages: its error, nan if not known, is compared with the accuracy.
 
-    The number is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
+    The reading is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
     """
 
     name: str
@@ -168,17 +169,17 @@ class Measure(NamedTuple):
         return self.error / abs(self.value) if self.error < abs(self.value) else nan
 
 
-def measures(result: Result, texts: Sequence[str] = ()) -> list[Measure]:
-    """Read formulas, by default peaks of forces, torques and deflections, off a run that finished.
+def list_readings(result: Result, texts: Sequence[str] = ()) -> list[CheckedReading]:
+    """List the readings of formulas, by default peaks of forces, torques and deflections, of a run that finished.
 
     A run that a time limit or the user ended is read up to its end, but not at given times, which may lie after it.
     """
     is_cut_short = result.status in (Status.TIMED_OUT, Status.INTERRUPTED) and len(result.time) > 1
     readable = [text for text in texts or peaks(result) if not (is_cut_short and re.search(r"\bat\(", text))]
-    return [_measure(result, text) for text in readable] if is_cut_short or result.status.finished else []
+    return [_check_reading(result, text) for text in readable] if is_cut_short or result.status.finished else []
 
 
-def _measure(result: Result, text: str) -> Measure:
+def _check_reading(result: Result, text: str) -> CheckedReading:
     """Read a formula, and compare its error with the accuracy requested or, without one, with that of contacts, 5 % (`STRIKE`).
 
     A value below its error, near zero, is compared with the largest value of its signals of the same unit.
@@ -190,7 +191,7 @@ def _measure(result: Result, text: str) -> Measure:
     relative_to = abs(value) if error < abs(value) else largest
     accuracy = result.asked if result.asked > 0 else STRIKE
     beyond = result.error.known and not error <= accuracy * relative_to  # true also for nan
-    return Measure(text, value, unit, error if isfinite(error) else nan, beyond, signals)
+    return CheckedReading(text, value, unit, error if isfinite(error) else nan, beyond, signals)
 
 
 def peaks(result: Result) -> list[str]:

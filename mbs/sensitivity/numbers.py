@@ -50,8 +50,8 @@ def find_entry(document: Mapping[str, object], path: str) -> Entry:
 def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declared: str, value: Any) -> str:
     """Return the unit of an entry from the declared one.
 
-    Among alternatives, as `rad/s or m/s` of a drive, decides the unit of a text, else whether a link or a point is driven. The
-    position of a point on a link has no declared unit: its coordinates are in m.
+    A drive has the declared unit `rad/s or m/s`. The unit of a text decides which one it is; for a plain number it is the first
+    if a link is driven, and the second if a point is. The position of a point on a link has no declared unit: it is in m.
     """
     for unit in declared.split(" or ") if isinstance(value, str) else ():
         with contextlib.suppress(ValueError):  # of a text in another unit
@@ -59,7 +59,7 @@ def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declar
             return unit
     if keys[0] == "drives" and isinstance(keys[1], int) and " or " in declared:
         mechanism = Mechanism.from_dict(document)
-        of_link, of_point = declared.split(" or ")
+        of_link, of_point = declared.split(" or ")  # drives declare them in this order
         return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
     is_coordinate_of_point = keys[0] == "links" and isinstance(keys[-1], int)
     return "m" if is_coordinate_of_point and not declared else declared
@@ -91,17 +91,21 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism."""
+    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism.
+
+    A family of a function has the values of `arguments`, none if they were not given.
+    """
 
     make: Callable[[Mapping[str, float]], Mechanism]
     values: dict[str, float]
     units: dict[str, str]
 
     @classmethod
-    def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float]) -> Family:
+    def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
         """Make the family of a mechanism by paths of numbers, or of a function by names and values of `arguments`."""
         if not isinstance(mechanism, Mechanism | Mapping):
-            function, present = mechanism, {name: float(arguments[name]) for name in names}
+            function = mechanism
+            present = {} if arguments is None else {name: float(arguments[name]) for name in names}
             return cls(lambda values: function(**values), present, dict.fromkeys(names, ""))
         document = mechanism.to_dict() if isinstance(mechanism, Mechanism) else mechanism
         present, units = {}, dict[str, str]()

@@ -67,16 +67,16 @@ class WrongReadingError(ValueError):
     """Error of a reading that is wrong for every run: the signal does not exist, or a unit is of another kind."""
 
 
-class MeasuredValue(NamedTuple):
+class ValueWithUnit(NamedTuple):
     """Number and its unit, '' if the formula mixes units."""
 
     value: float
     unit: str
 
 
-def measure(
+def read_number(
     text: str, time: Array, signals: Mapping[str, Array], units: Mapping[str, str], curve: type[Curve] = Curve
-) -> MeasuredValue:
+) -> ValueWithUnit:
     """Read a number off the signals of a run; `curve` interpolates between samples.
 
     A ValueError says that the text is no formula, names a signal that does not exist, or has a series as its value.
@@ -86,7 +86,7 @@ def measure(
         value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
         raise ValueError(f"{text}: gives a series; write max({text}), mean({text}) or end({text})")
-    return MeasuredValue(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
+    return ValueWithUnit(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
 def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
@@ -115,10 +115,12 @@ def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     if parse_frequency(text):
         return
     names = TOKEN.findall(text) if signals is None else list(signals)
-    measure(text, np.array([0.0, 1.0]), dict.fromkeys(names, np.ones(2)), {})
+    read_number(text, np.array([0.0, 1.0]), dict.fromkeys(names, np.ones(2)), {})
 
 
-def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str, str]]:
+def parse_reading(
+    text: str, signals: Mapping[str, object], allowed: Mapping[str, tuple[str | None, int]] = ALLOWED
+) -> tuple[ast.expr, dict[str, str]]:
     """Parse a formula; return its syntax tree, with names _0, _1, ... of signals, and the signals by these names."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
@@ -137,7 +139,7 @@ def parse_reading(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, d
     if "frequency" in text:
         raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:
-        tree = parse(shortened, names, ALLOWED)
+        tree = parse(shortened, names, allowed)
     except ValueError as error:
         message = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
         raise ValueError(f"{text}: {message}") from None

@@ -20,23 +20,21 @@ from ..units import parse_unit
 from .curve import Smooth
 from .data import Experiment
 from .numbers import Family, Source
-from .reading import FAILURES, WrongReadingError, measure
+from .reading import FAILURES, WrongReadingError, read_number
 from .runs import run
 
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
 SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver: relative errors of readings of 1e-8 are errors of 1e-8/`WIDTH` = 1e-4 of their derivatives over a range."""
-WIDTH = 1e-4
+"""Default solver: with relative errors of 1e-8, derivatives over a range have errors of 1e-8/`DIFFERENCE_WIDTH` = 1e-4."""
+DIFFERENCE_WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
-FAR = 1e3
+FAILURE_RESIDUAL = 1e3
 """Residual of a run that fails, in standard deviations; in a search for a design, violation by a reading without a value."""
 DEPENDENT = 1e-9
 """Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
 UNKNOWN = 1e12
 """Inverse of such a singular value, in place of infinity: a standard deviation beyond any range."""
-CLOSE = 1e-7
-"""Tolerance `ftol` of least squares: numbers are found to less than a thousandth of their standard deviation."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
@@ -75,7 +73,7 @@ class FitProblem:
         if both := sorted(settings & set(free)):
             raise ValueError(f"free['{both[0]}']: the experiments set it")
         varied = [name for name in (*free, *settings) if name != TIME_ZERO]
-        family = Family.of(mechanism, varied, dict.fromkeys(varied, 0.0))  # 0.0 is not used: runs have values of their own
+        family = Family.of(mechanism, varied)  # of mechanisms with other values of these numbers
         measured = {name: gather(experiments, name) for name in signals_of(experiments)}
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
@@ -119,17 +117,17 @@ class FitProblem:
             parts += [((values[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in experiment.signals.items()]
             parts.append(np.array([read.residual(values[text]) for text, read in experiment.readings.items()]))
         residuals = np.concatenate(parts)
-        return np.where(np.isfinite(residuals), residuals, FAR)
+        return np.where(np.isfinite(residuals), residuals, FAILURE_RESIDUAL)
 
     def residuals(self, x: Array) -> Array:
-        """Compute the residuals at a point; all are `FAR` if a run fails."""
+        """Compute the residuals at a point; all are `FAILURE_RESIDUAL` if a run fails."""
         try:
             self.cached = x.copy(), self.predict(x)
         except WrongReadingError:  # wrong for every run
             raise
         except FAILURES as error:
             self.failed = self.failed or str(error)
-            return np.full(self.count, FAR)
+            return np.full(self.count, FAILURE_RESIDUAL)
         return self.compare(self.cached[1])
 
     def jacobian(self, x: Array) -> Array:
@@ -140,7 +138,7 @@ class FitProblem:
     def _slope(self, x: Array, i: int, residuals: Array) -> Array:
         """Compute the difference quotient by one coordinate, towards the middle or, if a run fails, away from it; else 0."""
         axis = np.arange(len(x)) == i
-        towards_middle = WIDTH if x[i] < 0.5 else -WIDTH
+        towards_middle = DIFFERENCE_WIDTH if x[i] < 0.5 else -DIFFERENCE_WIDTH
         for change in (towards_middle, -towards_middle):
             try:
                 return (self.compare(self.predict(x + change * axis)) - residuals) / change
@@ -193,7 +191,7 @@ def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[s
         rate = ended.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
         predicted[name] = between(time, values[name], slopes, np.clip(experiment.time - time_zero, 0.0, time[-1]))
-    return predicted | {text: measure(text, time, values, units, Smooth).value for text in experiment.readings}
+    return predicted | {text: read_number(text, time, values, units, Smooth).value for text in experiment.readings}
 
 
 def signals_of(experiments: Sequence[Experiment]) -> list[str]:

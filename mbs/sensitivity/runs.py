@@ -17,7 +17,7 @@ from ..spectral.run import integrate
 from ..spectral.scene import CompiledScene
 from ..validate import as_tuple, short
 from .curve import Smooth
-from .reading import RunFailedError, check, measure, parse_frequency
+from .reading import RunFailedError, check, parse_frequency, read_number
 
 Reading = str | Callable[[Mechanism], float]
 """Formula of a reading, or a function of the mechanism."""
@@ -39,17 +39,18 @@ def scale_tolerances(solver: Spectral, factor: float, degrees: int = 0) -> Spect
     return replace(solver, steps=steps, contact_tolerance=contact_tolerance, degree=degree)
 
 
-def run(mechanism: Mechanism, duration: float, solver: Spectral, readings: str = "") -> Run:
-    """Integrate implicitly; make the signals that the text `readings` names, or all; a RunFailedError says why a run fails."""
-    watching.get().check()
-    watching.get().count += 1
+def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
+    """Integrate implicitly; make the signals that the text `asked` names, or all; a RunFailedError says why a run fails."""
+    progress = watching.get()  # of the whole call: it counts runs, and raises an exception after Ctrl-C or the time limit
+    progress.check()
+    progress.count += 1
     solver = replace(solver, method="implicit")
     scene = CompiledScene.of(mechanism, solver.degree)
-    out, failure, counts = integrate(scene, duration, solver, watching.get().time_left)
-    watching.get().end_run(failure)
+    out, failure, counts = integrate(scene, duration, solver, progress.time_left)
+    progress.end_run(failure)
     if failure:
         raise RunFailedError(f"{failure.status}: {failure.message}")
-    return Run(solver, record_of(scene, out), failure=None, work={"steps": float(counts.steps)}, asked=readings)
+    return Run(solver, record_of(scene, out), failure=None, work={"steps": float(counts.steps)}, asked=asked)
 
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
@@ -66,7 +67,8 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
             ended = ended or run(mechanism, duration, solver, texts)
-            value, unit = measure(reading, ended.record.time, ended.values, ended.units, Smooth)  # differentiable by numbers
+            # by cubics, so that the reading is a smooth function of the mechanism's numbers
+            value, unit = read_number(reading, ended.record.time, ended.values, ended.units, Smooth)
             found.append((value, unit, 0.0))
     values, units, errors = zip(*found, strict=True)
     return Readings(np.array(values), list(units), np.array(errors))

@@ -18,7 +18,7 @@ from ..statics.answer import DEGREE_STEP
 from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, parse_frequency
-from .residuals import FAR, WIDTH
+from .residuals import DIFFERENCE_WIDTH, FAILURE_RESIDUAL
 from .runs import Reading, read, scale_tolerances
 
 EXACT = 1e-3
@@ -29,14 +29,8 @@ BINDS = 1e-3
 """Relative distance from an end of its interval up to which a constraint is binding."""
 NARROW = 0.1
 """Width of an interval, over its larger end, up to which the interval is a value with a tolerance, and always binding."""
-FINER = 32.0
-"""Ratio of tolerances, search over finer run."""
 BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought."""
-ITERATIONS = 60
-"""Largest number of iterations of a minimisation."""
-MOST_EVALUATIONS = 15
-"""Largest number of evaluations of least squares for constraints alone; further ones would follow noise of the readings."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
 CONVERGED = 0.5
@@ -89,7 +83,7 @@ class Constraint(NamedTuple):
 
     def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
-        return max(0.0, *(end.excess(value) for end in self.ends)) if isfinite(value) else FAR
+        return max(0.0, *(end.excess(value) for end in self.ends)) if isfinite(value) else FAILURE_RESIDUAL
 
     def residual(self, value: float) -> tuple[float, float]:
         """Compute the residual of a value for least squares, and its derivative.
@@ -98,7 +92,7 @@ class Constraint(NamedTuple):
         is the larger excess over the two ends, or 0 where this sum is negative.
         """
         if not isfinite(value):
-            return FAR, 0.0
+            return FAILURE_RESIDUAL, 0.0
         if self.is_narrow:
             slope = 2.0 / max(self.high - self.low, MET * self.ends[0].scale)  # the second prevents a division by 0
             return (value - 0.5 * (self.low + self.high)) * slope, slope
@@ -136,8 +130,9 @@ class Search:
     """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
 
     `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, is a finer run less a run of
-    the search at the best point so far. `failed` is the message of the first run if it failed; by default it says why a search
-    in which no run fails finds nothing. `stopped` says why the search ended early. `cache` maps rounded points to readings.
+    the search at the best point so far. `failed` is the message of the first run if it failed, else that of a search without
+    any value. `stopped` says why the search ended early. `cache` maps rounded points to readings. `units` are those of numbers
+    and readings, empty before a run has ended.
     """
 
     family: Family
@@ -167,7 +162,7 @@ class Search:
         self.runs += 1
         try:
             found = read(self.readings, self.family.make(self.values(x)), self.duration, solver)
-            if not self.units.keys() >= self.readings.keys():
+            if not self.units:
                 self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
                 for each in self.constraints:
                     unit = self.units[each.reading]
@@ -182,7 +177,7 @@ class Search:
 
     def evaluate(self, x: Array) -> Array:
         """Compute the readings at a point, or look them up, and add the offset; an EnoughError ends the search."""
-        key = point_of(x)
+        key = round_point(x)
         if key not in self.cache:
             if self.runs >= self.budget:
                 raise EnoughError
@@ -191,7 +186,7 @@ class Search:
                 raise EnoughError
         return self.cache[key] + self.offset
 
-    def slopes(self, x: Array, width: float = WIDTH) -> Array:
+    def slopes(self, x: Array, width: float = DIFFERENCE_WIDTH) -> Array:
         """Compute derivatives of the readings by central differences over the cube, shape (readings, numbers).
 
         At a face of the cube, and where a run fails on one side, differences are one-sided; 0 where a reading has no value.
@@ -234,7 +229,7 @@ class Search:
         """Find the best point that was run; None if no run has a value."""
         has_value = np.all if self.objective else np.any  # without an objective, a missing reading is a violation
         points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
-        return min(points, key=lambda x: self.merit(self.cache[point_of(x)] + self.offset)) if points else None
+        return min(points, key=lambda x: self.merit(self.cache[round_point(x)] + self.offset)) if points else None
 
     def descend_from_starts(self, starts: Sequence[Array]) -> None:
         """Minimise from the first start, the user's or the middle, then from the `BEST_STARTS` best of the others."""
@@ -247,30 +242,30 @@ class Search:
     def descend(self, x: Array) -> None:
         """Minimise subject to the constraints; with nothing to minimise, meet them by least squares, wide differences first."""
         if not self.objective:
-            for width in (WIDE, WIDTH):  # each ends when a step reduces the sum of squares by less than 1 %
+            for width in (WIDE, DIFFERENCE_WIDTH):  # until a step reduces the sum of squares by less than 1 %, or the 15th step
                 x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=MOST_EVALUATIONS).x  # fmt: skip
+                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=15).x  # fmt: skip
             return
         _, objective = self.merit(self.evaluate(x))
         row, scale = self.row[self.objective], abs(objective) or 1.0  # the minimised reading is scaled by its first value
         ends = [(self.row[constraint.reading], end) for constraint in self.constraints for end in constraint.ends]
         margins = {
             "type": "ineq",
-            "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAR),
+            "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAILURE_RESIDUAL),
             "jac": lambda x: np.array([end.side * self.slopes(x)[k] / end.scale for k, end in ends]),
         }
-        minimize(  # until the scaled reading changes by less than 1e-9, below the solver's tolerance of 1e-8
-            lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAR)), x, jac=lambda x: self.slopes(x)[row] / scale,
-            method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": ITERATIONS, "ftol": 1e-9},
-            constraints=[margins] if ends else (),
+        minimize(  # until the scaled reading changes by less than 1e-9: runs have a tolerance of 1e-8
+            lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAILURE_RESIDUAL)), x,
+            jac=lambda x: self.slopes(x)[row] / scale, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
+            options={"maxiter": 60, "ftol": 1e-9}, constraints=[margins] if ends else (),
         )  # fmt: skip
 
     def read_finer(self, x: Array) -> Array:
-        """Compute the readings at a point by a finer run; readings of equilibria and functions need none."""
+        """Compute the readings at a point by a run with 1/32 of the tolerances, which equilibria and functions do not need."""
         needs_run = any(isinstance(reading, str) and not parse_frequency(reading) for reading in self.readings.values())
-        return self.read(x, scale_tolerances(self.solver, 1 / FINER, DEGREE_STEP)) if needs_run else self.cache[point_of(x)]
+        return self.read(x, scale_tolerances(self.solver, 1 / 32, DEGREE_STEP)) if needs_run else self.cache[round_point(x)]
 
 
-def point_of(x: Array) -> tuple[float, ...]:
-    """Round a point to a grid of width `SAME_POINT`, the key of the cache."""
+def round_point(x: Array) -> tuple[float, ...]:
+    """Round a point to a grid of width `SAME_POINT`, as a key of `Search.cache`."""
     return tuple((np.round(x / SAME_POINT) * SAME_POINT).tolist())

@@ -22,15 +22,11 @@ from .movie import Movie, make_movie
 from .verdicts import facts, summary, verdicts
 
 MOTION = 190_000
-"""Largest size of the quantised motion [bytes]; base64 adds a third."""
-FEWEST_PICTURES = 60
-"""Least number of pictures of a motion, even if it is then larger than `MOTION`: a convention."""
+"""Largest size of the quantised motion [bytes], a convention: with `SIGNALS`, and a third for base64, it makes 0.5 MB."""
 SIGNALS = 180_000
-"""Largest size of the quantised signals [bytes]; base64 adds a third."""
+"""Largest size of the quantised signals [bytes]."""
 BINS = (40, 800)
-"""Least and largest number of equal intervals of time, bins, in which a signal is shown by its extremes."""
-LONGEST = 20_000
-"""Largest number of samples of a run for which the page computes an energy ledger that the user did not ask for."""
+"""Least and largest number of bins, equal intervals of time in each of which the page shows the extremes of a signal."""
 LEVELS = 65534
 """Largest quantised value; the one above it stands for values that are not finite."""
 
@@ -56,24 +52,19 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
-    store, measures = ArrayStore(), import_late("sensitivity.measures:measures")(result, texts)
-    read_signals = [name for measure in measures for name in measure.signals] if texts else []
+    store = ArrayStore()
+    readings = import_late("sensitivity.measures:list_readings")(result, texts)
+    read_signals = [name for reading in readings for name in reading.signals] if texts else []
     return {
-        "title": title,
-        "status": str(result.status),
-        "ok": bool(result.ok),
-        "message": result.message,
-        "summary": summary(result),
-        "finished": result.status.finished,
-        "notes": list(result.provenance.get("notes", ())),
-        "measures": [_to_json(measure) for measure in measures],
-        "checks": [row._asdict() for row in verdicts(result)],
-        "facts": facts(result),
+        "title": title, "status": str(result.status), "ok": bool(result.ok), "finished": result.status.finished,
+        "message": result.message, "summary": summary(result), "notes": list(result.provenance.get("notes", ())),
+        "measures": [_to_json(reading) for reading in readings],
+        "checks": [row._asdict() for row in verdicts(result)], "facts": facts(result),
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
         "signals": _signals(result, store, first_shown(result, read_signals)),
         "store": store.text(),  # last: the motion and the signals fill it
-    }
+    }  # fmt: skip
 
 
 def blank(title: str) -> dict[str, Any]:
@@ -83,16 +74,16 @@ def blank(title: str) -> dict[str, Any]:
     return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **no_run}
 
 
-def _to_json(measure: Any) -> dict[str, Any]:
-    """Convert a measure for JSON; numbers that are not finite become null."""
-    content = measure._asdict() | {"relative": measure.relative}
+def _to_json(reading: Any) -> dict[str, Any]:
+    """Convert a `CheckedReading` for JSON; numbers that are not finite become null."""
+    content = reading._asdict() | {"relative": reading.relative}
     return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
 
 
 def with_ledger(result: Result) -> Result:
-    """Return the result with its energy ledger, if its record has the data for it."""
+    """Return the result with its energy ledger, if its record has the data for it and is not too long for a quick page."""
     record = result.film.record if result.film is not None else None
-    if result.energy or record is None or not 1 < len(record.time) <= LONGEST:
+    if result.energy or record is None or not 1 < len(record.time) <= 20_000:
         return result
     return replace(result, energy=ledger(record))
 
@@ -147,25 +138,20 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         parts = {"x": band.points[..., 0], "y": band.points[..., 1], "bending": band.bending, "axial": band.axial}
         bands[name] = sizes | {key: store.add(values) for key, values in parts.items()}
     return {
-        "count": len(movie.time),
-        "time": store.add(movie.time),
-        "unit": movie.unit,
-        "box": movie.box,
-        "names": list(movie.frames),
-        "points": movie.points,
+        "count": len(movie.time), "time": store.add(movie.time), "unit": movie.unit, "box": movie.box,
+        "names": list(movie.frames), "points": movie.points,
         "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
-        "bands": bands,
-        "marks": marks,
-    }
+        "bands": bands, "marks": marks,
+    }  # fmt: skip
 
 
 def _movie_within_size(result: Result) -> Movie:
-    """Return the movie, with fewer pictures if its arrays, of two bytes a number, would exceed `MOTION`."""
+    """Return the movie, with fewer pictures, but 60 at least, if its arrays, of two bytes a number, would exceed `MOTION`."""
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     coordinates = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     numbers_per_picture = 4 * stations + coordinates + 1  # x, y, bending and axial strain of a station; the time
-    most = max(FEWEST_PICTURES, int(MOTION / (2 * numbers_per_picture)))
+    most = max(60, int(MOTION / (2 * numbers_per_picture)))
     if len(movie.time) <= most or result.film.record is None:
         return movie
     return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], most))

@@ -65,7 +65,7 @@ class Explorer:
         self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
         self.lock, self.changed = Lock(), Event()
         self.written = change(expand(documents.read(path)), changes)  # with units and [run], for `save`
-        self.family = Family.of(file.document, free, {})  # of mechanisms that differ in these numbers
+        self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
 

@@ -25,7 +25,7 @@ from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.scene.scene import Scene
-from buckler.mbs.sensitivity.measures import measures
+from buckler.mbs.sensitivity.measures import list_readings
 from buckler.mbs.sensitivity.reading import check
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
@@ -243,7 +243,7 @@ def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
-    for each in measures(result, parameters.measure):
+    for each in list_readings(result, parameters.measure):
         relative = None if isnan(each.relative) else each.relative  # nan is an unknown error
         absolute = each.error if relative is None and not isnan(each.error) else None
         found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)

@@ -71,7 +71,7 @@ def test_they_change_by_name_and_what_is_made_of_them_follows():
     assert change(FILE, {"parameters.L": 0.6}) == change(FILE, {"L": 0.6})
     assert find_entry(FILE, "L")[1:] == ("300 mm", "m") and find_entry(FILE, "turn").unit == "rad/s"
     assert find_entry(FILE, "links.arm.length")[1:] == ("300 mm", "m")
-    family = Family.of(FILE, ["L"], {})
+    family = Family.of(FILE, ["L"])
     assert family.values == {"L": 0.3} and family.make({"L": 0.45}).length("arm") == pytest.approx(0.45)
     assert free_parameters(FILE) == ["parameters.L", "parameters.turn", "parameters.g"]  # h follows from L
 

@@ -7,7 +7,7 @@ from simulations import BAR, pendulum
 from buckler.mbs import Controlled, Exudyn, Spectral, simulate, slider_crank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.sensitivity.measures import bound_error
-from buckler.mbs.sensitivity.reading import measure
+from buckler.mbs.sensitivity.reading import read_number
 
 CASES = {
     "pendulum": (pendulum(2.0), ["max(A.x)", "min(A.y)", "mean(A.y)", "rms(A.x)", "at(A.x, 1.3)", "when(A.x, 0, 2)",
@@ -29,7 +29,7 @@ def runs():
 
 
 def read(text, pair):
-    return [measure(text, each.time, each.signals, each.units).value for each in pair]
+    return [read_number(text, each.time, each.signals, each.units).value for each in pair]
 
 
 @pytest.mark.parametrize(("name", "text"), [(name, text) for name, (_, texts) in CASES.items() for text in texts])

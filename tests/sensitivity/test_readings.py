@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs.sensitivity.curve import Curve, Smooth
-from buckler.mbs.sensitivity.reading import check, measure
+from buckler.mbs.sensitivity.reading import check, read_number
 
 
 def test_smooth_readings_of_a_sine():
@@ -14,7 +14,7 @@ def test_smooth_readings_of_a_sine():
     signals = {"A.x": np.sin(2 * time)}
 
     def read(text, curve=Smooth):
-        return measure(text, time, signals, {"A.x": "m"}, curve)
+        return read_number(text, time, signals, {"A.x": "m"}, curve)
 
     assert read("max(A.x)").value == pytest.approx(1.0, abs=1e-6)
     assert read("max(A.x)", Curve).value < 1 - 1e-6
@@ -36,9 +36,9 @@ def test_readings_of_a_contact():
         ("begins(B.push, -1)", 4.0, "s"), ("ends(B.push, 2)", 4.5, "s"), ("peak(B.push, -1)", 5.0, "N"),
         ("at(B.way, ends(B.push, -1)) - at(B.way, begins(B.push, 1))", 7.0, "m"),
     ):  # fmt: skip
-        found = measure(text, time, signals, units, Smooth)
+        found = read_number(text, time, signals, units, Smooth)
         assert found.value == pytest.approx(value, rel=1e-4) and found.unit == unit, text
-    assert np.isnan(measure("peak(B.push, 3)", time, signals, units, Smooth).value)
+    assert np.isnan(read_number("peak(B.push, 3)", time, signals, units, Smooth).value)
 
 
 def test_a_spell_begins_and_ends_between_samples():
@@ -78,7 +78,7 @@ UNITS = {"B.x": "m", "A.crank-coupler.fx": "N", "B.vx": "m/s"}
     ],
 )
 def test_measures(text, value, unit):
-    found = measure(text, TIME, SIGNALS, UNITS)
+    found = read_number(text, TIME, SIGNALS, UNITS)
     assert (found.value, found.unit) == (pytest.approx(value), unit)
 
 
@@ -95,7 +95,7 @@ def test_measures(text, value, unit):
 )
 def test_what_is_no_measure(text, message):
     with pytest.raises(ValueError) as error:
-        measure(text, TIME, SIGNALS, UNITS)
+        read_number(text, TIME, SIGNALS, UNITS)
     assert str(error.value).startswith(message)
 
 
