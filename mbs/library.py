@@ -79,11 +79,11 @@ BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, den
 """Section of the crank-rocker's links: steel, 20 mm wide, 5 mm thick in the plane."""
 STEEL_CRANK_ROCKER = CrankRocker()
 """Lengths of the crank-rocker of a paper whose authors are unknown [m]; see `docs/evidence-crank-rocker.md`."""
-PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
+JOINT_STIFFNESS = 2.53e5 * 1e3**1.5
 """Contact stiffness K of the same paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
-RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
+RATTLING = Impact(JOINT_STIFFNESS, damping=253.0, damping_depth=1e-5)
 """Contact law of the paper with its largest damping read as 253 N s/m: the joints rattle."""
-CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
+CLOSED = Impact(JOINT_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """Contact law of the paper with its largest damping read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
 """Function `play(point, first, second)` that returns a joint with clearance; the pin is on `first`, the bush on `second`."""

@@ -142,8 +142,8 @@ def simulate(
                 result = _result(best, None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                levels = KINDS[type(solver)](mechanism, duration, solver, place=demand.place)
-                answer = refine(levels.runs(runs), levels, demand, duration)
+                levels = KINDS[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
+                answer = refine(levels.run_by_level(runs), levels, demand, duration)
                 best = answer.run
                 result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
             return verify_by_other_solver(result, best, duration, runs) if verify else result

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-FORCES = ("N", "N m")
+FORCE_UNITS = ("N", "N m")
 """Units of forces and torques."""
 
 

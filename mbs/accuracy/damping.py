@@ -1,12 +1,12 @@
-"""Loss of vibration by numerical damping, in closed form: the difference of two runs does not show what both lose.
+"""Errors by numerical damping, in closed form: two runs that lose the same vibration do not show it by their difference.
 
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
-amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of all steps up to a time add up
-to the amplitude A of a force that the motion should still have. The lighter mass m errs by A/(w m) in speed and by A/(w^2 m) in
+amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of the force's amplitude in all
+steps up to a time add up to a missing amplitude A [N]. Without it the lighter mass m errs by A/(w m) in speed and by A/(w^2 m) in
 place. The force of an impact is proportional to the speed of approach and errs by the same share; its impulse errs by A/w.
 
-The mass m is not known exactly. It is estimated as half of the mass M of the mechanism. The running mean of a force is taken over
-the period T = 2 pi sqrt(M/k), k the axial stiffness, so that the lighter mass vibrates at w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
+The mass m is not known exactly; it is at most half of the mass M of the mechanism. The record has running means of forces over
+the longest axial period that is possible, T = 2 pi sqrt(M/k), k the axial stiffness. So w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
 
 References
 ----------
@@ -27,13 +27,13 @@ from .trajectory import TINY, Trajectory
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 MASS_RATIO = 2.0
-"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link, which is at least 2: an estimate."""
+"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least one, which gives the least errors."""
 COMMON = 3.0
-"""Largest error by damping that two runs with strips have in common, over their difference: by unequal steps they lose different
-amounts. In most randomly drawn mechanisms the common error is 2 to 5 times the difference."""
+"""Error by damping over the difference of two runs, to which the estimate for strips is limited: such runs also differ, as their
+steps damp unequally. The errors of most randomly drawn mechanisms are 2 to 5 times the difference; this is a middle value."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that damp much are T/4
-or longer, so that these samples span more than half a vibration, in which the deviation has a largest value."""
+or longer; three of them are longer than a period 2 pi/w = T/sqrt(2), in which the deviation has its largest value."""
 
 
 def radau(angle: Array) -> Array:
@@ -46,23 +46,23 @@ def compute_lost_force(run: Trajectory, forces: Collection[str], factor: Factor)
     """Compute the amplitude [N] that damping removed up to each sample, (times,), from the one of `forces` that lost most."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
-        if mean.source in forces:  # `mean` is the running mean of this force
+        if mean.source in forces:  # the signal is a running mean, and its `source` the force that is averaged
             deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
             amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
-            loss = 1 - factor(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)
-            largest = np.maximum(largest, np.append(0.0, np.cumsum(loss * amplitude[:-1])))
+            share_lost = 1 - factor(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)  # in each step
+            largest = np.maximum(largest, np.append(0.0, np.cumsum(share_lost * amplitude[:-1])))
     return largest
 
 
 def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count only where nothing strikes, and with `COMMON` times the difference of the two runs at most: they also vibrate
-    laterally, so that the formula gives too much. No error is added to deflections from a strip's own chord.
+    Strips count only where nothing strikes, and errors are then `COMMON` times the difference of the two runs at most: strips
+    also vibrate laterally, for which the formula gives too much. Deflections of links get no error where strips count.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
     has_strips = bool(forces & run.strip_forces)
-    period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)
+    period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)  # T [s]
     found = dict[Key, float]()
     if not period or factor is None:
         return found
@@ -71,16 +71,16 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
     speed = impulse * MASS_RATIO / run.mass  # [m/s]
     displacement = float(speed[-1]) / frequency  # [m]
     for name, signal in run.signals.items():
-        is_journal = bool(signal.scale)  # its size is the clearance; other places have none of their own
+        is_journal = bool(signal.scale)  # of the places only that of a journal has a `scale`, the clearance
         if signal.kind is Kind.PLACE and not is_journal and not (has_strips and name.endswith(".deflection")):
-            error = min(displacement / (1.0 if signal.unit == "m" else run.size), run.own_sizes[name, Norm.RMS])
+            error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), run.own_sizes[name, Norm.RMS])
             for norm in (Norm.RMS, Norm.PEAK):
                 common = COMMON * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], common)
         if len(signal.depth) and len(signal.onsets):  # a contact that closes
             before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
-            fastest = approach.argmax()
+            fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
             found |= {(name, norm): relative for norm in (Norm.RMS, Norm.PEAK)}
             found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))

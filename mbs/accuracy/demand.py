@@ -1,8 +1,8 @@
-"""Errors allowed of a run: by the accuracy that a user requested, or else by conventions.
+"""Errors allowed of a run: by the accuracy that a user requested (`Asked`), or else by conventions (`Usual`).
 
 Without an accuracy, limits exist for what a drawing and a design need: places, journals, impulses and peaks of contacts,
 energies. Forces over time, rates and end shortenings of strips vibrate with a phase that depends on microseconds of an impact:
-their errors are limited only where the user names them.
+their errors are limited only where the user names them. Errors are relative to `run.sizes`, see `trajectory`.
 """
 
 from __future__ import annotations
@@ -18,21 +18,22 @@ import numpy as np
 from ..elements.signal import Kind
 from ..record.errors import Key, Norm
 from ..record.lookup import unknown
-from ..units import FORCES as UNITS
+from ..units import FORCE_UNITS
 from .estimate import LEAST_ERROR
-from .trajectory import FORCES, Trajectory
+from .trajectory import FORCE_KINDS, Trajectory
 from .words import COARSEST, PLACES, read_signals, write_signals
 
-PLACE = 1e-2
+PLACE_ERROR = 1e-2
 """Root mean square of the error allowed of a place or a deflection, over its range: a drawing shows no more. A convention."""
-PEAK_PLACE = 1e-3
-"""Error allowed of a place at any time, over the longest link or a radian: a tolerance of manufacture. A convention."""
-STRUCK_PLACE = 5e-3
-"""Root mean square where bodies strike, stick or slip, over the longest link or a radian: a rebound wrong by 5 % causes it."""
-LAW = COARSEST
-"""Error allowed of a journal over its clearance, and of states of a force with memory: contact laws are known no better."""
-STRIKE = 0.05
-"""Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
+PLACE_PEAK_ERROR = 1e-3
+"""Error allowed of a place at any time, over the longest link (an angle: a radian) or the range, whichever is larger: a tolerance
+of manufacture. A convention."""
+STRUCK_PLACE_ERROR = 5e-3
+"""Root mean square where bodies strike, stick or slip, over the same length: a rebound wrong by 5 % causes it."""
+LAW_ERROR = COARSEST
+"""Error allowed of a journal's place, over its clearance, and of states of loads: the laws of such forces are known no better."""
+USUAL_ERROR = 0.05
+"""Error allowed of impulses and peaks of contacts, of energies: restitution is measured no better."""
 ENERGIES = (
     "energy.kinetic", "energy.strain", "energy.contact", "energy.weight", "energy.spring", "energy.taken_contact",
     "energy.taken_damping", "energy.taken_resistance", "energy.given_drive", "energy.given_load", "energy.given_motor",
@@ -44,20 +45,24 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 """Norm of a signal, such as `peak(B.contact_force)`."""
 
 
-class Deflections(NamedTuple):
-    """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough."""
+class DeflectionLimits(NamedTuple):
+    """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough.
 
-    rms: float  # limit of a term's root mean square over time [m]; infinite where no place has a limit
-    peak: float  # limit of a term at any time, over the strip's largest deflection; infinite where only places have limits
+    An error of a deflection moves no place by more than itself, no angle by more than itself over the longest link. Forces and
+    rates are assumed to change by the same share as the deflection.
+    """
+
+    rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite without
+    peak: float  # limit of a term at any time, over the strip's largest deflection, from limits of others; infinite without
 
     @classmethod
-    def of(cls, limits: Mapping[Key, float], run: Trajectory) -> Deflections:
-        """Return the limits that follow from those of signals: an error of a deflection moves no place by more than itself."""
+    def of(cls, limits: Mapping[Key, float], run: Trajectory) -> DeflectionLimits:
+        """Return the limits that follow from those of signals."""
         rms = peak = inf
         for (name, norm), limit in limits.items():
             signal = run.signals[name]
             if signal.kind is Kind.PLACE:
-                size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.size)
+                size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.longest_link)  # [m]
                 rms = min(rms, limit * size)
             elif np.any(signal.values):
                 peak = min(peak, limit)
@@ -93,7 +98,7 @@ class Asked:
     accuracy: float
     of: str | Sequence[str] = PLACES
 
-    energies: ClassVar[tuple[str, ...]] = ()
+    energies: ClassVar[tuple[str, ...]] = ()  # energies with a limit: none
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", read_signals(self.of))
@@ -104,7 +109,7 @@ class Asked:
         return write_signals(self.of)
 
     @property
-    def place(self) -> float:
+    def place_error(self) -> float:
         """Error allowed of a place, to which the degrees of strips are chosen."""
         return self.accuracy
 
@@ -112,24 +117,29 @@ class Asked:
         """Return the relative errors allowed; UnknownSignalError if a signal does not exist."""
         if not isinstance(self.of, str):
             return self._accuracies_by_name(run, [key_of(name) for name in self.of])
+        if self.of == PLACES:
+            return {(n, Norm.RMS): self.accuracy for n, s in run.signals.items() if s.kind in (Kind.PLACE, Kind.STATE)}
         found = dict[Key, float]()
         for name, signal in run.signals.items():
-            force = self.of != PLACES and signal.kind in FORCES and signal.unit in UNITS and not signal.period  # no running mean
-            if force or (self.of == PLACES and signal.kind in (Kind.PLACE, Kind.STATE)):
+            is_running_mean = signal.period > 0
+            if signal.kind in FORCE_KINDS and signal.unit in FORCE_UNITS and not is_running_mean:
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
                 found |= {(name, norm): self.accuracy for norm in norms}
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the errors allowed of named signals, over `run.sizes`; an rms is requested relative to the signal's own size."""
+        """Return the errors allowed of named signals. Their rms shall have the accuracy relative to the signal's own size.
+
+        Its size in `run.sizes`, to which limits are relative, may be larger: that of the vector of which it is a component.
+        """
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:
                 raise ValueError(f"of: '{name}' is a force that no equation determines, as redundant constraints share it")
             if name not in run.signals:
                 raise unknown(name, list(run.signals))
-            share = run.own_sizes[name, Norm.RMS] / run.sizes[name, Norm.RMS]
-            found[name, norm] = max(LEAST_ERROR, self.accuracy * (share if norm is Norm.RMS else 1.0))
+            own_over_size = run.own_sizes[name, Norm.RMS] / run.sizes[name, Norm.RMS]
+            found[name, norm] = max(LEAST_ERROR, self.accuracy * (own_over_size if norm is Norm.RMS else 1.0))
         return found
 
 
@@ -145,27 +155,28 @@ class Usual:
     accuracy: ClassVar[float] = nan
     words: ClassVar[str] = "a run that names no accuracy"
     energies: ClassVar[tuple[str, ...]] = ENERGIES
-    place: ClassVar[float] = PLACE
+    place_error: ClassVar[float] = PLACE_ERROR
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Return the relative errors allowed."""
         found = dict[Key, float]()
+        # of the places only those of journals have a `scale`, the clearance; an error of a journal moves other places as well
         clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        journal = LAW * min(clearances, default=0.0) / run.size  # error of a journal: no place is known better
+        least = LAW_ERROR * min(clearances, default=0.0) / run.longest_link  # error over the longest link or a radian
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
-                length_over_range = (run.size if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
-                length_over_size = max(1.0, length_over_range)  # the range may be larger than the longest link or a radian
+                length_over_range = (run.longest_link if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
+                larger_over_range = max(1.0, length_over_range)  # the larger one of the two, over the range
                 if run.strikes:
-                    allowed = min(PLACE, STRUCK_PLACE * length_over_size)
+                    allowed = min(PLACE_ERROR, STRUCK_PLACE_ERROR * larger_over_range)
                 else:
-                    allowed = PLACE
-                    found[name, Norm.PEAK] = PEAK_PLACE * length_over_size
-                found[name, Norm.RMS] = max(allowed, journal * length_over_range)
+                    allowed = PLACE_ERROR
+                    found[name, Norm.PEAK] = PLACE_PEAK_ERROR * larger_over_range
+                found[name, Norm.RMS] = max(allowed, least * length_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
-                found[name, Norm.RMS] = LAW
+                found[name, Norm.RMS] = LAW_ERROR
             elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:  # components have a group
-                found |= {(name, norm): STRIKE for norm in (Norm.IMPULSE, Norm.PEAK)}
+                found |= {(name, norm): USUAL_ERROR for norm in (Norm.IMPULSE, Norm.PEAK)}
         return found
 
 
@@ -175,4 +186,4 @@ Demand = Asked | Usual
 def find_worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Worst:
     """Find the signal with the largest ratio of its error to the allowed one."""
     candidates = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
-    return max(candidates, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), 0.0, 1.0))
+    return max(candidates, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), error=0.0, allowed=1.0))

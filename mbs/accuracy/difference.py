@@ -22,17 +22,17 @@ from ..geometry import Array
 from ..record.errors import Key, Norm
 from ..record.lookup import Cubics, between, slopes
 from .impacts import Impacts, compare_impacts, match_times
-from .trajectory import CONTINUOUS, FORCES, SMALL, TINY, Trajectory
+from .trajectory import CONTINUOUS, FORCE_KINDS, SMALL, TINY, Trajectory
 
 NEAR = 0.02
 """Largest shift of two onsets that belong together, over the duration; farther ones are two events. A convention: twice the share
-of its range by which a place may be off (`demand.PLACE`)."""
+of its range by which a place may be off (`demand.PLACE_ERROR`)."""
 BLOCK = 50_000
 """Most values that are compared at once, but one signal at least: they then stay in the processor's cache."""
 
 
 class Difference:
-    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed once, when they are asked for.
+    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed when they are first asked for.
 
     `sizes` are those of `Trajectory` in the norms RMS and PEAK; those in other norms are added with the norms.
     """
@@ -41,7 +41,7 @@ class Difference:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
         self.a, self.b, self.sizes = a.until(self.end), b.until(self.end), dict(b.sizes)
         self.keys = [(name, norm) for name, signal in b.signals.items() if name in a.signals for norm in norms_of(signal)]
-        matched = np.array([[0.0, self.end], [0.0, self.end]])  # start and end alone: no time is moved
+        matched = np.array([[0.0, self.end], [0.0, self.end]])  # start and end alone: times of both runs are the same
         self.grid = grid or Grid(self.a.time, self.b.time, matched)
         self._found = dict[Key, float]()
 
@@ -62,12 +62,16 @@ class Difference:
                 norms |= self._means_and_peaks(names, difference, self.grid.weights)
             del self._continuous  # frees memory: the norms of all continuous signals are known now
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
-        # normal forces are compared impact by impact, but for the root mean square; dict.fromkeys keeps the order of names
-        impacts = dict.fromkeys(name for name, norm in jumping if is_normal_force(signals[name]) and norm is not Norm.RMS)
-        over_time = dict.fromkeys(n for n, norm in jumping if norm is Norm.RMS or (norm is Norm.PEAK and n not in impacts))
-        impulses = dict.fromkeys(name for name, norm in jumping if norm is Norm.IMPULSE and name not in impacts)
-        found = self._compare_over_time(over_time)
-        for name in impacts:
+        over_time, impacts, impulses = list[str](), list[str](), list[str]()  # names of signals by the way they are compared
+        for name, norm in jumping:
+            if norm is Norm.RMS or (norm is Norm.PEAK and not is_normal_force(signals[name])):
+                over_time.append(name)
+            elif is_normal_force(signals[name]):
+                impacts.append(name)
+            else:
+                impulses.append(name)
+        found = self._compare_over_time(dict.fromkeys(over_time))  # each name once, in order
+        for name in dict.fromkeys(impacts):
             found |= self._compare_impacts(name)
         for name in impulses:
             found |= self._compare_impulses(name)
@@ -75,7 +79,10 @@ class Difference:
 
     @cached_property
     def _continuous(self) -> list[tuple[list[str], Array]]:
-        """Continuous signals of both runs in groups: names, and differences (signals, times); deleted with their norms."""
+        """Continuous signals of both runs in groups: names, and differences (signals, times).
+
+        They are kept from a call of `places` to that of `norms`, the last use, which deletes them.
+        """
         signals = self.b.signals
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
 
@@ -110,7 +117,8 @@ class Difference:
         """Grid on which matched onsets coincide, and a mask of its times, True next to a jump in either run."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
-        jumps_a = np.append(onsets_a[1:-1], [t for t in self.b.kinks if t < self.end])
+        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads, at the same times in both runs
+        jumps_a = np.append(onsets_a[1:-1], kinks)
         jumps_b = np.interp(jumps_a, onsets_a, onsets_b)
         is_next_in_a = grid.find_jumps(grid.times_a, self.a.time, jumps_a)
         return grid, is_next_in_a | grid.find_jumps(grid.times_b, self.b.time, jumps_b)
@@ -169,9 +177,11 @@ class Difference:
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Return the force [N] at a possible depth, (times,), but 0 in those intervals of possible contact where a run touches.
+        """Return the force [N] of contacts that a better run might make where neither run touches, (times,).
 
-        The possible depth is the larger one of both runs plus the largest difference of their depths at any time.
+        Depths are uncertain by their largest difference in the two runs, so that the possible depth is the larger one plus this.
+        The force is zero in each interval of positive possible depth in which a run touches: its force is compared elsewhere.
+        `b.elastic` gives the elastic force at a depth.
         """
         if not len(b.depth):
             return np.empty(0)
@@ -180,17 +190,17 @@ class Difference:
         larger = np.maximum(depth_a, depth_b)
         possible, order = larger + np.abs(depth_a - depth_b).max(), self.grid.order
         is_possible = possible[order] > 0
-        interval = np.empty(len(order), int)  # number of the interval of possible contact, or of that between two
+        interval = np.empty(len(order), int)  # number of the interval, of possible contact or between two of them
         interval[order] = np.cumsum(is_possible != np.append(False, is_possible[:-1]))
         touching = np.unique(interval[larger > 0])
         return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(possible, 0.0))))
 
 
 def norms_of(signal: Signal) -> tuple[Norm, ...]:
-    """Return the norms in which a signal is compared; energies are sums over the whole run and have no peak."""
+    """Return the norms in which a signal is compared: an energy only in root mean square."""
     if signal.kind is Kind.ENERGY:
         return (Norm.RMS,)
-    impulse = (Norm.IMPULSE,) if signal.kind in FORCES else ()
+    impulse = (Norm.IMPULSE,) if signal.kind in FORCE_KINDS else ()
     return (Norm.RMS, Norm.PEAK, *impulse, *((Norm.ONSET,) if is_normal_force(signal) else ()))
 
 

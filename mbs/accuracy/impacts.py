@@ -95,7 +95,8 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     i, j = match_times(impacts_a.onset, impacts_b.onset)
     shift = float(np.abs(impacts_a.onset[i] - impacts_b.onset[j]).max(initial=0.0))
     peak = _compare_peaks(impacts_a, impacts_b, b.find_highest(impacts_a, shift), a.find_highest(impacts_b, shift))
-    impulse = levy((a.time, a.impulse), (b.time, b.impulse), b.end, b.end / count_b)
+    mean_interval = b.end / count_b
+    impulse = levy((a.time, a.impulse), (b.time, b.impulse), b.end, mean_interval)
     return {Norm.IMPULSE: impulse, Norm.PEAK: peak, Norm.ONSET: shift / b.end}
 
 
@@ -103,8 +104,12 @@ def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> fl
     """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
 
     The excess of a peak is taken over the highest force of the other run, so that an impact in two parts makes no difference.
-    The peaks of one impact may agree by chance. So every peak of b is uncertain by at least the root mean square of all relative
-    excesses. The weights are fourth powers of peaks: an impact half as high counts a sixteenth.
+    The peaks of one impact may agree by chance. So every peak of b is uncertain by at least a relative scatter s of all peaks,
+
+        s^2 = sum (excess F)^2 / sum peak_b^4,
+
+    where F is the force of b at the impact, and the first sum is over the impacts of both runs that both have. An impact half as
+    high counts a sixteenth.
 
     Parameters
     ----------
@@ -112,8 +117,8 @@ def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> fl
     highest_a : force of a at the impacts of b [N]
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
-    # relative excesses times squares of the forces of b; an impact that only one run has counts 0
-    weighted = np.append(excess_a * highest_b, np.where(highest_a > 0, excess_b * b.peak, 0.0))
+    is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
+    weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))
     scatter = np.sqrt(np.sum(weighted**2) / np.sum(b.peak**4)) * b.peak
     upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # bounds of the highest force [N]
     lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()
@@ -151,7 +156,8 @@ def _find_tops(time: Array, force: Array) -> Array:
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
     """Compute Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
 
-    J_a(t), J_b(t) are the impulses up to t, given with their times; J is J_b(end); `unit` is the mean time between impacts [s].
+    J_a(t), J_b(t) are the impulses up to t, given with their times; J is J_b(end). `unit` is the mean time between impacts [s]: a
+    shift by a share of it counts as much as an error of the same share of J.
     The least e is found by bisection of its logarithm. A time that fits at an e fits at all larger ones.
     """
     (time_a, impulse_a), (time_b, impulse_b) = a, b

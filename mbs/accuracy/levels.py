@@ -26,7 +26,7 @@ from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
 from .damping import Factor, radau
-from .demand import PLACE, Deflections
+from .demand import PLACE_ERROR, DeflectionLimits
 from .trajectory import TINY
 
 FIRST = 1e-3
@@ -83,13 +83,13 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    place: float = PLACE  # error allowed of a place, over its range; below `PLACE` the first tolerance is smaller in proportion
+    place_error: float = PLACE_ERROR  # error allowed of a place, over its range
 
     ratio = 8.0
     """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
     q = 1/4, by 0.8 at 3/4."""
     runs_at_most = 10
-    """Most runs for one result: the seven levels from `FIRST` to `FINEST`, and three for runs that fail or cover a part."""
+    """Most runs for one result: eight levels from `FIRST` to `FINEST`, and two for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
@@ -98,8 +98,8 @@ class Levels:
 
     @property
     def stricter(self) -> float:
-        """Factor of the first tolerance: 1, or less if a smaller error than usual is allowed."""
-        return min(1.0, self.place / PLACE)
+        """Factor of the first tolerance: 1, or less in proportion if a smaller error than usual is allowed."""
+        return min(1.0, self.place_error / PLACE_ERROR)
 
     @property
     def damping(self) -> Factor | None:
@@ -114,11 +114,10 @@ class Levels:
         """Return mechanism and solver of a level."""
         raise NotImplementedError
 
-    def runs(self, run: Runner) -> Callable[[Level, float], Run]:
-        """Return the function that makes a run of a level up to a time [s]."""
+    def run_by_level(self, run: Runner) -> Callable[[Level, float], Run]:
+        """Make the function that runs the mechanism with the settings of a level until a time [s]."""
 
         def run_level(level: Level, end: float) -> Run:
-            """Run the mechanism with the settings of a level until a time [s]."""
             mechanism, solver = self.settings(level)
             return run(mechanism, end, solver)
 
@@ -133,11 +132,11 @@ class Levels:
         """Return the number of refinements from a level to the finest tolerance, or the most runs without one."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
-    def raise_degree(self, level: Level, _run: Run, _allowed: Deflections) -> Level:
+    def raise_degree(self, level: Level, _run: Run, _allowed: DeflectionLimits) -> Level:
         """Return the level with the degrees at which a run shows deflections to be within their allowed errors."""
         return level
 
-    def truncation(self, _run: Run, _allowed: Deflections) -> float:
+    def truncation(self, _run: Run, _allowed: DeflectionLimits) -> float:
         """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
         return 0.0
 
@@ -147,7 +146,7 @@ class Levels:
         return bool(Scene.of(self.mechanism).clearances)
 
     def choose_share(self, run: Run) -> float:
-        """Return the share of the duration that the second run covers, once the first run is made."""
+        """Return the share of the duration that the second run covers; most runs that rattle separate in a part of it."""
         return PREFIX if self.rattles and len(run.record.time) > SHORT_RUN else 1.0
 
 
@@ -178,16 +177,17 @@ class SpectralLevels(Levels):
         return Level(FIRST * self.stricter * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
-        """Return mechanism and solver; longest step and contact tolerance are the usual ones at `FIRST` over `ratio`."""
-        over_usual = level.tolerance / FIRST * self.ratio  # tolerance over that at which the other settings are the usual ones
-        longest = self.duration / COARSEST * over_usual ** (1 / 4)
+        """Return mechanism and solver; the second level from `FIRST` has the usual longest step and contact tolerance."""
+        second_tolerance = FIRST / self.ratio
+        coarseness = level.tolerance / second_tolerance
+        longest = self.duration / COARSEST * coarseness ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
-        contact = min(0.5, self.solver.contact_tolerance * over_usual ** (2 / 3))  # convention: a quarter per level, at most 0.5
+        contact = min(0.5, self.solver.contact_tolerance * coarseness ** (2 / 3))  # convention: a quarter per level, at most 0.5
         meshed = any(link.body.meshed for link in self.mechanism.links)
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
-    def raise_degree(self, level: Level, run: Run, allowed: Deflections) -> Level:
+    def raise_degree(self, level: Level, run: Run, allowed: DeflectionLimits) -> Level:
         """Return the level with the degrees that the errors allowed of deflections need, by the decay of their terms."""
         truncation = _find_truncation(run, allowed)
         if not truncation.excess:
@@ -196,13 +196,13 @@ class SpectralLevels(Levels):
         enough = run.solver.degree + 2 * ceil(terms / 2)  # even: a symmetric deflection has every second term alone
         return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
-    def truncation(self, run: Run, allowed: Deflections) -> float:
+    def truncation(self, run: Run, allowed: DeflectionLimits) -> float:
         """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
         return _find_truncation(run, allowed).excess
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn. The second has the defaults if `place` is the usual one, but twice the elements if a strip has one."""
+    """Levels of Exudyn. With the usual `place_error` the second has the defaults, but twice the elements if a strip has one."""
 
     orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before
@@ -245,7 +245,7 @@ KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLev
 
 
 def _shorten_steps(step: float, factor: float) -> Controlled:
-    """Return steps shorter by a factor than a longest step [s] and than the usual ones within a contact."""
+    """Return steps that are shorter by a factor than a given step [s], and within a contact than the usual ones."""
     resolution = max(1, min(10_000, round(Controlled().contact_resolution * factor)))  # limits of the setting
     return Controlled(max_step=step / factor, contact_resolution=resolution)
 
@@ -265,20 +265,22 @@ class _Truncation(NamedTuple):
     decay: float = 0.5  # mean ratio of successive terms; without a strip it has no effect
 
 
-def _find_truncation(run: Run, allowed: Deflections) -> _Truncation:
+def _find_truncation(run: Run, allowed: DeflectionLimits) -> _Truncation:
     """Find the truncation of the strip with the largest excess.
 
-    Terms are coefficients normal to the chord times the largest value of their polynomial [m]; the largest counts as the first.
-    The integrated Legendre polynomial N_k is sqrt(2/pi)/(k - 1/2) at most, for large k.
+    Terms are coefficients normal to the chord times the largest value of their polynomial [m]. The integrated Legendre polynomial
+    N_k, of degree k, is sqrt(2/pi)/(k - 1/2) at most, for large k. The decay is computed as if the largest term were the first.
     """
     found, time = _Truncation(), run.record.time
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
-            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))  # (times, 2 + terms): both ends, then coefficients
+            # each (times, 2 + terms): the places of both ends, then the coefficients of N_2, N_3, ...
+            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
             chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
             terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
-            terms *= sqrt(2 / pi) / (np.arange(2, x.shape[1]) - 0.5)
+            k = np.arange(2, x.shape[1])
+            terms *= sqrt(2 / pi) / (k - 0.5)
             rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
             deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
             last_rms = rms[-2:].max()

@@ -5,7 +5,8 @@
 `run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
 difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
 to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If the third separates from the second
-sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1.
+sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1. For runs of a chaotic motion separate as
+exp(t/t_L), so that each refinement delays the separation by the same time, while an error of the phase grows by a power of time.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -20,7 +21,7 @@ from ..record.errors import Deferred, Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
 from .damping import estimate_damping_errors
-from .demand import BALANCE, STRIKE, Deflections, Demand, Worst, find_worst
+from .demand import BALANCE, USUAL_ERROR, DeflectionLimits, Demand, Worst, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels
@@ -40,7 +41,7 @@ LATER = 0.5
 It is below 1, as single delays vary: 0.84 was predicted for a double pendulum, whose next run reached the end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
-UNKNOWN = Worst(("", Norm.RMS), inf, 1.0)
+UNKNOWN = Worst(key=("", Norm.RMS), error=inf, allowed=1.0)
 """Error of a run without a finer one to compare it with."""
 
 
@@ -76,8 +77,9 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
     try:
         coarse = refinement.run_first()
         refinement.best = partial(CheckedRun, coarse.run)
-        fine = refinement.make(refinement.next_level(coarse, levels.ratio), duration * levels.choose_share(coarse.run))
-        return refinement.refine(coarse, fine)
+        end = duration * levels.choose_share(coarse.run)  # a part of the motion may show chaos, at less cost
+        fine = refinement.make(refinement.next_level(coarse, levels.ratio), end)
+        return refinement.refine_further(coarse, fine)
     except _FailedError as failure:
         failed = failure.trial.run
         found = refinement.best() if refinement.best else CheckedRun(failed)
@@ -85,11 +87,13 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
         return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
 
+@dataclass(eq=False)
 class _Trial:
-    """A run of a level up to a time [s]."""
+    """A run of a level up to a time `end` [s]."""
 
-    def __init__(self, run: Run, level: Level, end: float) -> None:
-        self.run, self.level, self.end = run, level, end
+    run: Run
+    level: Level
+    end: float
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -147,11 +151,11 @@ class _Refinement:
         return self.make(level, self.duration)
 
     def next_level(self, trial: _Trial, ratio: float) -> Level:
-        """Return the level after a run, with the degrees that the run shows to be needed."""
-        allowed = Deflections.of(self.demand.limits(trial.trajectory), trial.trajectory)
-        return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, allowed)
+        """Return the level after a run, with the degrees of strips that the last terms of its deflections show to be needed."""
+        limits = DeflectionLimits.of(self.demand.limits(trial.trajectory), trial.trajectory)
+        return self.levels.raise_degree(self.levels.finer(trial.level, ratio), trial.run, limits)
 
-    def refine(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
+    def refine_further(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
         """Compare the last two runs, and refine until the error is allowed, the motion is found chaotic or no runs are left."""
         pair = _Pair(coarse, fine, self.demand)
         if pair.separation.start == inf:
@@ -168,8 +172,9 @@ class _Refinement:
             worst = find_worst(pair.allowed, estimate(now))
             excess = worst.ratio
             self.best = partial(self.finish, pair, estimate)
-            deflections = Deflections.of(pair.allowed, pair.fine.trajectory)
-            if excess <= 1 and self.levels.truncation(pair.fine.run, deflections) <= 1:
+            limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
+            # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
+            if excess <= 1 and self.levels.truncation(pair.fine.run, limits) <= 1:
                 answer = self.best()  # now with energies and their balance
                 excess = answer.worst.ratio
                 if excess <= 1:
@@ -183,11 +188,11 @@ class _Refinement:
             pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
-        """Return the status with which refinement ends at too large an error: SUSPECT, SENSITIVE or CHAOTIC; None if it goes on.
+        """Return the status with which refinement ends; None if it goes on. SUSPECT: runs do not separate, but errors are large.
 
         `is_smaller` is True if the last refinement reduced the difference of the signal whose error is worst.
         """
-        separates_at_times = self.levels.rattles and pair.separation.is_ever_separate
+        separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
         is_finest = pair.fine.level.tolerance <= 2 * self.levels.finest  # the next tolerance could not be half of it
         if is_finest or self.count >= self.levels.runs_at_most:
             return Status.SENSITIVE if pair.separation.start < inf or separates_at_times else Status.SUSPECT
@@ -201,11 +206,12 @@ class _Refinement:
         return _Pair(ends[0], ends[1], self.demand)
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
-        """Return the answer of a chaotic motion, else the first pair that does not separate before the required time."""
+        """Make finer runs: return the answer of a chaotic motion, else the first pair that separates late enough."""
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
             required = self.required_start(last.separation.start, last.fine.level)
-            end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))  # in the last windows no separation begins
+            # no separation is found in the last windows of a run, which therefore goes so much beyond the required time
+            end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
             if last.separation.start == inf:
                 return last
@@ -229,7 +235,8 @@ class _Refinement:
     def find_ratio(self, excess: float, separate: bool) -> float:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
 
-        The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order.
+        The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order. The
+        largest order gives the least ratio that may be enough; where it is not, a further refinement follows.
         """
         ratio, gain = self.levels.ratio, 1 + 2 * excess
         largest = ratio**MOST_LEVELS
@@ -244,7 +251,7 @@ class _Refinement:
             """Return the order of a signal that is assumed of a first pair, and the limits of the order that three runs show."""
             is_place = run.signals[name].kind is Kind.PLACE if name in run.signals else False
             if run.strikes or (run.unresolved and not is_place):
-                return least, least, least
+                return least, least, least  # from such motions no order is read
             return (place if is_place else least), least, largest
 
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
@@ -262,22 +269,20 @@ class _Refinement:
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
-            """Estimate errors, all by default, and return their sizes."""
             (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
             return estimate(found | more) | {BALANCE: balance}, sizes | more_sizes
 
-        allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): STRIKE for name in self.demand.energies}
+        allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): USUAL_ERROR for name in self.demand.energies}
         return self.attach_errors(pair.fine, errors, float(run.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which they exceed the limits; the finer one may be shorter."""
         gain = pair.ratio**self.levels.orders.least
-        error_over_difference = gain / (gain - 1)
-        until = pair.separation.agree_until(1 / error_over_difference)
+        error_over_difference = gain / (gain - 1)  # of the coarser run
+        until = pair.separation.agree_until(share=1 / error_over_difference)  # there the error of a place reaches its limit
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
 
         def estimate(keys: Iterable[Key] | None = None) -> Norms:
-            """Estimate errors, all by default, and return their sizes."""
             found, sizes = difference.norms(keys)
             return {key: max(LEAST_ERROR, error_over_difference * norm) for key, norm in found.items()}, sizes
 
@@ -293,21 +298,21 @@ class _Refinement:
     ) -> CheckedRun:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
 
-        Errors that have a limit, of places and of forces with a running mean, are computed at once; others when they are read.
+        `estimate` returns the errors of some keys, by default of all, and their sizes. Errors that have a limit, of places and of
+        forces with a running mean, are computed at once; others when they are read.
         """
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
-            """Return errors, all by default, and their sizes."""
             found, sizes = estimate(keys)
             return {key: unresolved.get(key, error) for key, error in found.items()}, sizes
 
         places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
-        averaged = [(signal.source, Norm.RMS) for signal in run.signals.values() if signal.period]
+        averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces with a running mean
         watched = [*allowed, *places, *averaged]
         known, sizes = errors(watched)
-        vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > STRIKE)
+        vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > USUAL_ERROR)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""
             notes += (f"{vibrating[0]}{others}: vibrates faster than the steps resolve; read {vibrating[0]}.mean",)

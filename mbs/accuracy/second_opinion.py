@@ -7,12 +7,12 @@ from time import perf_counter
 import numpy as np
 
 from ..elements.signal import Kind
-from ..record.errors import Errors, Norm
+from ..record.errors import Errors, Key, Norm
 from ..record.result import Result
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import Closure, Exudyn, Spectral
-from .demand import STRIKE, Asked, Usual, Worst
+from .demand import USUAL_ERROR, Asked, Usual, Worst
 from .difference import Difference
 from .estimate import LEAST_ERROR, Separation
 from .levels import KINDS, Runner
@@ -25,7 +25,7 @@ NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Clo
 
 
 def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
-    """Run another solver and put the largest relative difference of places into the result's `verified`.
+    """Run another solver by `run` and put the largest relative difference of places into the result's `verified`.
 
     A difference beyond the sum of both errors makes the result SUSPECT, with SOLVERS in the message. A failed result is returned
     unchanged. If the other solver cannot run the mechanism or fails, the result gets a note.
@@ -35,11 +35,12 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     other: Exudyn | Spectral = Exudyn() if isinstance(first.solver, Spectral) else Spectral()
     name, other_name = NAMES[type(first.solver)], NAMES[type(other)]
     start = perf_counter()
-    least = NEGLIGIBLE * result.asked if result.asked > 0 else LEAST_ERROR
-    demand = Asked(result.asked) if result.asked > 0 else Usual()
+    has_accuracy = result.asked > 0
+    least = NEGLIGIBLE * result.asked if has_accuracy else LEAST_ERROR
+    demand = Asked(result.asked) if has_accuracy else Usual()
     try:
-        levels = KINDS[type(other)](first.record.mechanism, duration, other, place=demand.place)
-        answer = refine(levels.runs(run), levels, demand, duration)
+        levels = KINDS[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
+        answer = refine(levels.run_by_level(run), levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
@@ -48,8 +49,8 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
         return add_notes(result, f"not verified: {other_name} ended as {second.failure.status}: {second.failure.message}")
     if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
         return add_notes(result, "not verified: a signal is not finite")
-    motion, worst = compare_solvers(first, second, result.error, answer.errors, least)
-    result = replace(result, verified=motion)
+    largest_of_places, worst = compare_solvers(first, second, result.error, answer.errors, least)
+    result = replace(result, verified=largest_of_places)
     why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
     found = f"SOLVERS: {name} and {other_name} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
     return result.suspect(found) if worst.ratio > 1 else result
@@ -59,24 +60,25 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
     Places, contacts and reactions are compared up to the time at which the runs separate. The allowed difference is the sum of
-    both errors, at least `least`; if one error is not known, it is 5 % (`STRIKE`) for all signals, places included.
+    both errors, at least `least`; if one error is not known, it is 5 % (`USUAL_ERROR`) for all signals, places included.
     """
     first, second = Trajectory.of(a), Trajectory.of(b)
-    limits = Usual().limits(second)
-    limits |= {(n, Norm.IMPULSE): STRIKE for n, s in second.signals.items() if s.kind in (Kind.REACTION, Kind.INTERNAL)}
+    limits = Usual().limits(second)  # of these errors only those of places are used, to find where the runs separate
+    forces = [name for name, signal in second.signals.items() if signal.kind in (Kind.REACTION, Kind.INTERNAL)]
+    compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]
     known = errors_a.known and errors_b.known
     ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # before the end of a run that is chaotic
     rattles = bool(Scene.of(a.record.mechanism).clearances)
     may_be_chaotic = rattles or min(ends, default=inf) < first.time[-1]
     until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _ = Difference(first, second, until).norms()
-    motion = [apart[n, Norm.RMS] for n, s in second.signals.items() if s.kind is Kind.PLACE and (n, Norm.RMS) in apart]
-    sums = {
-        key: max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else STRIKE
-        for key in limits if key in apart
-    }  # fmt: skip
-    farthest = [Worst(key, apart[key], allowed) for key, allowed in sums.items()]
-    return max(motion, default=0.0), max(farthest, key=lambda each: each.ratio)
+    places = [name for name, signal in second.signals.items() if signal.kind is Kind.PLACE and (name, Norm.RMS) in apart]
+
+    def allowed(key: Key) -> float:
+        return max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else USUAL_ERROR
+
+    worst = max((Worst(key, apart[key], allowed(key)) for key in compared if key in apart), key=lambda each: each.ratio)
+    return max((apart[name, Norm.RMS] for name in places), default=0.0), worst
 
 
 def add_notes(result: Result, *notes: str) -> Result:

@@ -25,12 +25,12 @@ SMALL = 1e-2
 """Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise. A convention."""
 RESTING = 1e-3
 """Least size of a place, over the mechanism's size or in rad: what moves less is at rest. A convention."""
-FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
+FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 """Kinds of forces and torques, which have impulses."""
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNRESOLVED_MOST = 0.05
-"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the samples: the error
+"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: the error
 allowed of energies."""
 TINY = float(np.finfo(float).tiny)
 
@@ -41,7 +41,7 @@ class Trajectory:
 
     time: Array  # [s], (times,)
     signals: Mapping[str, Signal]
-    size: float  # length of the longest link [m]
+    longest_link: float  # its length [m]
     kinks: tuple[float, ...] = ()  # times [s] at which a drive or a load jumps or has a kink
     least_force: float = 0.0  # force [N] that moves the mechanism by its size, or its clearance, within the run
     undetermined: frozenset[str] = frozenset()  # names of forces that no equation determines; `signals` does not contain them
@@ -71,8 +71,8 @@ class Trajectory:
     def unresolved(self) -> list[str]:
         """Forces that vibrate in periods too short for the steps, so that numerical damping takes the vibration away."""
         means = [signal for signal in self.signals.values() if signal.period > 0]  # running means of vibrating forces
-        resolved = {period for period in {mean.period for mean in means} if resolves(self.time, period)}
-        return [mean.source for mean in means if mean.period not in resolved]
+        is_resolved = {period: resolves(self.time, period) for period in {mean.period for mean in means}}
+        return [mean.source for mean in means if not is_resolved[mean.period]]
 
     @cached_property
     def own_sizes(self) -> dict[Key, float]:
@@ -102,12 +102,12 @@ class Trajectory:
             vectors[group] = np.maximum(vectors.get(group, TINY), own)
             families[family] = np.maximum(families.get(family, TINY), own)
         force, torque = ("force", "N"), ("force", "N m")  # a torque counts as a force at the arm of the longest link
-        largest_torque = np.maximum(families.get(torque, TINY) / self.size, self.least_force)
+        largest_torque = np.maximum(families.get(torque, TINY) / self.longest_link, self.least_force)
         families[force] = np.maximum(families.get(force, self.least_force), largest_torque)
-        families[torque] = families[force] * self.size
+        families[torque] = families[force] * self.longest_link
         found = dict[Key, float]()
         for name, signal in self.signals.items():
-            resting = RESTING * (self.size if signal.unit == "m" else 1.0)
+            resting = RESTING * (self.longest_link if signal.unit == "m" else 1.0)
             least = resting if signal.kind in (Kind.PLACE, Kind.STRETCH) else SMALL * families[_family(signal)]
             size = self.own_sizes[name, norm] if signal.scale else np.maximum(vectors[signal.group or name], least)
             found[name, norm] = float(size)
@@ -130,7 +130,7 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
     The energy that vibrations faster than the steps may store is taken off the imbalance. The size of all energies is the
-    throughput, and so much more that the energy of these vibrations is the share `SMALL` of it.
+    throughput, or more where these vibrations store much: their energy is at most the share `SMALL` of the size.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
     throughput, unresolved = compute_throughput(record, energies, run.values)  # [J], and the share of such vibrations in it
@@ -140,9 +140,9 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + unresolved / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    has_friction = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all of the energy
+    has_friction = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all energy put in
     stored = unresolved if has_friction else min(unresolved, UNRESOLVED_MOST)
-    return Trajectory(record.time, found, 1.0), max(0.0, imbalance - stored)
+    return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
 
 
 def find_drive_period(mechanism: Mechanism) -> float:
@@ -154,4 +154,4 @@ def find_drive_period(mechanism: Mechanism) -> float:
 
 def _family(signal: Signal) -> tuple[str, str]:
     """Return kind and unit of signals whose sizes are compared; all forces are one kind."""
-    return ("force" if signal.kind in FORCES else signal.kind), signal.unit
+    return ("force" if signal.kind in FORCE_KINDS else signal.kind), signal.unit

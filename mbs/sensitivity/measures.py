@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..accuracy.demand import STRIKE
+from ..accuracy.demand import USUAL_ERROR
 from ..geometry import Array
 from ..record.errors import LEVEL, Key, Norm, Status
 from ..record.result import Result
@@ -180,7 +180,7 @@ def list_readings(result: Result, texts: Sequence[str] = ()) -> list[CheckedRead
 
 
 def _check_reading(result: Result, text: str) -> CheckedReading:
-    """Read a formula, and compare its error with the accuracy requested or, without one, with that of contacts, 5 % (`STRIKE`).
+    """Read a formula, and compare its error with the accuracy requested or, without one, with `USUAL_ERROR`, 5 %.
 
     A value below its error, near zero, is compared with the largest value of its signals of the same unit.
     """
@@ -189,7 +189,7 @@ def _check_reading(result: Result, text: str) -> CheckedReading:
     of_unit = [name for name in signals if result.units.get(name) == unit]
     largest = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in of_unit)])
     relative_to = abs(value) if error < abs(value) else largest
-    accuracy = result.asked if result.asked > 0 else STRIKE
+    accuracy = result.asked if result.asked > 0 else USUAL_ERROR
     beyond = result.error.known and not error <= accuracy * relative_to  # true also for nan
     return CheckedReading(text, value, unit, error if isfinite(error) else nan, beyond, signals)
 

@@ -18,7 +18,7 @@ from buckler.mbs import Clearance, Mechanism, Modal, Rigid, Section, crank_rocke
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction, Impact
-from buckler.mbs.library import PAPER_STIFFNESS, STEEL_CRANK_ROCKER
+from buckler.mbs.library import JOINT_STIFFNESS, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 
 from ..kit.parameters import choice, quantity
@@ -126,7 +126,7 @@ class PlayParameters(JointAssumptions):
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
-    stiffness: float = quantity(PAPER_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
+    stiffness: float = quantity(JOINT_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
     damping: float = quantity(CONTACT_DAMPING, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
     damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
     damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")

@@ -45,9 +45,9 @@ DEMANDS = {"default": Usual(), "places": Asked(1e-3), "fine": Asked(1e-4), "forc
 def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
-    levels = KINDS[type(solver)](mechanism, duration, solver, place=demand.place)
+    levels = KINDS[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
     with use_memory(EdgeMemory()):
-        return refine(levels.runs(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
+        return refine(levels.run_by_level(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 
 
 def touches(force, t):
@@ -79,7 +79,7 @@ def true_errors(run, truth):
         )
         for name, f in truth.items()
     }
-    apart, sizes = Difference(mine, Trajectory(t, known, mine.size, mine.kinks)).norms()
+    apart, sizes = Difference(mine, Trajectory(t, known, mine.longest_link, mine.kinks)).norms()
     return {key: off * sizes[key] / mine.sizes.get(key, sizes[key]) for key, off in apart.items()}
 
 

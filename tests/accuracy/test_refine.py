@@ -8,7 +8,7 @@ import pytest
 
 from buckler.mbs import Beam, Exudyn, Link, Mechanism, Revolute, Section, Spectral, Status
 from buckler.mbs.accuracy import refine as module
-from buckler.mbs.accuracy.demand import BALANCE, PLACE, Asked, Usual, find_worst
+from buckler.mbs.accuracy.demand import BALANCE, PLACE_ERROR, Asked, Usual, find_worst
 from buckler.mbs.accuracy.difference import Difference
 from buckler.mbs.accuracy.estimate import LEAST_ERROR, Separation, estimate_gains
 from buckler.mbs.accuracy.levels import DEGREE, FIRST, KINDS, Level, Levels
@@ -234,7 +234,7 @@ def test_what_is_asked_of_which_signal():
 def test_where_nothing_strikes_places_are_right_at_any_time():
     """To a thousandth of the longest link, and to a hundredth of their range in the mean."""
     run = trajectory_of(P_x=(0.1 * RIGHT, "m", Kind.PLACE))
-    assert Usual().limits(run) == {X: PLACE, ("P.x", Norm.PEAK): pytest.approx(1e-3 / np.ptp(0.1 * RIGHT))}
+    assert Usual().limits(run) == {X: PLACE_ERROR, ("P.x", Norm.PEAK): pytest.approx(1e-3 / np.ptp(0.1 * RIGHT))}
 
 
 def test_no_place_is_known_better_than_the_journal_that_holds_it():

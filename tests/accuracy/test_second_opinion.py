@@ -25,7 +25,7 @@ from buckler.mbs import (
     simulation,
 )
 from buckler.mbs.accuracy import second_opinion
-from buckler.mbs.accuracy.demand import STRIKE
+from buckler.mbs.accuracy.demand import USUAL_ERROR
 from buckler.mbs.accuracy.refine import CheckedRun
 from buckler.mbs.accuracy.second_opinion import compare_solvers
 from buckler.mbs.accuracy.trajectory import Trajectory
@@ -65,7 +65,7 @@ def test_the_difference_allowed_is_the_sum_of_both_errors():
     mine, other = (Errors(1.0, {key: share * error for key, error in errors.items()}, until=0.5) for share in (1, 2))
     _, found = compare_solvers(*runs, mine, other)
     assert found.name == "impulse(O.ground-rod.fx)" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
-    assert compare_solvers(*runs, mine, Errors())[1].allowed == STRIKE
+    assert compare_solvers(*runs, mine, Errors())[1].allowed == USUAL_ERROR
     assert compare_solvers(*runs, mine, other, least=1.0)[1].ratio < 1
 
 

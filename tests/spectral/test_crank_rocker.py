@@ -14,7 +14,7 @@ from fourbar import FourBar, ideal_state, run
 from buckler.mbs import Status
 from buckler.mbs.ensembles.readings import read_windows
 from buckler.mbs.laws import Coulomb, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction, delivered
-from buckler.mbs.library import CLOSED, PAPER_STIFFNESS, RATTLING
+from buckler.mbs.library import CLOSED, JOINT_STIFFNESS, RATTLING
 from buckler.mbs.spectral.run import once
 from buckler.studies.rattling.turns import DEPTHS, FORCE, solver
 
@@ -53,7 +53,7 @@ def test_a_free_fall_onto_the_pin_arrives_when_and_as_fast_as_it_must():
     assert speed == pytest.approx(sqrt(2 * 0.25e-3 * 9.81), rel=1e-9)
 
 
-LAWS = [RATTLING, CLOSED, Hertz(PAPER_STIFFNESS), ExactRestitution(PAPER_STIFFNESS, 0.3), KelvinVoigt(1e7, 400.0)]
+LAWS = [RATTLING, CLOSED, Hertz(JOINT_STIFFNESS), ExactRestitution(JOINT_STIFFNESS, 0.3), KelvinVoigt(1e7, 400.0)]
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: f"{type(law).__name__}-{getattr(law, 'damping', 0):g}")
@@ -179,7 +179,7 @@ CASES = {
     "rattling": FourBar(),
     "closed": FourBar(law=CLOSED),
     "flexible": FourBar(modes=beam_modes()),
-    "restitution": FourBar(law=ExactRestitution(PAPER_STIFFNESS, 0.8), gravity=(0.0, -9.81)),
+    "restitution": FourBar(law=ExactRestitution(JOINT_STIFFNESS, 0.8), gravity=(0.0, -9.81)),
     "coupler-rocker only": FourBar(gap=(0.0, 0.0, 0.25e-3, 0.0)),
     "flexible, ideal": FourBar(gap=0.0, modes=beam_modes()),
 }
@@ -234,8 +234,8 @@ def test_smaller_clearance_comes_nearer_the_ideal_mechanism():
 
 HARD = {
     "wide": {"gap": 2e-3}, "narrow": {"gap": 2e-5}, "slow": {"speed": np.pi}, "fast": {"speed": 100 * np.pi},
-    "soft": {"law": Impact(0.1 * PAPER_STIFFNESS, 253.0, 1e-5)}, "hard": {"law": Impact(100 * PAPER_STIFFNESS, 253.0, 1e-5)},
-    "elastic and frictionless": {"law": Hertz(PAPER_STIFFNESS), "friction": NoFriction()},
+    "soft": {"law": Impact(0.1 * JOINT_STIFFNESS, 253.0, 1e-5)}, "hard": {"law": Impact(100 * JOINT_STIFFNESS, 253.0, 1e-5)},
+    "elastic and frictionless": {"law": Hertz(JOINT_STIFFNESS), "friction": NoFriction()},
     "sticky": {"friction": Coulomb(0.9, 1e-4)}, "backwards": {"speed": -31.4}, "still": {"speed": 0.0, "gravity": (0.0, -9.81)},
 }  # fmt: skip
 
