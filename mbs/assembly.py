@@ -47,8 +47,7 @@ def assemble(
 
     Parameters
     ----------
-    points : dict of str to (float, float)
-        Given places [m].
+    points : dict of str to (float, float), given places [m]
     links : iterable of Link
     guides : iterable of Guide
         A guide with a second point `through` keeps its own point on a line through that point, in the direction `along`.
@@ -84,15 +83,19 @@ def assemble(
     poses = _Poses(chords.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in of_length]), base, free)
     poses.check_decided(of_length)
     solutions, solved = poses.find_all(size)
-    found = [_by_name(unknown, x) for x in solutions]
+    found = [
+        {point: (float(x), float(y)) for point, (x, y) in zip(unknown, pose.reshape(-1, 2), strict=True)} for pose in solutions
+    ]
     if not solved:
         raise _out_of_reach(of_length, {**points, **found[0]})
     right = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)]
-    first, *others = sorted(sorted(right or found, key=_topmost(unknown, size)), key=_nearest(near, size))
+    candidates = sorted(right or found, key=_topmost(unknown, size))
+    first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
+    others = [pose for pose in candidates if pose is not first]
     for link in deciding:
         _check(link, {**points, **first})  # raises an error if a link has the sense opposite to its angle
     poses.check_regular(unknown, first, of_length)
-    return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
+    return Assembly(first, tuple(others))
 
 
 def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
@@ -108,9 +111,6 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
                 raise ValueError(f"points['{point}'] = {short(found[point])} m: {right}")
             found[point] = (x, y)
     return found
-
-
-# --- equations ----------------------------------------------------------------------------------------------------------
 
 
 def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
@@ -240,13 +240,6 @@ class _Poses:
         if values[-1] < SINGULAR * values[0]:
             names = ", ".join(f"'{link.name}'" for link in links)
             raise ValueError(f"links {names}: are at a dead centre, in line; start from another angle, or give places of points")
-
-
-# --- poses --------------------------------------------------------------------------------------------------------------
-
-
-def _by_name(unknown: list[str], x: Array) -> dict[str, Pair]:
-    return {point: (float(px), float(py)) for point, (px, py) in zip(unknown, x.reshape(-1, 2), strict=True)}
 
 
 def _nearest(near: Mapping[str, Pair], size: float) -> Any:

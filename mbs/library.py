@@ -25,20 +25,13 @@ def slider_crank(
 
     Parameters
     ----------
-    coupler : Beam, Cable, Strut or Rigid
-        Body of the coupler, from the crank pin A to the slider B.
-    law : NormalLaw or None
-        Contact law of the stopper; None leaves the stopper out.
-    mass : float
-        Mass of the slider, kg.
-    speed : float, Ramp or Motion
-        Speed of the crank, rad/s.
-    friction : GuideFriction, optional
-        Friction of the slider's guide.
-    stop : float
-        Place of the stopper on the slider's line, m, negative.
-    lengths : SliderCrank
-        Lengths of crank and coupler, m.
+    coupler : Beam, Cable, Strut or Rigid, body of the coupler, from the crank pin A to the slider B
+    law : NormalLaw or None, contact law of the stopper; None leaves the stopper out
+    mass : float, mass of the slider, kg
+    speed : float, Ramp or Motion, speed of the crank, rad/s
+    friction : GuideFriction, optional, friction of the slider's guide
+    stop : float, place of the stopper on the slider's line, m, negative
+    lengths : SliderCrank, lengths of crank and coupler, m
     """
     crank = Rigid(Section(width=0.030, thickness=0.005))  # its speed is prescribed: its mass changes the torque only
     return Mechanism(
@@ -80,11 +73,11 @@ BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, den
 STEEL_CRANK_ROCKER = CrankRocker()
 """Lengths of the crank-rocker of a paper whose authors are unknown [m]; see `docs/evidence-crank-rocker.md`."""
 JOINT_STIFFNESS = 2.53e5 * 1e3**1.5
-"""Contact stiffness K of the same paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
+"""Contact stiffness K of the crank-rocker's joints in that paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(JOINT_STIFFNESS, damping=253.0, damping_depth=1e-5)
-"""Contact law of the paper with its largest damping read as 253 N s/m: the joints rattle."""
+"""Contact law of these joints with their largest damping read as 253 N s/m: they rattle."""
 CLOSED = Impact(JOINT_STIFFNESS, damping=253e3, damping_depth=1e-5)
-"""Contact law of the paper with its largest damping read as 253 N s/mm: the joints stay closed."""
+"""Contact law of these joints with their largest damping read as 253 N s/mm: they stay closed."""
 Play = Callable[[str, str, str], Clearance]
 """Function `play(point, first, second)` that returns a joint with clearance; the pin is on `first`, the bush on `second`."""
 
@@ -97,20 +90,13 @@ def crank_rocker(
 
     Parameters
     ----------
-    rocker : Rigid or Beam
-        Body of the rocker, from the frame C to the coupler's end B.
-    speed : float, Ramp or Motion
-        Speed of the crank, rad/s.
-    play : callable, optional
-        Function that makes each joint with clearance, see `Play`; None leaves all joints ideal.
-    with_play : str
-        Joints with clearance among O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker).
-    section : Section
-        Section of crank and coupler.
-    lengths : CrankRocker
-        Lengths, m.
-    angle : float
-        Crank angle at the start, rad.
+    rocker : Rigid or Beam, body of the rocker, from the frame C to the coupler's end B
+    speed : float, Ramp or Motion, speed of the crank, rad/s
+    play : callable, optional, function that makes each joint with clearance, see `Play`; None leaves all joints ideal
+    with_play : str, joints with clearance among O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker)
+    section : Section, section of crank and coupler
+    lengths : CrankRocker, lengths, m
+    angle : float, crank angle at the start, rad
     """
     joints = [("O", "ground", "crank"), ("A", "crank", "coupler"), ("B", "coupler", "rocker"), ("C", "ground", "rocker")]
     return Mechanism(

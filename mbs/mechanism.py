@@ -129,7 +129,10 @@ class Mechanism(Parts):
     )
 
     def agree(self) -> None:
-        """Complete the places of points; raise a ValueError unless names are known and unique and elements fit together."""
+        """Complete the places of points; raise a ValueError unless names are known and unique and elements fit together.
+
+        The decorator `declared` calls it after it has read the fields.
+        """
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
         object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))
@@ -142,10 +145,10 @@ class Mechanism(Parts):
             for k, element in enumerate(getattr(self, kind)):
                 try:
                     element.check(self)
-                except UnknownError as error:
-                    raise RefusalError(str(error), f"{_place(kind, k, element)}.{error.field_of(element)}".rstrip(".")) from None
                 except ValueError as error:
-                    raise RefusalError(str(error), _place(kind, k, element)) from None
+                    where = f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"  # place in a file
+                    field_name = error.field_of(element) if isinstance(error, UnknownError) else ""
+                    raise RefusalError(str(error), f"{where}.{field_name}".rstrip(".")) from None
 
     def __getstate__(self) -> dict[str, object]:
         """Return the fields for pickling; the scene is computed again."""
@@ -207,7 +210,8 @@ class Mechanism(Parts):
             raise ValueError(f"file = {short(content)}: must be a table")
         described = {key: value for key, value in substitute(expand(content)).items() if key not in ASIDE}
         also_known = (*ASIDE, *SHORT, PARAMETERS)  # keys of a file beside the fields, for messages
-        mechanism: Mechanism = build("", described, {"": cls}, also_known)
+        top, any_kind = "", ""  # path of the table, and the kind of a table that names none
+        mechanism: Mechanism = build(top, described, {any_kind: cls}, also_known)
         return mechanism
 
     def save(self, path: str | Path) -> Path:
@@ -231,21 +235,14 @@ class Mechanism(Parts):
 
         Parameters
         ----------
-        axes : matplotlib Axes, optional
-            Axes to draw in; those of a new figure by default.
-        names : bool
-            True to write the names of links and points.
+        axes : matplotlib Axes, optional; those of a new figure by default
+        names : bool, True to write the names of links and points
 
         Returns
         -------
         matplotlib Axes
         """
         return import_late("view.plot:plot_mechanism")(self, axes, names)
-
-
-def _place(kind: str, k: int, element: Any) -> str:
-    """Return the place of an element in a file, such as `joints[0]`."""
-    return f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"
 
 
 def _check_velocities(mechanism: Mechanism) -> None:

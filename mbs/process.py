@@ -51,10 +51,10 @@ CTRL_C = "Ctrl-C"
 
 
 class Interrupted(KeyboardInterrupt):
-    """End of a call by Ctrl-C; it ends a script that does not catch it.
+    """End of a call by Ctrl-C, and of the script unless it catches this exception.
 
-    `result` is the best answer so far, of the type that the call returns. `simulate` gives the Result of the run that got
-    farthest, without checks, with the status INTERRUPTED.
+    `result` is the best answer so far, of the type that the call returns. That of `simulate` is the Result of the run that got
+    farthest, with the status INTERRUPTED and no self-checks made.
     """
 
     def __init__(self, result: Any) -> None:
@@ -83,8 +83,8 @@ class Handler:
 def catch_ctrl_c() -> Iterator[Handler]:
     """Yield a function that returns True after Ctrl-C; always False in other threads or under a caller's own handler.
 
-    Python's default handler would raise a KeyboardInterrupt inside a callback, which the engine turns into a failed step. Nested
-    contexts use the handler of the outer one.
+    Python's default handler would raise a KeyboardInterrupt inside a function that Exudyn calls, which then takes the step for
+    failed. Nested contexts use the handler of the outer one.
     """
     is_main = threading.current_thread() is threading.main_thread()
     previous = signal.getsignal(signal.SIGINT) if is_main else None
@@ -102,8 +102,8 @@ def catch_ctrl_c() -> Iterator[Handler]:
 
 _LOCK = Lock()
 _COUNTS: list[list[int]] = []
-"""Numbers of threads found at the start of each active `one_thread`, the latest last. The first entry has the original numbers,
-later ones are 1. Each end takes the last entry, so that the original numbers return with the last end, in whatever order."""
+"""Numbers of threads found at the start of each active `one_thread`: first the original numbers, then ones. A context that ends
+removes and restores the last entry, so that the last end restores the original numbers, in whatever order contexts end."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 """Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 

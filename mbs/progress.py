@@ -44,7 +44,8 @@ USER_STOPS = (TimeUpError, KeyboardInterrupt)
 class Forecast:
     """Progress callback of `simulate` that forecasts the time of all its runs, for `cases` such calls one after another.
 
-    The attribute `runs` is the least and the largest number of runs of a call. Without a `bar` only the time is printed.
+    `cases` may be a mean, such as cases over processes. The attribute `runs` is the least and the largest number of runs of a
+    call. Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -150,9 +151,10 @@ class Watch:
 
     @property
     def time_left(self) -> float | None:
-        """Time that is left [s], above 0; None without a limit, or after it, while a stopped call completes its answer."""
-        limit = None if self.ended else self.timeout
-        return limit and max(1e-3, self.start + limit - self.clock())
+        """Time that is left [s], at least 1e-3; None without a limit and for a stopped call, which completes its answer."""
+        if self.timeout is None or self.ended:
+            return None
+        return max(1e-3, self.start + self.timeout - self.clock())
 
     def line(self) -> str:
         """Write the number of steps, the fraction done and the time spent."""
@@ -181,13 +183,14 @@ def watch(unit: str) -> Callable[[F], F]:
 
     A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
     the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that one, the outer
-    one. If it is stopped, it raises TimeUpError, so that the outer one is stopped as well.
+    one, whose `timeout` and `progress` hold alone. If it is stopped, it raises TimeUpError, so that the outer one stops as well.
     """
 
     def decorate(call: F) -> F:
         @wraps(call)
         def wrapper(*arguments: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
-            limit, outer = None if timeout is None else positive("timeout", timeout, "s"), watching.get()
+            limit = None if timeout is None else positive("timeout", timeout, "s")
+            outer = watching.get()
             if outer is not UNWATCHED:
                 ended_before = outer.ended
                 answer = _call_under(outer, call, arguments, named)

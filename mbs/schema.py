@@ -6,7 +6,7 @@ from .documents import shorthand
 from .mechanism import RUN, Mechanism
 
 OPTIONAL_IN_FILES = (("Link", "name"), ("Link", "body"))
-"""Required fields that a file may leave out: a table's name is the name of its link, and defaults may give the body."""
+"""Required fields that a file may leave out: the key of a link's table is its name, and a table `defaults` may give the body."""
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 """Address by which a schema names the version of its language."""
 
@@ -22,7 +22,7 @@ def schema() -> Schema:
             "about": {"type": "string", "description": "What it is, in words."},
             RUN: _run(),
             **fields,
-            **shorthand.schema(),  # parameters, pins, and defaults of links and joints
+            **shorthand.schema(),  # tables that shorten files: `parameters`, `pins`, and `defaults` of links and joints
         },
         "required": [key for key, field in declarations(Mechanism).items() if field.required],
         "additionalProperties": False,

@@ -66,8 +66,8 @@ Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
 """Most repetitions of a run whose steps pass edges of a user's function: a step that ends on an edge moves later edges."""
 STALLED = 3
-"""Number of repetitions that end the series if none of them halves the least shift before. A shift is that of an edge from one
-repetition to the next, over its distance from another edge."""
+"""Number of repetitions that end the series if in none of them the largest shift is less than half of the least one before. A
+shift is the time by which an edge moves from one repetition to the next, over its distance from the nearest edge."""
 
 
 @one_thread()
@@ -171,8 +171,8 @@ class _Runs:
                 return run
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
-            earlier, latest = shifts[:-STALLED], shifts[-STALLED:]
-            is_stalled = min(latest) > min(earlier, default=inf) / 2
+            least_before = min(shifts[:-STALLED], default=inf)
+            is_stalled = min(shifts[-STALLED:]) > least_before / 2
             if passed.too_many or (not len(passed.edges) and (passed.shift <= SETTLED or is_stalled)):
                 break
         if passed.too_many or len(passed.edges):
@@ -187,8 +187,9 @@ class _Runs:
     def _run_once(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
         left = None if self.timeout is None else max(1e-3, self.timeout - (working_time() - self.start))
         options = {}
-        if isinstance(solver, Spectral) and find_spec("numba") and not isinstance(scene := self.scene(solver.degree), str):
-            options["scene"] = scene
+        if isinstance(solver, Spectral) and find_spec("numba"):
+            scene = self.scene(solver.degree)
+            options = {} if isinstance(scene, str) else {"scene": scene}  # a text is the reason why there is no scene
         with catch_ctrl_c() as interrupted:  # solvers ask for Ctrl-C in their steps only, not while they build scene and record
             self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
@@ -207,9 +208,10 @@ class _Runs:
             return Closure(), "joints and drives alone decide the motion"
         if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
-        levels = KINDS[Spectral](self.mechanism, 1.0, Spectral())  # the degree is the same for any duration
-        _, coarsest = levels.settings(levels.first())
-        scene = self.scene(coarsest.degree)
+        any_duration = 1.0  # the degree is the same for all
+        levels = KINDS[Spectral](self.mechanism, any_duration, Spectral())
+        _, coarsest_solver = levels.settings(levels.first())
+        scene = self.scene(coarsest_solver.degree)
         if isinstance(scene, str):
             return Exudyn(), f"the compiled solver does not take this mechanism: {scene}"
         return Spectral(), "it knows all elements of this mechanism"
@@ -229,7 +231,7 @@ class _Runs:
             return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:
             status = answer.chaos if isinstance(demand, Asked) else Status.OK  # without an accuracy chaos is no fault
-            return replace(result, status=status, message=answer.errors.notes[0])
+            return replace(result, status=status, message=answer.errors.notes[0])  # that on the end of accuracy, see `refine`
         return result.suspect(shortfall) if shortfall else result
 
 
@@ -259,9 +261,10 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     """Make the result of a run: signals, energies, checks; `complete` adds the error estimate before the checks."""
     record = run.record
     status, message = run.failure or (Status.OK, "")
-    shapes, energies = shapes_at(record, times) if len(times) else {}, run.ledger if ledger else {}
-    values = (run.values, run.units, run.work, energies, shapes, _provenance(run))
-    result = Result(status, message, record.time, *values, film=Film(record), traits=run.traits)
+    result = Result(
+        status, message, record.time, signals=run.values, units=run.units, work=run.work, energy=run.ledger if ledger else {},
+        shapes=shapes_at(record, times) if len(times) else {}, provenance=_provenance(run), film=Film(record), traits=run.traits,
+    )  # fmt: skip
     if complete is not None:
         result = complete(result)
     result = replace(result, provenance=result.provenance | {NOT_APPLICABLE: explain_not_applicable(run, result)})

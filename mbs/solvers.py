@@ -16,8 +16,14 @@ COARSEST = 40
 """Least number of steps of the compiled solver's coarsest run in a refinement."""
 
 
+class Setting(Declared):
+    """Base of solvers and their steps: no part of a mechanism, so that its file cannot name them as kinds."""
+
+    in_files = False
+
+
 @declared
-class Controlled(Declared):
+class Controlled(Setting):
     """Steps that are adapted to the local error; 400 equal ones in a turn of the drive if constraints alone determine the motion.
 
     Examples
@@ -26,8 +32,6 @@ class Controlled(Declared):
     1e-07
     """
 
-    in_files = False
-
     tolerance: float | None = quantity(
         "1", above=0, default=None,
         doc="local position error allowed a step, relative to the mechanism's size: its longest link, or a tenth of the smallest "
@@ -35,7 +39,7 @@ class Controlled(Declared):
     )  # fmt: skip
     max_step: float | None = quantity("s", above=0, doc="largest step; a 200th of the duration by default", default=None)
     contact_resolution: int = whole(
-        1, 10_000, doc="least number of steps in half an oscillation of the guided mass on its stop", default=40
+        1, 10_000, doc="least number of steps in half an oscillation of a block on its stop or strut", default=40
     )
     max_steps: int = whole(1, 10**9, doc="a run that takes more ends as TOO_MANY_STEPS", default=1_000_000)
 
@@ -51,7 +55,7 @@ class Controlled(Declared):
 
 
 @declared
-class Equal(Declared):
+class Equal(Setting):
     """Steps of one size.
 
     Examples
@@ -59,8 +63,6 @@ class Equal(Declared):
     >>> Exudyn(Equal(1000)).steps.count
     1000
     """
-
-    in_files = False
 
     count: int = whole(1, 10**9, doc="steps of the run")
 
@@ -88,7 +90,7 @@ def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[floa
 
 
 @declared
-class Closure(Declared):
+class Closure(Setting):
     """Loop closure and inverse dynamics, for linkages whose motion is determined by joints and drives; nothing is integrated.
 
     Examples
@@ -96,8 +98,6 @@ class Closure(Declared):
     >>> Closure(Equal(500)).steps.count
     500
     """
-
-    in_files = False
 
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=Controlled,
@@ -108,7 +108,7 @@ class Closure(Declared):
 
 
 @declared
-class Exudyn(Declared):
+class Exudyn(Setting):
     """The solver Exudyn: generalized-alpha, or an explicit method if all joints of rigid links have clearance.
 
     Examples
@@ -116,8 +116,6 @@ class Exudyn(Declared):
     >>> Exudyn(spectral_radius=0.9).newton_absolute is None
     True
     """
-
-    in_files = False
 
     steps: Controlled | Equal = part(Controlled, Equal, doc="length of the steps", default_factory=Controlled)
     spectral_radius: float = field(
@@ -140,7 +138,7 @@ LEAST_STEPS = 50
 
 
 @declared
-class Spectral(Declared):
+class Spectral(Setting):
     """The compiled solver: spectral strips, joints as constraints; the defaults suit most mechanisms.
 
     Examples
@@ -148,8 +146,6 @@ class Spectral(Declared):
     >>> Spectral(degree=8).contact_tolerance
     0.01
     """
-
-    in_files = False
 
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
@@ -178,20 +174,14 @@ class Spectral(Declared):
         return self.steps.max_step or duration / LEAST_STEPS
 
 
-WITHOUT_CLEARANCE = 1e-5
-"""Default tolerance of Exudyn for scenes without clearance in joints."""
-WITH_CLEARANCE = 1e-3
-"""Default tolerance of Exudyn for scenes with clearance in joints."""
-DAMPED_CLEARANCE = 3e-5
-"""Default tolerance of Exudyn with stiffly damped clearance: impact forces decay within a microsecond, of which 1e-3 misses a
-quarter, this value 2 %."""
-
-
 def usual_tolerance(scene: Scene) -> float:
-    """Return the default tolerance of Exudyn for a scene."""
+    """Return the default tolerance of Exudyn for a scene, see `Controlled`.
+
+    Forces of impacts in stiffly damped clearance decay within a microsecond, of which 1e-3 misses a quarter and 3e-5 misses 2 %.
+    """
     if not scene.clearances:
-        return WITHOUT_CLEARANCE
-    return DAMPED_CLEARANCE if scene.is_stiffly_damped else WITH_CLEARANCE
+        return 1e-5
+    return 3e-5 if scene.is_stiffly_damped else 1e-3
 
 
 def position_error(scene: Scene, tolerance: float | None) -> float:

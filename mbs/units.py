@@ -70,16 +70,6 @@ COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()
 that neither a list, as in `0, 3, 5`, nor the arguments of a function match."""
 
 
-def _match_number(text: str) -> re.Match[str]:
-    """Match the number at the start of a text; raise a ValueError if there is none, or if it has a decimal comma."""
-    match = NUMBER.match(text)
-    if match is None:
-        raise ValueError("not a number")
-    if comma := COMMA.fullmatch(text):
-        raise ValueError(f"a number with a comma; write {comma[1]}.{comma[2]}, with a point")
-    return match
-
-
 def _symbol(name: str) -> Unit:
     """Return the unit of a symbol, with or without a decimal prefix; a known symbol first, so that `min` is no milli-inch."""
     if name in SYMBOLS:
@@ -125,10 +115,8 @@ def parse_quantity(text: str, unit: str) -> float:
 
     Parameters
     ----------
-    text : str
-        Such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`.
-    unit : str
-        Unit of the result; a ValueError is raised for a unit of another dimension.
+    text : str, such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`
+    unit : str, unit of the result; a ValueError is raised for a unit of another dimension
     """
     target = parse_unit(unit)
     value, source = _read(text, target)
@@ -139,7 +127,11 @@ def parse_quantity(text: str, unit: str) -> float:
 
 def _read(text: str, target: Unit) -> tuple[float, Unit | None]:
     """Read a number, in the target unit, and the unit behind it, if any; the digits are read with the final power of ten."""
-    match = _match_number(text)
+    match = NUMBER.match(text)
+    if match is None:
+        raise ValueError("not a number")
+    if comma := COMMA.fullmatch(text):
+        raise ValueError(f"a number with a comma; write {comma[1]}.{comma[2]}, with a point")
     digits, exponent, unit = match[1], int(match[2] or 0), text[match.end() :].strip()
     if not unit:
         return float(f"{digits}e{exponent}"), None
@@ -173,12 +165,12 @@ class Measured(float):
 
 
 def _fits(dimension: tuple[float, ...], unit: str) -> bool:
-    base, power, _ = unit.partition("^n")
+    base, any_power, _ = unit.partition("^n")
     try:
         expected = parse_unit(base).dimension
     except ValueError:
         return False
-    if power and "/" in base:  # N/m^n: the denominator may have any power
+    if any_power and "/" in base:  # N/m^n: the denominator may have any power
         numerator, denominator = (parse_unit(part).dimension for part in base.split("/"))
         pairs = zip(dimension, numerator, denominator, strict=True)
         return all(below or have == above for have, above, below in pairs)

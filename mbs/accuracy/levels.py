@@ -15,7 +15,7 @@ errors of places are limited, the root mean square of the terms is compared with
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, log, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -95,16 +95,13 @@ class Levels:
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
     """Degrees that one level has more than the one before."""
+    damping: ClassVar[Factor | None] = None
+    """Factor of the amplitude of a vibration in one step; None where levels differ in it or none is known."""
 
     @property
     def stricter(self) -> float:
         """Factor of the first tolerance: 1, or less in proportion if a smaller error than usual is allowed."""
         return min(1.0, self.place_error / PLACE_ERROR)
-
-    @property
-    def damping(self) -> Factor | None:
-        """Factor of the amplitude of a vibration in one step; None where levels differ in it or none is known."""
-        return None
 
     def first(self) -> Level:
         """Return the coarsest level."""
@@ -154,11 +151,7 @@ class SpectralLevels(Levels):
     """Levels of the compiled solver."""
 
     degrees = 2
-
-    @property
-    def damping(self) -> Factor:
-        """Factor of the amplitude of a vibration in one step."""
-        return radau
+    damping = staticmethod(radau)
 
     @property
     def clearance(self) -> float:

@@ -209,7 +209,10 @@ class _Refinement:
         """Make finer runs: return the answer of a chaotic motion, else the first pair that separates late enough."""
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
-            required = self.required_start(last.separation.start, last.fine.level)
+            start, refinements_left = last.separation.start, max(1.0, self.levels.refinements_to_go(last.fine.level))
+            required = (
+                start + (self.duration - start) / refinements_left
+            )  # separation [s] after which the others delay it to the end
             # no separation is found in the last windows of a run, which therefore goes so much beyond the required time
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
@@ -217,10 +220,6 @@ class _Refinement:
                 return last
             reported = last if last.coarse.end == self.duration else reported
         return self.answer_until(reported, Status.CHAOTIC)
-
-    def required_start(self, start: float, level: Level) -> float:
-        """Return the time [s] to which the next refinement must delay a separation, so that those left delay it to the end."""
-        return start + (self.duration - start) / max(1.0, self.levels.refinements_to_go(level))
 
     def is_out_of_reach(self, pair: _Pair) -> bool:
         """Return True if the refinements left delay the separation by too little, at the mean delay of those made so far."""

@@ -32,5 +32,5 @@ def check(name: str, why_not: FindReason = Check.why_not) -> Callable[[FindFault
 
 
 def without(subjects: Callable[[Run], Iterable[object]], reason: str) -> FindReason:
-    """Make a function that returns the reason if a run has none of the subjects of a check, else ''."""
+    """Make the function `why_not` of a check of some subjects: it returns the reason if `subjects(run)` is empty, else ''."""
     return lambda run, _result: reason if next(iter(subjects(run)), None) is None else ""

@@ -1,4 +1,9 @@
-"""Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations."""
+"""Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
+
+In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. Forces are in
+equilibrium there but for inertia: the multipliers of constraints balance them as far as they can, by least squares, and what is
+left is ignored.
+"""
 
 from typing import Any
 
@@ -24,7 +29,10 @@ class Growth:
         self.problem = Problem(self.scene)
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
-        """Compute the growth rate [1/s] of each strip's bending at sample k under mean normal forces [N]; zero if it decays."""
+        """Compute the growth rate [1/s] of each strip's bending at sample k; zero if it decays.
+
+        `forces` are the normal forces of the strips by name [N], tension positive, without their axial vibration.
+        """
         q = self._pose(k, forces)
         no_parameter = 1.0  # of a path of equilibria; here it changes no load and no constraint
         rest = self.problem.start(no_parameter)._replace(q=q)
@@ -44,10 +52,10 @@ class Growth:
             if link.body.meshed:
                 self._place_strip(q, name, body, k, forces.get(name, 0.0))
             else:
-                (place, *_), (turn, _) = motion.centre(), motion.turn(link.start)
-                q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn[k]]
-        for offset, name, point, is_rotor in self.scene.builder.separate_masses:
-            if not is_rotor:
+                (place, *_), (turn_since_start, _) = motion.centre(), motion.turn(link.start)
+                q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn_since_start[k]]
+        for offset, name, point, is_rotor in self.scene.builder.separate_masses:  # masses at points, with own coordinates
+            if not is_rotor:  # the angle of a rotor is only in a linear constraint
                 place, _ = self.record.links[name].point(point)
                 q[offset : offset + 2] = place[k]
         return q
@@ -88,5 +96,5 @@ class Growth:
             at_ends = normal @ mode[element.dofs[:2, :2]] - of_chord
             inner = normal @ mode[element.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
             deflection = max(deflection, float(np.abs(at_ends).max()), float(np.abs(inner).max(initial=0.0)))
-        motions = np.abs(mode / self.scene.units * self.scene.length)
+        motions = np.abs(mode / self.scene.units * self.scene.length)  # [m]; angles count at the arm of the longest link
         return deflection > BENDING_SHARE * float(motions.max())

@@ -1,6 +1,6 @@
 """Self-checks of linkages from recorded poses: residuals of constraints, and dead centres."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -27,13 +27,15 @@ def determinant(jacobian: Array) -> Array:
     return np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
 
 
-def _places(record: Record) -> Array:
-    """Return x, y of the start [m] and the angle [rad] of all links, shape (times, links, 3)."""
-    places = []
-    for link, (_, _, angle) in zip(record.mechanism.links, Scene.of(record.mechanism).linkage.reference, strict=True):
+def _places(record: Record, indices: Iterable[int]) -> Array:
+    """Return x, y of the start [m] and the angle [rad] of links, (times, links, 3); of links not in `indices` those at t = 0."""
+    places = np.repeat(Scene.of(record.mechanism).linkage.reference[None], len(record.time), axis=0)
+    for i in indices:
+        link = record.mechanism.links[i]
         motion = record.links[link.name]
-        places.append(np.column_stack([motion.point(link.start)[0], angle + motion.turn()[0]]))
-    return np.stack(places, axis=1)
+        places[:, i, :2] = motion.point(link.start)[0]
+        places[:, i, 2] += motion.turn()[0]
+    return places
 
 
 def _why_not_determined(run: Run, _result: Result) -> str:
@@ -48,8 +50,8 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. If rows are
     redundant, they may determine the motion even there: then a second solution next to the pose is searched.
     """
-    time, places = run.record.time, _places(run.record)
-    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))
+    time, places = run.record.time, _places(run.record, range(len(run.record.mechanism.links)))
+    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))  # no drive is evaluated beyond the run
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
@@ -74,18 +76,6 @@ def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]
     return rigid, [k for k in linkage.permanent_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
 
 
-def compute_gaps(linkage: Linkage, record: Record) -> tuple[list[str], Array]:
-    """Return for rows between rigid links the names of their elements, and their residuals [m or rad], (times, rows)."""
-    rigid, rows = _rigid_rows(linkage, record)
-    q = np.repeat(linkage.reference[None], len(record.time), axis=0)
-    for i in rigid:
-        link = linkage.mechanism.links[i]
-        q[:, i, :2] = record.links[link.name].point(link.start)[0]
-        q[:, i, 2] += record.links[link.name].turn()[0]
-    residuals, _ = linkage.system(q)
-    return [linkage.names[k] for k in rows], residuals[:, rows]
-
-
 def _why_no_rows(run: Run, _result: Result) -> str:
     _, rows = _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)
     return "" if rows else "no constraint between rigid links"
@@ -93,10 +83,12 @@ def _why_no_rows(run: Run, _result: Result) -> str:
 
 @check("CONSTRAINTS", _why_no_rows)
 def check_constraints(run: Run, _result: Result) -> Iterator[str]:
-    """Check that the residuals of all constraints are small."""
+    """Check that the residuals of constraints between rigid links are small."""
     linkage = Scene.of(run.record.mechanism).linkage
-    names, residuals = compute_gaps(linkage, run.record)
-    k, row = np.unravel_index(int(np.argmax(np.abs(residuals))), residuals.shape)
-    gap = float(np.abs(residuals[k, row]))
+    rigid, rows = _rigid_rows(linkage, run.record)
+    residuals, _ = linkage.system(_places(run.record, rigid))
+    gaps = np.abs(residuals[:, rows])  # [m or rad], (times, rows)
+    k, row = np.unravel_index(int(np.argmax(gaps)), gaps.shape)
+    gap = float(gaps[k, row])
     if gap > GAP * max(1.0, linkage.size):
-        yield f"'{names[row]}' is apart by {gap:.3g} m (or rad) at t = {run.record.time[k]:.4g} s"
+        yield f"'{linkage.names[rows[row]]}' is apart by {gap:.3g} m (or rad) at t = {run.record.time[k]:.4g} s"

@@ -34,8 +34,8 @@ def check_time(_run: Run, result: Result) -> Iterator[str]:
 @check("ENERGY")
 def check_balance(run: Run, result: Result) -> Iterator[str]:
     """Check that energies balance within the error of the run, and that no dissipated energy decreases."""
-    energy = result.energy or run.ledger
-    throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # unresolved: share of fast vibrations
+    energy = result.energy or run.ledger  # a result keeps the energies (`ledger`) only if asked for
+    throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # `unresolved` is a share of the throughput
     balance = float(np.abs(energy["error"]).max()) / throughput
     dissipated = {name: values for name, values in energy.items() if name.startswith("taken_")}
     decreases = {name: float((np.maximum.accumulate(values) - values).max()) / throughput for name, values in dissipated.items()}

@@ -30,8 +30,8 @@ AXIAL = 0.5
 POSES = 25
 """Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Least compression at a sample, over the smaller one of the poses before and after, at which their growth rates count. With less
-compression bending grows more slowly, so that the rate counts as zero and no strip is suspected wrongly. A convention."""
+"""Least compression at which growth rates of the nearest poses count, over the smaller compression of these poses. With less
+compression bending grows more slowly: the rate counts as zero, so that no strip is suspected wrongly. A convention."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked."""
 
