@@ -4,6 +4,8 @@ z is the deflection of the bristle [m], v the sliding speed [m/s]. The coefficie
 g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_str)^2), plus beta v. Stiffness s0 and damping s1 are per unit of normal force.
 """
 
+from typing import ClassVar
+
 import numpy as np
 
 from ..declare import Declared, declared, quantity
@@ -22,17 +24,15 @@ class _Bristle(Declared):
     bristle_damping: float = quantity("s/m", low=0, doc="s1: damps the vibration of a stuck body", default=0.0)
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
+    exponent: ClassVar[float] = 2.0  # of g(v)
+
     def limit(self, speed: Reals) -> Reals:
         """Return g(v) [1] at a speed [m/s], which limits the coefficient of a stuck body."""
-        return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)
+        return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, self.exponent)
 
     def stored(self, bristle: Reals) -> Reals:
         """Return the elastic energy s0 z^2 / 2 per unit of normal force [J/N]."""
         return 0.5 * self.bristle_stiffness * bristle**2
-
-    def steady(self, speed: Reals) -> Reals:
-        """Return the signed coefficient [1] of steady sliding at a speed [m/s]."""
-        return self.limit(speed) * np.sign(speed) + self.viscous * speed
 
 
 @declared
@@ -64,8 +64,8 @@ class LuGre(_Bristle):
 
     def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
         """Return the deflection [m] after a time [s] at constant speed [m/s]; exact, as the rate is linear in z."""
-        steady = self.limit(speed) / self.bristle_stiffness  # deflection in steady sliding [m]
-        return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
+        largest = self.limit(speed) / self.bristle_stiffness  # deflection in steady sliding [m]
+        return bristle - np.expm1(-abs(speed) * time / largest) * (largest * np.sign(speed) - bristle)
 
 
 @declared

@@ -36,7 +36,7 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     A method that does more than arithmetic raises NumbaError, AttributeError, TypeError or RecursionError.
     """
     function = inspect.unwrap(getattr(type(law), name))
-    used = [name for name in function.__code__.co_names if hasattr(law, name)]  # a global of the same name does no harm
+    used = [name for name in function.__code__.co_names if hasattr(law, name)]  # and globals named alike: members without a use
     members = {name: getattr(law, name) for name in used}
     values: list[Any] = [compile_method(law, name, jit) if callable(each) else float(each) for name, each in members.items()]
     law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
@@ -45,7 +45,7 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
 
 
 def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function by `outer` or `jit`, after `jit` has compiled the plain functions that it calls."""
+    """Compile a plain function by `outer`, by default `jit`, after `jit` has compiled the plain functions that it calls."""
     if not isinstance(function, types.FunctionType):
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
@@ -126,8 +126,9 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    has_own_hash = callable(thing) or isinstance(thing, types.ModuleType) or type(thing).__hash__ is not object.__hash__
-    if has_own_hash and not isinstance(thing, types.FunctionType):
+    is_function = isinstance(thing, types.FunctionType)
+    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
+    if not is_function and (has_equality or callable(thing) or isinstance(thing, types.ModuleType)):
         try:
             hash(thing)
         except TypeError:
@@ -135,8 +136,7 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return type(thing), thing
     if depth == DEEPEST or not hasattr(thing, "__dict__"):
         raise _UnknownError
-    head: object = thing.__code__ if isinstance(thing, types.FunctionType) else type(thing)
-    parts = _values_used(thing) if isinstance(thing, types.FunctionType) else thing.__dict__.items()
+    head, parts = (thing.__code__, _values_used(thing)) if is_function else (type(thing), thing.__dict__.items())
     return (head, *(_make_key(part, depth + 1) for part in parts))
 
 

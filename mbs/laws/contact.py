@@ -2,7 +2,8 @@
 
 A row of the table has the kind of a law, addresses and numbers. A law of this package is given by its kind and numbers, so that
 one compiled kernel serves all laws. A user's law is compiled separately, and its row has the address of the machine code. The
-kernel computes the forces of all joints with the same pair of laws; if a law does more than arithmetic, it is plain Python.
+kernel computes the forces of all joints with the same pair of laws. If one of the two laws does more than arithmetic, the kernel
+of the pair is plain Python.
 """
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -25,8 +26,8 @@ from .journal import add_forces
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
-RowForms = Mapping[type, tuple[int, tuple[str, ...]]]
-"""Kind of the row of a class of laws, and the attributes that are its numbers."""
+LawKinds = Mapping[type, tuple[int, tuple[str, ...]]]
+"""For each class of laws: the kind of its rows in the table, and the names of the attributes that are the numbers of a row."""
 
 
 class LawTable(Protocol):
@@ -35,10 +36,10 @@ class LawTable(Protocol):
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
     ) -> int:
-        """Add a row and return its number; if a row has the same key, return the number of that row."""
+        """Add a row, or find the one with this key; return its number. `about` names the law in the notes of a run."""
 
 
-NORMAL_KINDS: RowForms = {
+NORMAL_KINDS: LawKinds = {
     laws.HysteresisLaw: (NormalKind.POWER, ("stiffness", "exponent", "chi")),
     laws.Hertz: (NormalKind.POWER, ("stiffness", "exponent")),
     laws.KelvinVoigt: (NormalKind.VOIGT, ("stiffness", "damping")),
@@ -46,7 +47,7 @@ NORMAL_KINDS: RowForms = {
 }
 STRIBECK = ("static", "dynamic", "v_stribeck", "exponent")
 """Numbers of `table.stribeck`."""
-FRICTION_KINDS: RowForms = {
+FRICTION_KINDS: LawKinds = {
     laws.NoFriction: (FrictionKind.SMOOTH, ()),
     laws.Coulomb: (FrictionKind.COULOMB, ("dynamic", "v_reg", "viscous")),
     laws.AdamsFriction: (FrictionKind.ADAMS, ("static", "dynamic", "v_s", "v_d")),
@@ -55,25 +56,26 @@ FRICTION_KINDS: RowForms = {
     laws.Stribeck: (FrictionKind.STRIBECK, (*STRIBECK, "v_reg", "viscous")),
     laws.LuGre: (FrictionKind.LUGRE, (*STRIBECK, "bristle_stiffness", "bristle_damping", "viscous")),
 }
-"""Kind and numbers of the friction laws of this package; a law without an exponent has 2."""
 
 
-def _row_of(law: object, forms: RowForms) -> tuple[int, list[float]] | None:
-    """Return kind and numbers of a law of this package, or of a user's `HysteresisLaw` of another chi(e); None for other laws."""
-    if isinstance(law, laws.HysteresisLaw):
-        is_known = type(law).force is laws.HysteresisLaw.force
-    else:
-        is_known = type(law).__module__.startswith(laws.__name__)
-    form = next((forms[base] for base in type(law).__mro__ if base in forms), None)
-    if form is None or not is_known:
+def _find_row(law: object, kinds: LawKinds) -> tuple[int, list[float]] | None:
+    """Return kind and numbers of a law's row; None for a law that is compiled separately.
+
+    A user's law is, even if it is a subclass of a law of this package, as its force may differ. A user's `HysteresisLaw` that has
+    the force of the base class differs in the number chi only.
+    """
+    is_of_this_package = type(law).__module__.startswith(laws.__name__)
+    differs_in_chi_only = isinstance(law, laws.HysteresisLaw) and type(law).force is laws.HysteresisLaw.force
+    base = next((base for base in type(law).__mro__ if base in kinds), None)
+    if base is None or not (is_of_this_package or differs_in_chi_only):
         return None
-    kind, names = form
-    return kind, [getattr(law, name, 2.0) for name in names]  # 2.0: exponent of `LuGre`
+    kind, names = kinds[base]
+    return kind, [getattr(law, name) for name in names]
 
 
 def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
     """Add a normal law to the table, and return its row."""
-    row, key = _row_of(law, NORMAL_KINDS), ("normal", type(law), law)
+    row, key = _find_row(law, NORMAL_KINDS), ("normal", type(law), law)
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the normal law {type(law).__name__}"
@@ -82,7 +84,7 @@ def add_normal(builder: LawTable, law: laws.NormalLaw) -> int:
 
 def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> int:
     """Add a friction law to the table, and return its row."""
-    row, key = _row_of(law, FRICTION_KINDS), ("friction", type(law), law)
+    row, key = _find_row(law, FRICTION_KINDS), ("friction", type(law), law)
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the friction law {type(law).__name__}"
@@ -92,24 +94,24 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
     return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, arguments=1)], about)
 
 
-GEOMETRY = journal.GAP + 1
-"""Number of columns of geometry in a joint's row; kinds and addresses of its two laws follow, as the bits of floats."""
-FIRST_FLOAT = GEOMETRY + 2 * CODES
-"""First column of the floats of both laws."""
-COLUMNS = FIRST_FLOAT + 2 * NUMBERS
-"""Number of all columns of a joint's row."""
-WIDTH = len(journal.COLUMNS)
-"""Number of columns of the report of a joint, which `journal` defines."""
+FIRST_CODE = journal.GAP + 1
+"""First column of both laws in a joint's row of numbers, after the clearance: kinds and addresses, as the bits of floats."""
+FIRST_FLOAT = FIRST_CODE + 2 * CODES
+"""First column of the floats of both laws in a joint's row of numbers."""
+END = FIRST_FLOAT + 2 * NUMBERS
+"""Number of columns of a joint's row of numbers."""
+REPORT_COLUMNS = len(journal.COLUMNS)
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
-"""Rows of the two laws of a joint in its table."""
+"""Rows of the two laws of a joint in its table of laws."""
 
 
 @dataclass(frozen=True)
 class Kernel:
     """Functions that compute generalised forces, and the report (normal force, depth, ...) of joints with a pair of laws.
 
-    Both functions take time, coordinates, rates, memory, offsets, numbers and the array to fill, as in `journal`. `constants` are
-    the columns after the geometry in each joint's row of numbers; `owners` keep the machine code at their addresses alive.
+    Both take the time [s], coordinates q, rates v, `memory` (joints, 4) of the values `journal.MEMORY`, `offsets` (joints, 2) of
+    pin and bush in q, the joints' rows of `numbers`, and the array to fill. `constants` are the columns of a row of numbers from
+    `FIRST_CODE` on; `owners` keep the machine code at the addresses in them alive.
     """
 
     forces: Callable[..., None]
@@ -126,9 +128,9 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
         return compiled
     bristle_law = as_bristle_law(friction)
     report = journal.make_report(
-        lambda _numbers, *state: law.force(*state),
-        lambda _numbers, *state: bristle_law.coefficient(*state),
-        lambda _numbers, *state: bristle_law.after(*state),
+        normal=lambda _numbers, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
+        friction=lambda _numbers, speed, bristle: bristle_law.coefficient(speed, bristle),
+        bristle_after=lambda _numbers, bristle, speed, time: bristle_law.after(bristle, speed, time),
     )
     return Kernel(_with_report(_forces, report), report, compiled=False)
 
@@ -143,7 +145,7 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
         return None
     codes = np.array(table.codes, dtype=np.int64).view(float)  # the bits of integers, in a row of floats
     constants = np.concatenate([codes.ravel(), np.array(table.numbers).ravel()])
-    return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
+    return Kernel(*_compile_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
 
 
 class _PairTable:
@@ -167,12 +169,12 @@ class _PairTable:
 
 def _laws_of(numbers: Array) -> Laws:
     """Return the table of the two laws in a joint's row of numbers."""
-    codes, floats = numbers[GEOMETRY:FIRST_FLOAT].view(np.int64), numbers[FIRST_FLOAT:COLUMNS]
+    codes, floats = numbers[FIRST_CODE:FIRST_FLOAT].view(np.int64), numbers[FIRST_FLOAT:END]
     return Laws(codes.reshape(2, CODES), floats.reshape(2, NUMBERS))
 
 
-def _normal(numbers: Array, depth: float, rate: float, onset: float) -> float:
-    return normal_force(_laws_of(numbers), LawRow.NORMAL, depth, rate, onset)
+def _normal(numbers: Array, depth: float, rate: float, onset_speed: float) -> float:
+    return normal_force(_laws_of(numbers), LawRow.NORMAL, depth, rate, onset_speed)
 
 
 def _friction(numbers: Array, speed: float, bristle: float) -> float:
@@ -193,31 +195,34 @@ def _fill_report(t: float, q: Array, v: Array, memory: Array, offsets: Array, nu
 
 
 def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    rows = np.empty((offsets.shape[0], WIDTH))
+    rows = np.empty((offsets.shape[0], REPORT_COLUMNS))
     _report(t, q, v, memory, offsets, numbers, rows)
     add_forces(rows, q, v, offsets, numbers, out)
 
 
 def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy a function of this module, in which the global `_report` is a given report.
+    """Copy `_forces` or `_fill_report` with a given report in place of the global `_report`.
 
-    So the copy can call any report, as with a closure or an argument. But Numba caches on disk only functions that use globals.
+    A closure or an argument would do the same, but then Numba does not keep the machine code on disk.
     """
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 
 
 @cache
-def _functions() -> tuple[Any, Any]:
+def _compile_functions() -> tuple[Any, Any]:
     """Compile forces and report, or read them from disk."""
     import numba
     from numba import float64, int64, void
 
     jit = numba.njit(error_model="numpy")
-    report = compile_plain(journal.make_report(*(compile_plain(law, jit) for law in (_normal, _friction, _bristle))), jit)
-    stamp = stamp_of(*(Path(__file__).with_name(f"{name}.py") for name in ("contact", "journal", "table")))
+    compiled_laws = [compile_plain(law, jit) for law in (_normal, _friction, _bristle)]
+    report = compile_plain(journal.make_report(*compiled_laws), jit)
+    files = (Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py"))
+    on_disk = partial(compile_cached, stamp=stamp_of(*files))
+    forces = compile_plain(_with_report(_forces, report), jit, outer=on_disk)
+    fill_report = compile_plain(_with_report(_fill_report, report), jit, outer=on_disk)
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
-    compiled = []
-    for function, out in ((_forces, vector), (_fill_report, table)):
-        compiled.append(compile_plain(_with_report(function, report), jit, outer=partial(compile_cached, stamp=stamp)))
-        compiled[-1].compile(void(float64, vector, vector, table, offsets, table, out))
-    return compiled[0], compiled[1]
+    arguments = float64, vector, vector, table, offsets, table
+    forces.compile(void(*arguments, vector))
+    fill_report.compile(void(*arguments, table))
+    return forces, fill_report

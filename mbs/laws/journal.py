@@ -8,7 +8,7 @@ at which the surface of the pin slides over the surface of the bush at P.
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
 law computes the present one, for the time since and the mean of the sliding speeds at that step and now.
 
-Laws are functions of the numbers of a joint and of its state, so that `contact` compiles this module once for all laws.
+Laws are functions of the numbers of a joint and of its state, so that `laws.contact` compiles this module once for all laws.
 """
 
 from collections import namedtuple
@@ -70,12 +70,12 @@ def _states(offsets: Array, numbers: Array, q: Array, v: Array) -> tuple[EndStat
     return _state(offsets[0], numbers[:4], q, v), _state(offsets[1], numbers[4:8], q, v)
 
 
-def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: Pair) -> tuple[Reals, ...]:
+def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins: Pair) -> tuple[Reals, ...]:
     """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays.
 
-    `place` e [m] and `speed` [m/s] of the pin's centre are relative to the bush's centre; `spins` [rad/s] belong to pin and bush.
+    `place` e [m] and `velocity` [m/s] of the pin's centre are relative to the bush's centre. `spins` [rad/s]: of pin and bush.
     """
-    (ex, ey), (ux, uy) = place, speed
+    (ex, ey), (ux, uy) = place, velocity
     distance = np.sqrt(ex * ex + ey * ey)
     divisor = distance + TINY
     nx, ny = ex / divisor, ey / divisor
@@ -87,14 +87,14 @@ def locate_contact(radius: float, gap: float, place: Pair, speed: Pair, spins: P
 def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[..., None]:
     """Make the function that fills row j of an array with the `COLUMNS` of joint j, for joints with these laws.
 
-    The laws are normal(numbers, depth, rate, onset) [N], friction(numbers, sliding, bristle) [1] and
+    The laws are normal(numbers, depth, rate, onset speed) [N], friction(numbers, sliding, bristle) [1] and
     bristle_after(numbers, bristle, speed, time) [m], with a joint's row of numbers.
     """
 
-    def contact(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
+    def compute_columns(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
         """Compute the `COLUMNS` of one joint; `past` is its `MEMORY`."""
-        place, speed = (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy)
-        depth, rate, sliding, nx, ny = locate_contact(numbers[PIN], numbers[GAP], place, speed, (pin.spin, bush.spin))
+        place, velocity = (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy)
+        depth, rate, sliding, nx, ny = locate_contact(numbers[PIN], numbers[GAP], place, velocity, (pin.spin, bush.spin))
         if depth <= 0.0:
             return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
         force = normal(numbers, depth, rate, past[ONSET])
@@ -107,7 +107,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
         """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) belong to pin and bush."""
         for j in range(offsets.shape[0]):
             pin, bush = _states(offsets[j], numbers[j], q, v)
-            out[j] = contact(numbers[j], pin, bush, t, memory[j])
+            out[j] = compute_columns(numbers[j], pin, bush, t, memory[j])
 
     return report
 

@@ -16,7 +16,7 @@ from typing import ClassVar
 from ..declare import Declared, declared, quantity
 from ..validate import number, positive
 from .pieces import Reals, ramp, step
-from .rebound import damping_ratio, require, restitution_linear
+from .rebound import damping_ratio, require_given, restitution_linear
 
 
 class PowerLaw:
@@ -97,7 +97,7 @@ class KelvinVoigt(PowerLaw, Declared):
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
         """Return the restitution delivered [1] to an effective mass [kg], the same for every speed."""
-        mass = require("mass", mass, "kg", self)
+        mass = require_given("mass", mass, "kg", self)
         return restitution_linear(0.5 * self.damping / math.sqrt(self.stiffness * mass))
 
 
@@ -105,7 +105,8 @@ class KelvinVoigt(PowerLaw, Declared):
 class Impact(PowerLaw, Declared):
     """F = max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d'): the ADAMS function IMPACT.
 
-    The damping grows from zero with the depth, so the force starts at zero. Restitution depends on mass and speed.
+    The damping grows from zero with the depth, so the force starts at zero. The restitution depends on mass and speed and has
+    no closed form: ``buckler.mbs.laws.delivered`` integrates the impact.
 
     References
     ----------

@@ -97,11 +97,11 @@ def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = N
     closed_form = getattr(law, "delivered", None)
     if closed_form is not None:
         return float(closed_form(mass, speed))
-    return restitution_integrated(law, require("mass", mass, "kg", law), require("speed", speed, "m/s", law))
+    return restitution_integrated(law, require_given("mass", mass, "kg", law), require_given("speed", speed, "m/s", law))
 
 
-def require(name: str, value: float | None, unit: str, law: object) -> float:
-    """Return the positive ``value``; raise ValueError if it is missing."""
+def require_given(name: str, value: float | None, unit: str, law: object) -> float:
+    """Return a positive value on which a law's restitution depends; a ValueError names the law if the value is None."""
     if value is None:
         kind = type(law).__name__
         raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf) {unit}")

@@ -28,9 +28,9 @@ if has_compiler():
         def codegen(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
             """Emit the call of the function at the address, which takes a pointer to doubles."""
             kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType().as_pointer()])
-            if isinstance(arguments, types.Array):
+            if isinstance(arguments, types.Array):  # its numbers lie in memory
                 data = context.make_array(arguments)(context, builder, values[1]).data
-            else:
+            else:  # the numbers of a tuple are stored on the stack
                 data = cgutils.alloca_once(builder, ir.DoubleType(), size=len(arguments))
                 for i, (type_, value) in enumerate(zip(arguments, cgutils.unpack_tuple(builder, values[1]), strict=True)):
                     builder.store(context.cast(builder, value, type_, float64), cgutils.gep_inbounds(builder, data, i))
@@ -62,7 +62,7 @@ LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
 
 Tables of the spectral solver use them also for the functions of both components of a force, or of travel and speed of a drive."""
 CODES = len(LawColumn)
-"""Number of columns of integers of a law."""
+"""Number of columns of integers of a law: its kind and two addresses."""
 NUMBERS = 8
 """Number of columns of floats of a law; LuGre, the longest, has 7."""
 
@@ -89,16 +89,16 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
 
-def normal_force(tables: Laws, law: int, depth: float, rate: float, onset: float) -> float:
-    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its onset speed > 0 [m/s]."""
+def normal_force(tables: Laws, law: int, depth: float, rate: float, onset_speed: float) -> float:
+    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its speed > 0 at contact onset [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == NormalKind.POWER:  # p: stiffness, exponent, hysteresis factor
-        return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
+        return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset_speed)
     if kind == NormalKind.VOIGT:  # p: stiffness, damping
         return max(0.0, p[0] * depth + p[1] * rate)
     if kind == NormalKind.IMPACT:  # p: stiffness, exponent, damping, damping depth
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (depth, rate, onset))
+    return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (depth, rate, onset_speed))
 
 
 def stribeck(speed: float, p: Array) -> float:

@@ -97,8 +97,6 @@ def test_lugre_settles_at_the_stribeck_curve():
         settled = law.coefficient(speed, run.y[0, -1])
         expected = (0.1 + 0.2 * math.exp(-((speed / 0.05) ** 2))) * math.copysign(1.0, speed) + 0.2 * speed
         assert settled == pytest.approx(expected, rel=1e-6)
-        assert law.steady(speed) == pytest.approx(expected, rel=1e-14)
-    assert law.steady(0.0) == 0.0
 
 
 def test_lugre_bristles_stay_bounded_and_odd():
