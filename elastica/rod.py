@@ -20,9 +20,6 @@ import numpy as np
 from .collocation import Array, RodError, require
 from .strip import Load, Strip, StripEquilibrium
 
-APPROACH = Load(move=(-1.0, 0.0, 0.0))
-"""Displacement of the half's end towards mid-span; its load factor is the shortening of the half over its length."""
-
 
 class WrongBranchError(RodError):
     """Newton's method converged to the straight rod or to a higher buckling mode."""
@@ -72,11 +69,13 @@ class Rod:
         lowest = self.critical_load / self.axial
         require("shortening", shortening, lowest < shortening <= 1.5, f"above {lowest:.12g}, to 1.5 (end shortening/L)")
         guess, end_angle = self._guess(half, shortening)
-        found = half.equilibrium(APPROACH, shortening, guess)
+        towards_middle = Load(move=(-1.0, 0.0, 0.0))  # of the half's end; the load factor is the shortening
+        found = half.equilibrium(towards_middle, shortening, guess)
         end = -float(found.theta[-1])
         if np.any(found.theta[1:] >= 0.0) or end < 0.5 * end_angle:  # a higher mode changes sign, or has a smaller angle
             raise WrongBranchError(f"end angle {end:.3g} rad where about {end_angle:.3g} was expected; the rod is {self}")
-        return RodSolution(-4.0 * float(found.force[0, 0]), found)
+        axial_force = float(found.force[0, 0])  # in x at mid-span, normalised by the half's length
+        return RodSolution(-4.0 * axial_force, found)
 
     def _guess(self, half: Strip, shortening: float) -> tuple[Array, float]:
         """Return the half's unknowns and the end angle alpha [rad] at a shortening, by Galerkin's method with one mode.
@@ -88,14 +87,15 @@ class Rod:
 
         This is bending = linear p + quadratic p^2 below. A table of 200 angles is interpolated.
         """
-        integral, mode = half.grid.J[-1], np.sin(pi / 2 * half.grid.s)
+        weights = half.grid.J[-1]  # `weights @ f` is the integral of f over s from 0 to 1
+        mode = np.sin(pi / 2 * half.grid.s)
         angles = np.geomspace(1e-6, 3.0, 200)
         sin, cos = np.sin(np.outer(angles, mode)), np.cos(np.outer(angles, mode))
         bending = angles * pi**2
-        linear, quadratic = 2.0 * (sin * mode) @ integral, 2.0 * self.softness * (sin * cos * mode) @ integral
+        linear, quadratic = 2.0 * (sin * mode) @ weights, 2.0 * self.softness * (sin * cos * mode) @ weights
         discriminant = linear**2 + 4.0 * quadratic * bending
         known = np.logical_and.accumulate(discriminant >= 0.0)  # at larger angles no load balances the bending
         angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
-        shortened = 1.0 - cos[known] @ integral + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ integral)
+        shortened = 1.0 - cos[known] @ weights + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ weights)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
         return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)  # theta, then m0, nx, ny

@@ -207,8 +207,9 @@ class Strip:
     def defect(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Compute left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
         f, J = self.fields(load, factor, unknowns), self.grid.J
-        balance = unknowns[:-3] - self.grid.angle - f.phi - J @ f.m
-        place = (J[-1] @ f.dx, J[-1] @ f.dy, unknowns[-4])
+        theta = unknowns[:-3]
+        balance = theta - self.grid.angle - f.phi - J @ f.m
+        place = (J[-1] @ f.dx, J[-1] @ f.dy, theta[-1])
         force = (f.nx[-1], f.ny[-1], f.m[-1])
         applied = (*load.end, load.moment)
         ends = [
@@ -236,7 +237,8 @@ class Strip:
         matrix[:n] = -J @ moment
         matrix[:n, :n] += np.eye(n)
         matrix[:n, b] -= self.start == "pinned"
-        end_angle = np.eye(1, n + 4, n - 1)[0]
+        end_angle = np.zeros(n + 4)
+        end_angle[n - 1] = 1.0  # theta at s = 1 is the last of the n angles
         place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
         applied = (*load.end, load.moment)
         for k in range(3):

@@ -149,7 +149,7 @@ class Link(LinkBase):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield place, velocity and acceleration of the centre of mass, then the signals of the body."""
         if name in record.links:
-            yield from moving(name, *record.links[name].centre())
+            yield from make_motion_signals(name, *record.links[name].centre())
         yield from self.body.signals(self, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
@@ -161,7 +161,7 @@ class Link(LinkBase):
         yield from self.body.energies(self, record)
 
 
-def moving(name: str, *motion: Array) -> Iterator[Signal]:
+def make_motion_signals(name: str, *motion: Array) -> Iterator[Signal]:
     """Yield the signals of a motion: place, velocity [m/s] and perhaps acceleration [m/s^2], each (times, 2)."""
     letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
     for k, values in enumerate(motion):

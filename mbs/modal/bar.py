@@ -1,8 +1,7 @@
 """Free modes of a uniform bar in the plane by beam theory, for modal links with `BarModes`.
 
-The Ritz method (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
-exponentially. Arrays along the bar have a row for each Gauss point, then rows of weight 0 for start, end, centre and `STATIONS`
-points.
+The method is that of Ritz (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
+exponentially. The mass matrix is the unit matrix, as the polynomials are orthonormal and stiffnesses are over the mass.
 """
 
 from typing import Any
@@ -16,14 +15,14 @@ from ..geometry import Array
 from .planar import PlanarModel
 from .reduction import reduced
 
-STATIONS = 33
+LINE_POINTS = 33
 """Number of points along the bar at which its modes are stored for drawing."""
 
 
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Compute bending modes, then axial ones, of a bar with free ends; `degree` is that of the polynomials.
 
-    The default, 3 for each mode and 4 more but 24 to 40, leaves truncation errors below 1e-8 in the highest frequency.
+    The default is 3 for each mode and 4 more, 24 at least and 40 at most: the highest frequency is right to 1e-8.
     """
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
@@ -33,36 +32,40 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     m, frequency = bending + modes.axial, np.concatenate([bending_omega, axial_omega])
     along, across, turns = (np.zeros((len(bar.x), m)) for _ in range(3))
     across[:, :bending], turns[:, :bending], along[:, bending:] = deflection, turn, displacement
-    masses, inertias = bar.masses, bar.inertias * modes.shear  # Euler-Bernoulli sections have no rotary inertia
+    masses = bar.masses
+    inertias = bar.inertias if modes.shear else np.zeros_like(masses)  # Euler and Bernoulli neglect the sections' rotary inertia
     modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
     along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
-    products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm
-    sections = slice(-3 - STATIONS, -STATIONS)  # rows of start, end, centre
+    products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm; `PlanarModel` names the others below
     return PlanarModel(
-        length=length, mass=float(masses.sum()), inertia=float(masses @ bar.x**2 + bar.inertias.sum()),
+        length=length, mass=float(masses.sum()),
+        inertia=float(masses @ bar.x**2 + bar.inertias.sum()),  # of the rigid bar, in either theory
         centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
         frequency=frequency, damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
-        shapes=np.stack([along[sections], across[sections], turns[sections]], axis=1),
-        radial=(masses * bar.x) @ along,  # integrals of X . phi_i dm
-        # of phi_i . phi_j dm, then of phi_i x phi_j dm
+        shapes=np.stack([along[bar.stations], across[bar.stations], turns[bar.stations]], axis=1),
+        radial=(masses * bar.x) @ along,
         gram=along.T @ (masses[:, None] * along) + across.T @ (masses[:, None] * across) + turns.T @ (inertias[:, None] * turns),
         gyration=products - products.T,
-        line=np.column_stack([bar.x[-STATIONS:], np.zeros(STATIONS)]),
-        line_shapes=np.stack([along[-STATIONS:], across[-STATIONS:]], axis=1),
+        line=np.column_stack([bar.x[bar.line], np.zeros(LINE_POINTS)]),
+        line_shapes=np.stack([along[bar.line], across[bar.line]], axis=1),
     )  # fmt: skip
 
 
 class _Bar:
     """Legendre polynomials `p`, orthonormal over the length, and derivatives `dp`, `ddp`, each (points, degree + 1).
 
-    `x` has the places of the points from the bar's middle [m]; `weights` [m], `masses` [kg] and rotary `inertias` [kg m^2] are
-    their weights in integrals.
+    The points are those of Gauss quadrature, then three `stations` (start, end, middle) and those of the `line` for drawing. `x`
+    has their places from the bar's middle [m]. `weights` [m], `masses` [kg] and rotary `inertias` [kg m^2] are their weights in
+    integrals, 0 beyond the Gauss points.
     """
 
     def __init__(self, section: Any, length: float, degree: int):
         points, weights = legendre.leggauss(degree + 2)
-        xi = np.concatenate([points, [-1.0, 1.0, 0.0], np.linspace(-1.0, 1.0, STATIONS)])
-        weights = np.append(weights, np.zeros(3 + STATIONS)) * length / 2
+        xi = np.concatenate([points, [-1.0, 1.0, 0.0], np.linspace(-1.0, 1.0, LINE_POINTS)])
+        gauss = len(points)
+        self.stations, self.line = slice(gauss, gauss + 3), slice(gauss + 3, None)
+        self.end = gauss + 1
+        weights = np.append(weights, np.zeros(3 + LINE_POINTS)) * length / 2
         scale = np.sqrt((2 * np.arange(degree + 1) + 1) / length)
         self.p, self.dp, self.ddp = (
             legendre.legval(xi, legendre.legder(np.diag(scale), order)).T * (2 / length) ** order for order in range(3)
@@ -79,18 +82,22 @@ class _Bar:
         squares, vectors = eigh(stiffness, subset_by_index=(0, rigid + count - 1))
         return np.sqrt(squares[rigid:]), vectors[:, rigid:]
 
+    def _unit_end(self, *shapes: Array) -> tuple[Array, ...]:
+        """Scale modes so that the first shape is 1 at the bar's end."""
+        return tuple(shape / shapes[0][self.end] for shape in shapes)
+
     def axial(self, count: int) -> tuple[Array, Array]:
         """Compute frequencies and displacements of axial modes."""
         material = self.section.material
         omega, c = self._modes(material.modulus / material.density * self._gram(self.dp, self.dp), 1, count)
-        (displacement,) = _unit_end(self.p @ c)
+        (displacement,) = self._unit_end(self.p @ c)
         return omega, displacement
 
     def euler_bernoulli(self, count: int) -> tuple[Array, Array, Array]:
         """Compute frequencies, deflections and slopes of bending modes without shear."""
         rigidity = self.section.bending_stiffness / self.section.mass_per_length
         omega, c = self._modes(rigidity * self._gram(self.ddp, self.ddp), 2, count)
-        deflection, slope = _unit_end(self.p @ c, self.dp @ c)
+        deflection, slope = self._unit_end(self.p @ c, self.dp @ c)
         return omega, deflection, slope
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
@@ -104,14 +111,8 @@ class _Bar:
         stiffness = section.shear_stiffness * self._gram(shear, shear) + section.bending_stiffness * self._gram(bend, bend)
         omega, c = self._modes(stiffness, 2, count)
         n = self.p.shape[1]
-        deflection, rotation = _unit_end(self.p @ c[:n] / a, self.p @ c[n:] / b)
+        deflection, rotation = self._unit_end(self.p @ c[:n] / a, self.p @ c[n:] / b)
         return omega, deflection, rotation
-
-
-def _unit_end(*shapes: Array) -> tuple[Array, ...]:
-    """Scale modes so that the first shape is 1 at the bar's end."""
-    end = -STATIONS - 2  # row of the end
-    return tuple(shape / shapes[0][end] for shape in shapes)
 
 
 def planar_model(modal: Modal, length: float) -> PlanarModel:

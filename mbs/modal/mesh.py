@@ -181,7 +181,8 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
     places = element.doflocs.T  # of the nodes in the reference cell
     slopes = np.array([np.broadcast_to(element.lbasis(places, i)[1], places.shape) for i in range(len(element.doflocs))])
-    determinant = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))  # cells, nodes
+    # derivatives of place a by reference coordinate e in cell c at node p, summed over the shape functions k
+    determinant = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))
     least = ZERO * np.abs(determinant).max(axis=1)
     changes_sign = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least)
     is_inverted = changes_sign | (least == 0.0) | _find_overlaps(straight)

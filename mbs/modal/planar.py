@@ -6,14 +6,14 @@ Arrays `q` of coordinates (R_x, R_y, theta, q_1 ... q_m), `q_t` and `q_tt` of ra
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array, cross, rotate, rotate_left
 
-STATIONS = ("start", "end", "centre")
+STATIONS = ("start", "end", "middle")
 """Cross-sections at the two joints and half-way between them, in the order of `PlanarModel.shapes`."""
 
 
@@ -71,13 +71,13 @@ class PlanarModel:
 
     def place(self, station: str) -> Array:
         """Return the undeformed place of a station from the centre of mass in link axes [m], shape (2,)."""
-        return {"start": 0.0, "end": 1.0, "centre": 0.5}[station] * np.array([self.length, 0.0]) - self.centre
+        return {"start": 0.0, "end": 1.0, "middle": 0.5}[station] * np.array([self.length, 0.0]) - self.centre
 
     def kinetic(self, q: Array, q_t: Array) -> Array:
         """Compute the kinetic energy [J], shape (times,)."""
         theta_t = q_t[:, 2]
         gyration = np.einsum("ti,ij,tj->t", q[:, 3:], self.gyration, q_t[:, 3:])
-        rotary = theta_t * (self._spin_momentum(q, q_t) + gyration)
+        rotary = theta_t * (self._spin_momentum(q, q_t) + gyration)  # inertia theta_t^2 + 2 theta_t gyration
         return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + rotary + (q_t[:, 3:] ** 2).sum(axis=1))
 
     def strain(self, q: Array) -> Array:
@@ -140,9 +140,9 @@ class ModalHistory:
     model: PlanarModel
     q: Array
     q_t: Array
-    q_tt: Array | None = None
-    stations: Mapping[str, str] = field(default_factory=dict)
-    direction: float = 0.0
+    q_tt: Array
+    stations: Mapping[str, str]
+    direction: float
 
     @property
     def mass(self) -> float:
@@ -160,13 +160,12 @@ class ModalHistory:
         return motion.angle - self.direction, motion.spin
 
     def motion(self, point: str) -> FrameMotion:
-        """Return the motion of the section at a point, or at the 'centre' half-way between the joints."""
+        """Return the motion of the section at a point, or at the station 'middle'."""
         return self.model.motion(self.stations.get(point, point), self.q, self.q_t, self.q_tt)
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Return position, velocity and acceleration of the centre of mass, the origin of the frame, each (times, 2)."""
-        q_tt = np.zeros_like(self.q) if self.q_tt is None else self.q_tt
-        return self.q[:, :2], self.q_t[:, :2], q_tt[:, :2]
+        return self.q[:, :2], self.q_t[:, :2], self.q_tt[:, :2]
 
     def kinetic(self) -> Array:
         """Compute the kinetic energy [J], shape (times,)."""
@@ -181,9 +180,9 @@ class ModalHistory:
         return self.model.points(self.q)
 
     def deflection(self) -> Array:
-        """Compute the distance of the centre from the chord of the joints [m], positive to its left, shape (times,)."""
-        start, end, centre = self.model.shapes[:, 1]
-        return self.q[:, 3:] @ (centre - (start + end) / 2)
+        """Compute the distance of the middle from the chord of the joints [m], positive to its left, shape (times,)."""
+        start, end, middle = self.model.shapes[:, 1]
+        return self.q[:, 3:] @ (middle - (start + end) / 2)
 
     def foreshortening(self) -> Array:
         """Compute the shortening of the chord by bending [m], shape (times,): a second-order effect that the modes leave out."""

@@ -46,20 +46,15 @@ class ReducedModel:
         """Dominant motion of each mode, of `MOTIONS`."""
         return [MOTIONS[k] for k in np.argmax(self.participation, axis=1)]
 
-    @property
-    def moves_in_plane(self) -> Array:
-        """Mask of the modes in the plane, shape (m,); a planar mechanism cannot excite the others."""
-        return plane_part(self.participation)
-
     def table(self) -> list[tuple[int, float, str, float, bool]]:
         """Return a row for each mode: number, frequency [Hz], dominant motion, its share of energy, True if in the plane."""
         shares = self.participation.max(axis=1, initial=0.0)
-        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, self.moves_in_plane, strict=True)
+        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, plane_part(self.participation), strict=True)
         return [(int(n), float(f), kind, float(share), bool(planar)) for n, f, kind, share, planar in rows]
 
 
 def plane_part(shares: Array) -> Array:
-    """Return the mask of the modes with half or more of their energy, by `participation` shares, in the plane, (modes,)."""
+    """Return the mask (modes,) of the modes in the plane: the first two of `MOTIONS` have half or more of their energy."""
     return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
 
 
@@ -133,7 +128,7 @@ def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[A
             raise ValueError(f"fixed = {kind.fixed}: must lie in [0, {most}], as many as the mesh has")
         return craig_bampton(solid, interfaces, kind.fixed)
     most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)
-    # a first guess, doubled below if a third of the modes do not lie in the plane
+    # a first guess, doubled below until enough of the modes lie in the plane
     count = 3 * highest if kind.counting == "in-plane" else highest
     count += 2  # the last mode may be one of several of equal frequency
     while True:
@@ -159,7 +154,8 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
     chosen = counted[numbers[numbers > 0] - 1]
     if isinstance(modal.damping, AdamsDamping):
         return chosen, modal.ratios(omega[chosen])
-    return chosen, np.broadcast_to(modal.damping, numbers.shape)[numbers > 0].astype(float)
+    ratios = np.broadcast_to(modal.damping, numbers.shape)  # one for each of the user's numbers
+    return chosen, ratios[numbers > 0].astype(float)
 
 
 def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:
@@ -192,9 +188,12 @@ def _section_at(solid: Solid, place: Array) -> Array:
     raise ValueError("mesh: all nodes lie on one line: must be a solid")
 
 
-def _line(solid: Solid, modes: Array, ends: Array) -> tuple[Array, Array]:
-    """Compute places x [m] of points of the axis, (p,), and modes there, (modes, p, 2), by fits to slices; `ends` are given."""
-    stations, moves = [0.0], [ends[0, :, :2]]
+def _line(solid: Solid, modes: Array, at_stations: Array) -> tuple[Array, Array]:
+    """Compute places x [m] of points of the axis, (p,), and the displacements (x, y) there of k modes, (k, p, 2).
+
+    At the joints they are given: `at_stations` (3, k, 6) begins with start and end. Between them they are fits to slices.
+    """
+    stations, moves = [0.0], [at_stations[0, :, :2]]
     for nodes in slices(solid):
         weights = solid.weights[nodes]
         x = float(weights @ solid.nodes[nodes, 0] / weights.sum())
@@ -202,4 +201,4 @@ def _line(solid: Solid, modes: Array, ends: Array) -> tuple[Array, Array]:
             stations.append(x)
             displacement, _rotation = rigid_fit(solid, nodes, np.array([x, 0.0, 0.0]), modes)
             moves.append(displacement[:, :2])
-    return np.array([*stations, solid.length]), np.stack([*moves, ends[1, :, :2]], axis=1)
+    return np.array([*stations, solid.length]), np.stack([*moves, at_stations[1, :, :2]], axis=1)

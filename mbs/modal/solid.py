@@ -128,8 +128,7 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
     basis[inner, :static] = -factors.solve(stiffness[inner][:, boundary] @ motion)
     if fixed:
         _, basis[inner, static:] = _lowest(inside, mass[inner][:, inner].tocsc(), fixed, 0.0, factors)
-    scale = np.sqrt(np.einsum("ij,ij->j", basis, mass @ basis))
-    basis = basis / scale
+    basis = basis / np.sqrt(np.einsum("ij,ij->j", basis, mass @ basis))  # unit modal masses: columns differ in unit and size
     squares, mix = scipy.linalg.eigh(basis.T @ (stiffness @ basis), basis.T @ (mass @ basis))
     return _normalise(solid, np.sqrt(squares[solid.rigid :]), basis @ mix[:, solid.rigid :])
 
@@ -151,17 +150,17 @@ def rigid_fit(solid: Solid, nodes: Array, about: Array, shapes: Array) -> tuple[
     """Fit displacement of the point `about` and rotation, (modes, 3) each, to some nodes by least squares weighted by mass."""
     motion = rigid_motions(solid.nodes[nodes] - about)
     weights = np.repeat(np.sqrt(solid.weights[nodes]), 3)
-    size = np.array([1.0, 1, 1, *np.full(3, 1 / solid.length)])  # rotations times length, so that all columns have one unit
+    size = np.array([1.0, 1, 1, *np.full(3, 1 / solid.length)])  # the unknowns are displacements, and rotations times length
     field = shapes[:, nodes].reshape(len(shapes), 3 * len(nodes))
     fitted = size[:, None] * np.linalg.lstsq(weights[:, None] * motion * size, (weights * field).T, rcond=None)[0]
     return fitted[:3].T, fitted[3:].T
 
 
-def slices(solid: Solid, count: int = SLABS) -> list[Array]:
-    """Divide the nodes into slices of equal thickness along x; return the node numbers of each."""
+def slices(solid: Solid) -> list[Array]:
+    """Divide the nodes into `SLABS` slices of equal thickness along x; return the node numbers of each that has nodes."""
     x = solid.nodes[:, 0]
-    number = np.minimum(((x - x.min()) / np.ptp(x) * count + 1e-9).astype(int), count - 1)  # 1e-9: against rounding
-    return [nodes for nodes in (np.flatnonzero(number == k) for k in range(count)) if len(nodes)]
+    number = np.minimum(((x - x.min()) / np.ptp(x) * SLABS + 1e-9).astype(int), SLABS - 1)  # 1e-9: against rounding
+    return [nodes for nodes in (np.flatnonzero(number == k) for k in range(SLABS)) if len(nodes)]
 
 
 def _section_forms(solid: Solid, shapes: Array) -> Array:

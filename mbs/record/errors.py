@@ -94,7 +94,8 @@ class Deferred(Mapping[Key, float]):
 
     @cached_property
     def _all(self) -> Mapping[Key, float]:
-        found, self._compute = self._compute(), dict  # which releases the data of the computation
+        found = self._compute()
+        del self._compute  # with the data of the runs that it holds
         return found
 
     def __getitem__(self, key: Key) -> float:

@@ -147,8 +147,8 @@ def _compute_slope_differences(steps: Array, rate: Array) -> Array:
 
     The slope at a sample is that of the parabola through it and its two neighbours. Between secants of one sign it is at most
     three times the smaller secant; then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz, J. Approx.
-    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. No parabola crosses a kink or an end of the run. In a step with one
-    such end a parabola has the slope of the other end: the mean of f0' and f1' is the secant. Between two such ends f is linear.
+    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run this slope is not known. If it is known
+    at the other end of the step, f is a parabola there, for which (f0' + f1')/2 is the secant; else f is linear.
     """
     secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
     slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
@@ -156,11 +156,11 @@ def _compute_slope_differences(steps: Array, rate: Array) -> Array:
     slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
     is_kink = np.ones(len(steps) + 1, dtype=bool)  # of each sample; the first and the last one count as kinks
     is_kink[1:-1] = (after >= EVEN * before) | (before >= EVEN * after)
-    at_start, at_end = is_kink[:-1], is_kink[1:]
+    starts_at_kink, ends_at_kink = is_kink[:-1], is_kink[1:]  # of each step
     start, end = np.zeros_like(secant), np.zeros_like(secant)  # f0' and f1'
     start[..., 1:], end[..., :-1] = slope, slope
     difference = start - end
-    difference[..., at_start] = 2 * (secant - end)[..., at_start]
-    difference[..., at_end] = 2 * (start - secant)[..., at_end]
-    difference[..., at_start & at_end] = 0.0
+    difference[..., starts_at_kink] = 2 * (secant - end)[..., starts_at_kink]
+    difference[..., ends_at_kink] = 2 * (start - secant)[..., ends_at_kink]
+    difference[..., starts_at_kink & ends_at_kink] = 0.0
     return difference

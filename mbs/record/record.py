@@ -1,7 +1,7 @@
 """Record of a run: arrays over time from a solver, of motions of links and blocks, and channels of elements.
 
 Signals, energies, checks and files are computed from the record alone. In motions q, q_t and q_tt are coordinates, velocities
-and accelerations. The motion of a strip is in `strips`; a channel is a named array that only its element can interpret.
+and accelerations; those of strips are in `record.strips`. A channel is a named array that only its element can interpret.
 """
 
 from __future__ import annotations
@@ -124,9 +124,10 @@ class Record(Recorded):
     undetermined: Sequence[str] = ()
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work since t = 0 [J] of a power [W], each (times,); `sides` are the power just before and after samples.
+        """Return the work since t = 0 [J] of a power [W], each (times,).
 
-        They differ from the power at jumps alone; these differences are integrated by the trapezoidal rule.
+        Where the power jumps at a sample, `power` has one value there, and `sides` are the powers just before and just after each
+        sample. The differences between `sides` and `power` are integrated by the trapezoidal rule.
         """
         if sides is None:
             return self.rule(self.time, power)

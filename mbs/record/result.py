@@ -33,32 +33,23 @@ class Result:
     status : Status
     message : str
         Reason, if the status is not OK; for a chaotic motion also the time up to which it is one trajectory.
-    time : array, shape (samples,)
-        Times of the accepted steps [s], not equidistant: `mean` weights by time, `at` interpolates.
-    signals : dict of str to array, shape (samples,)
-        Values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`.
-    units : dict of str to str
-        Unit of each signal.
-    work : dict
-        Computational work: wall_s, steps, newton_iterations, jacobians, rejected.
-    energy : dict of str to array, shape (samples,)
+    time : array (samples,), times of the accepted steps [s], not equidistant: `mean` weights by time, `at` interpolates
+    signals : dict of str to array (samples,), values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`
+    units : dict of str to str, unit of each signal
+    work : dict, computational work: wall_s, steps, newton_iterations, jacobians, rejected
+    energy : dict of str to array (samples,)
         Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies and their balance.
-    shapes : dict of str to Shape
-        Shapes of flexible links at the requested times.
-    provenance : dict
-        Versions, numbers of elements, settings, solver and notes.
-    asked : float
-        The requested accuracy; nan without one.
+    shapes : dict of str to Shape, shapes of flexible links at the requested times
+    provenance : dict, versions, numbers of elements, settings, solver and notes
+    asked : float, the requested accuracy; nan without one
     error : Errors
         Relative error estimates, unknown after a single run: `error.motion` is the largest of all positions and angles over
         their ranges, `error["B.contact_force"]` that of a signal.
-    film : Film, optional
-        Motion from which `movie` is made.
+    film : Film, optional, motion from which `movie` is made
     verified : float
         Largest difference of positions and angles from those of the other solver, over their ranges; nan without `verify=True`,
         or if the other solver failed, with the reason in `provenance["notes"]`.
-    traits : dict of str to Trait
-        Kind, scale of the error, and name of the time derivative of each signal.
+    traits : dict of str to Trait, kind, scale of the error, and name of the time derivative of each signal
 
     Examples
     --------
@@ -107,17 +98,10 @@ class Result:
         return f"<Result {self.status}{f': {text}' if text else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
-        """Interpolate a signal at other times, by cubics between the samples; linearly if the signal has no trait.
+        """Interpolate a signal at other times [s], by cubics between the samples; linearly if the signal has no trait.
 
-        Raise an UnknownSignalError if there is no such signal.
-
-        Parameters
-        ----------
-        name : str
-        times : array_like
-            Times within the run [s].
-        outside : float, optional
-            Value at times outside the run, e.g. after a failure; by default such times raise a ValueError.
+        `outside` is the value at times outside the run, e.g. after a failure; without it such times raise a ValueError. An
+        UnknownSignalError says that there is no such signal.
         """
         values, times = self[name], np.asarray(times, dtype=float)
         first, last = self.time[[0, -1]]
@@ -157,8 +141,6 @@ class Result:
             return self
         return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
 
-    # --- pictures -----------------------------------------------------------------------------------------------------
-
     @property
     def movie(self) -> Any:
         """Motion at evenly spaced times, for drawing: a `buckler.mbs.view.movie.Movie`; ValueError if no run made the result."""
@@ -167,18 +149,9 @@ class Result:
         return self.film.movie()
 
     def plot(self, *names: str, axes: Axes | Sequence[Axes] | None = None) -> Any:
-        """Draw signals over time, one row for each unit; raise an UnknownSignalError, with similar names, for an unknown one.
+        """Draw signals over time in matplotlib's `axes`, one for each unit, of a new figure by default; return the axes.
 
-        Parameters
-        ----------
-        *names : str
-            Names of signals, at least one.
-        axes : matplotlib Axes or sequence of Axes, optional
-            Axes to draw in, one for each unit; a new figure by default.
-
-        Returns
-        -------
-        matplotlib Axes, or array of Axes for several units
+        At least one name is needed. An UnknownSignalError suggests similar names for an unknown one.
         """
         return import_late("view.plot:plot_signals")(self, names, axes)
 
@@ -187,16 +160,9 @@ class Result:
         return import_late("view.plot:plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
-        """Write the motion as an animated picture.
+        """Write the motion as an animated picture of a duration in seconds and a width [pixels].
 
-        Parameters
-        ----------
-        path : str or Path
-            File name that ends in `.gif`; any other is a ValueError.
-        seconds : float
-            Duration of the picture, s, positive.
-        width : float
-            Width of the picture [pixels].
+        A ValueError says that the file's name does not end in `.gif`.
         """
         seconds, width = positive("seconds", seconds, "s"), positive("width", width, "pixels")
         return import_late("view.plot:animate")(self.movie, path, seconds, width)
@@ -204,11 +170,7 @@ class Result:
     def write_html(self, path: str | Path, title: str = "") -> Path:
         """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
 
-        Parameters
-        ----------
-        path : str or Path
-        title : str
-            Heading; by default the name of the file, or of its folder if the file is `report.html`.
+        The title is by default the name of the file, or of its folder if the file is `report.html`.
         """
         return import_late("view.report:write_html")(self, path, title)
 
@@ -216,21 +178,12 @@ class Result:
         """Return the report, in a frame, for notebooks."""
         return import_late("view.report:notebook_frame")(self)
 
-    # --- files --------------------------------------------------------------------------------------------------------
-
     def write_paraview(self, path: str | Path, times: ArrayLike | None = None) -> Path:
         """Write the links for ParaView: a mesh and its displacements over time, in XDMF.
 
         Point data are `displacement` [m], `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips, and the number of
-        the `link`.
-
-        Parameters
-        ----------
-        path : str or Path
-            File name that ends in `.xdmf`; any other is a ValueError.
-        times : array of float, optional
-            Times within the run [s]; by default the evenly spaced times of the movie. The first of them gives the mesh.
-            Times for a result that was pickled raise a ValueError.
+        the `link`. The name of the file ends in `.xdmf`; any other is a ValueError. `times` [s] are by default those of the
+        movie, which are all that a pickled result has: it raises a ValueError for given times. The first time gives the mesh.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..elements.link import moving
+from ..elements.link import make_motion_signals
 from ..elements.signal import Kind, Signal, Trait
 from ..geometry import Array
 from ..laws import BristleLaw
@@ -36,7 +36,7 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
 
     found: dict[str, Signal] = {}
     for point in filter(is_asked, record.mechanism.points):
-        found |= {signal.name: signal for signal in moving(point, *record.point(point))}
+        found |= {signal.name: signal for signal in make_motion_signals(point, *record.point(point))}
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
             redundant = name in record.undetermined
@@ -69,8 +69,6 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
     return found
 
 
-VIBRATING = (Kind.REACTION, Kind.INTERNAL)
-"""Kinds of the signals that have a running mean."""
 STEPS_PER_PERIOD = 4
 """Least number of steps in a period of axial vibration with which a run resolves it."""
 
@@ -81,7 +79,8 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
     if not period > 0 or len(time) < 3:
         return
     for name, signal in signals.items():
-        if signal.kind in VIBRATING and signal.unit in ("N", "N m"):
+        is_load = signal.unit in ("N", "N m")  # a force or moment, not a stress or strain
+        if is_load and signal.kind in (Kind.REACTION, Kind.INTERNAL):
             values = running_mean(time, running_mean(time, signal.values, period), period)
             group = f"{signal.group}.mean" if signal.group else ""
             yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period, source=name)
@@ -159,7 +158,7 @@ def ledger(record: Record) -> dict[str, Array]:
 def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
     """Return the throughput [J] of a run, and the share of it by which unresolved stiff vibrations may disturb the balance.
 
-    The share is twice the energy of these vibrations over the throughput.
+    The share is twice the potential energy that these vibrations can store, over the throughput; the 2 is a margin.
     """
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
@@ -169,7 +168,10 @@ def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Map
 
 
 def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest axial strain energy [J] of strips whose strain is negligible or whose vibration is not resolved."""
+    """Return the axial strain energy [J] at the largest force of each strip, summed over strips that may vibrate unseen.
+
+    Those are all strips if the steps do not resolve the axial vibration, else those whose strain stays below `STRETCH`.
+    """
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:

@@ -165,7 +165,7 @@ def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | Non
 def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the motion of a rigid or modal link at its centre of mass or, for LINK.middle, half-way between its joints.
 
-    In the axes of a modal link its modes do not move the centre of mass. The station half-way is called "centre".
+    In the axes of a modal link its modes do not move the centre of mass. The station half-way is called "middle".
     """
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
@@ -176,7 +176,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     if station:
         arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
         if body.model is not None:
-            shape = body.model.shapes[STATIONS.index("centre")].T.copy()
+            shape = body.model.shapes[STATIONS.index("middle")].T.copy()
     elif body.model is None:
         arm = np.array(scene.mechanism.link(name).body.mass_properties(length)[2])
     else:

@@ -124,7 +124,7 @@ def test_places_of_a_modal_link_are_those_of_its_motion():
     out, failure, _ = integrate(scene, 0.02, mbs.Spectral())
     values, link = channels.values(scene, out), record_of(scene, out).links["rocker"]
     assert failure is None and len(channels.columns) == 6
-    motion = link.motion("centre")
+    motion = link.motion("middle")
     exact = [*link.centre(), motion.position, motion.velocity, motion.acceleration]
     for k, (found, axis) in enumerate(zip(exact, (0, 1, 0, 0, 1, 0), strict=True)):
         assert values[:, k] == pytest.approx(found[:, axis], abs=1e-8 * np.abs(found[:, axis]).max())
