@@ -6,7 +6,6 @@ joint with clearance is built, so that nothing else loads the compiler.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import exudyn.itemInterface as eii
@@ -30,8 +29,6 @@ PATIENCE = 1_000_000
 """Number of calls without progress in time after which the run is ended; they take some 10 s.
 
 The engine's explicit integrator can reject one step for ever. Meanwhile it calls nothing but the forces."""
-PYTHON_PATIENCE = PATIENCE // 10
-"""`PATIENCE` for laws in plain Python, whose calls are slower."""
 
 
 class ClearanceGroup:
@@ -129,7 +126,7 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
     return End(offset=first_coordinate, place=(float(px), float(py)), arm=(x - float(px), y - float(py)))
 
 
-def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Sequence[float]) -> tuple[Array, Array]:
+def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Array) -> tuple[Array, Array]:
     """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, n), with the constants of the laws last."""
     offsets = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
@@ -141,7 +138,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Sequ
 
 def user_function(group: ClearanceGroup, out: Array) -> Callback:
     """Make the engine's function of time, coordinates and rates of a group; `out` is the array for generalised forces."""
-    most_calls = PATIENCE if group.kernel.compiled else PYTHON_PATIENCE
+    most_calls = PATIENCE if group.kernel.compiled else PATIENCE // 10  # calls of laws in plain Python are slower
     latest, calls = 0.0, 0  # latest time of all calls [s], and number of calls that brought no later time
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:

@@ -70,7 +70,8 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
     """
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
-            scene.constrain(name, scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point))
+            markers = [scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point)]  # of block and link
+            scene.constraints[name] = int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))
             scene.add_reader(name, "reaction", partial(_compute_reaction, scene, name, guide))
         elif guide.mass == 0:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")

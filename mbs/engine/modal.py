@@ -68,7 +68,9 @@ class PlacedModal(EngineBody):
 
     def contact_node(self, point: str) -> tuple[int, Array]:
         """Return a node without mass that moves with the end's cross-section."""
-        return add_anchor(self, point), self.places[point]
+        if point not in self.anchors:
+            self.anchors[point] = _add_anchor(self, point)
+        return self.anchors[point], self.places[point]
 
 
 def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
@@ -95,14 +97,12 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     )  # fmt: skip
 
 
-def add_anchor(placed: PlacedModal, point: str) -> int:
+def _add_anchor(placed: PlacedModal, point: str) -> int:
     """Add a node (x, y, theta) without mass that moves with an end's cross-section, for joints that act on nodes.
 
     A pin constrains the node's position. A linear constraint sets the node's angle to that of the frame + sum psi_k q_k, where
     psi_k is the rotation of the section in mode k.
     """
-    if point in placed.anchors:
-        return placed.anchors[point]
     system = placed.system
     rates = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]  # at t = 0 the modes are at rest
     start = placed.model.motion(placed.stations[point], placed.reference, rates)
@@ -117,7 +117,6 @@ def add_anchor(placed: PlacedModal, point: str) -> int:
     system.AddObject(eii.ObjectConnectorCoordinateVector(
         markerNumbers=[body, anchor], scalingMarker0=np.array([section_angle]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
     ))  # fmt: skip
-    placed.anchors[point] = int(node)
     return int(node)
 
 

@@ -64,7 +64,7 @@ class Recorder:
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
         self.raised: BaseException | None = None
-        self.interrupted: Callable[[], bool] = bool  # returns False; `run_engine` replaces it by the state of Ctrl-C
+        self.interrupted: Callable[[], bool] = lambda: False  # `run_engine` replaces it by the state of Ctrl-C
         self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:

@@ -106,10 +106,6 @@ class EngineScene:
         q = self.system.systemData.GetODE2Coordinates()[None]
         return self.placed[body].motion(EngineStates(q=q, q_t=q, q_tt=q))
 
-    def constrain(self, name: str, first: int, second: int) -> None:
-        """Pin two position markers to each other."""
-        self.constraints[name] = int(self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[first, second])))
-
     def add_reader(self, element: str, channel: str, reader: Reader) -> None:
         """Add the function that computes an element's channel after the run."""
         self.readers.append((element, channel, reader))

@@ -19,11 +19,13 @@ from .scene import SPARSE_FROM, EngineScene
 from .stepping import StepControl
 
 EXPLICIT_TOLERANCE = 10.0
-"""Tolerance of the explicit integrator over the position error of the implicit one, whose order is 2 instead of 5."""
+"""Tolerance of the explicit integrator, over the position error that is allowed in a step of the implicit one.
+
+Ten times more gives a rattling four-bar linkage 25 % fewer steps and ten times the error, still far below the implicit one's."""
 UNLIMITED = 1e100
 """Tolerance of the explicit integrator with equal steps, so that it rejects none."""
 SMALLEST_STEP = 1e-15
-"""Smallest step of the explicit integrator [s]: so small that no run reaches it, as the engine then repeats a step for ever."""
+"""Smallest step of the explicit integrator [s]. The engine would repeat a step of this size for ever: it must be out of reach."""
 NEWTON = 1e-10
 """Tolerance of Newton's residual, relative to the residual at the start of a step."""
 UNFINISHED = 1e-9

@@ -46,7 +46,9 @@ class StepControl(Recorder):
         steps = cast(Controlled, solver.steps)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
-        self.scales = _collect_error_scales(scene)
+        self.scales = np.zeros(self.data.ODE2Size())  # displacement [m] by a unit of each coordinate
+        for placed in scene.placed.values():
+            self.scales[placed.columns()] = placed.error_scales()
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
         stops = [_StopSteps(contact, steps) for contact in self.stops]
@@ -94,7 +96,10 @@ class StepControl(Recorder):
         step = min(self.max_step, h * _compute_factor(self.error))
         for control in self.controls:
             step = min(step, control.step_limit(q, q_t, step))
-        time_to_kink = self._time_to_kink()
+        now = self.record.time[-1]
+        if now >= self.kinks[0] - MIN_STEP:
+            self.kinks.pop(0)
+        time_to_kink = self.kinks[0] - now
         ends_at_kink = time_to_kink < STRETCH * step
         if ends_at_kink:
             step = time_to_kink
@@ -102,13 +107,6 @@ class StepControl(Recorder):
         if ends_at_kink or not is_about_equal:
             self.engine.it.currentStepSize = max(MIN_STEP, step)
             self.engine.conv.jacobianUpdateRequested = True
-
-    def _time_to_kink(self) -> float:
-        """Return the time to the next kink of a drive or load [s], and forget a kink that was reached."""
-        now = self.record.time[-1]
-        if now >= self.kinks[0] - MIN_STEP:
-            self.kinks.pop(0)
-        return self.kinks[0] - now
 
 
 class _StopSteps:
@@ -193,11 +191,3 @@ def _limit_approach(gap: float, speed: float, shortest: float, step: float) -> f
 def _compute_factor(error: float) -> float:
     """Return the factor of the next step for a local error of third order: 0.8 error^(-1/3), from 0.2 to 2."""
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
-
-
-def _collect_error_scales(scene: EngineScene) -> Array:
-    """Return the displacement [m] by a unit of each coordinate: 1 for positions, half the length for angles of rigid links."""
-    scales = np.zeros(scene.system.systemData.ODE2Size())
-    for placed in scene.placed.values():
-        scales[placed.columns()] = placed.error_scales()
-    return scales

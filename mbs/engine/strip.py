@@ -6,7 +6,7 @@ Nodal coordinates are (x, y, theta) for beams, (x, y, dx/ds, dy/ds) for cables, 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import cast
+from typing import Any, cast
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -191,53 +191,43 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         # the velocity of bending, (nodes, 3); it is a function of the place along the chord, so that this must not decrease
         chordwise = np.maximum.accumulate(x)
         speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
-    add_elements = _add_beam if body.has_angles else _add_cable
-    nodes, objects, reference = add_elements(system, body, places, directions, speeds, grid.pieces)
+    if body.has_angles:
+        node_type, reference, rates = eii.NodeRigidBody2D, np.column_stack([places, directions]), speeds
+    else:
+        tangents = np.column_stack([np.cos(directions), np.sin(directions)])
+        slope_rates = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+        node_type = eii.NodePoint2DSlope1
+        reference, rates = np.column_stack([places, tangents]), np.column_stack([speeds[:, :2], slope_rates])
+    nodes = [
+        system.AddNode(node_type(referenceCoordinates=[*row], initialVelocities=[*v]))
+        for row, v in zip(reference, rates, strict=True)
+    ]
+    make_element = _make_beam if body.has_angles else _make_cable
+    objects = []
+    for e, length in enumerate(grid.pieces):
+        part = slice(e * body.step, (e + 1) * body.step + 1)  # nodes of the element
+        objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
-    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, grid.pieces, grid.at)
+    return PlacedStrip(
+        system, link.name, body, tuple(nodes), tuple(objects), reference, ends, pieces=grid.pieces, at=grid.at
+    )  # fmt: skip
 
 
-def _add_beam(
-    system: System, body: Flexible, places: Array, directions: Array, speeds: Array, pieces: Array
-) -> tuple[list[int], list[int], Array]:
-    section = body.section
-    reference = np.column_stack([places, directions])
-    nodes = [
-        system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v]))
-        for row, v in zip(reference, speeds, strict=True)
-    ]
-    objects = []
-    for e, length in enumerate(pieces):
-        ends = slice(e * body.step, (e + 1) * body.step + 1)
-        curvature = (directions[ends][-1] - directions[ends][0]) / length
-        item = eii.ObjectBeamGeometricallyExact2D(
-            nodeNumbers=nodes[ends], length=length, massPerLength=section.mass_per_length,
-            crossSectionInertia=section.inertia_per_length, shearStiffness=section.shear_stiffness,
-            referenceCurvature=curvature, **_stiffness(section),  # a bowed reference alone is not stress-free
-        )  # fmt: skip
-        objects.append(system.AddObject(item))
-    return nodes, objects, reference
+def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:
+    return eii.ObjectBeamGeometricallyExact2D(
+        nodeNumbers=nodes, length=length, massPerLength=section.mass_per_length,
+        crossSectionInertia=section.inertia_per_length, shearStiffness=section.shear_stiffness,
+        # a bowed reference alone is not stress-free
+        referenceCurvature=(directions[-1] - directions[0]) / length, **_stiffness(section),
+    )  # fmt: skip
 
 
-def _add_cable(
-    system: System, body: Flexible, places: Array, directions: Array, speeds: Array, pieces: Array
-) -> tuple[list[int], list[int], Array]:
-    tangents = np.column_stack([np.cos(directions), np.sin(directions)])
-    reference = np.column_stack([places, tangents])
-    slope_rates = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
-    nodes = [
-        system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*row], initialVelocities=[*v, *w]))
-        for row, v, w in zip(reference, speeds[:, :2], slope_rates, strict=True)
-    ]
-    objects = []
-    for e, length in enumerate(pieces):
-        item = eii.ObjectANCFCable2D(
-            nodeNumbers=nodes[e : e + 2], length=length, massPerLength=body.section.mass_per_length,
-            strainIsRelativeToReference=1.0, **_stiffness(body.section),
-            useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
-        )  # fmt: skip
-        objects.append(system.AddObject(item))
-    return nodes, objects, reference
+def _make_cable(section: Section | Profile, nodes: list[int], _directions: Array, length: float) -> Any:
+    return eii.ObjectANCFCable2D(
+        nodeNumbers=nodes, length=length, massPerLength=section.mass_per_length,
+        strainIsRelativeToReference=1.0, **_stiffness(section),
+        useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
+    )  # fmt: skip
 
 
 def _stiffness(section: Section | Profile) -> dict[str, float]:
