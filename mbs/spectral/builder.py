@@ -27,6 +27,8 @@ from .tables import STATE, Elastic, ForceKind, MarkerKind, MeasureKind, MotionKi
 
 Pair = tuple[float, float]
 """Coordinates (x, y) [m], or components of a direction."""
+ORIGIN: Pair = (0.0, 0.0)
+"""Position of the origin [m]."""
 
 
 class BuiltBody(Protocol):
@@ -63,24 +65,21 @@ class ConstraintRow:
 
 @dataclass
 class ForceRow:
-    """Force between markers; the fields are the columns `Forces`, and the meaning of its numbers depends on the kind."""
+    """Force between markers, with the columns `Forces` as fields; an index that is absent is -1."""
 
     name: str
-    kind: int
-    a: int
-    b: int
+    kind: int  # of `ForceKind`
+    a: int  # measure, or marker a
+    b: int  # marker b, or the contact whose friction it is
     law: int
-    friction: int
-    row: int
-    numbers: Sequence[float]
+    friction: int  # friction law
+    row: int  # constraint whose reaction is the normal force of its friction
+    numbers: Sequence[float]  # in the order in which `lawtable` and `forces` read them for its kind
 
 
 @dataclass
 class Builder:
-    """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`.
-
-    Where an index is absent it is -1.
-    """
+    """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`."""
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
@@ -104,7 +103,7 @@ class Builder:
     law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
     data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
     separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first dof, link, point, is a rotor
-    state_rates: dict[int, float] = field(default_factory=dict)  # states of laws at t = 0, by dof: rates of coordinates
+    state_rates: dict[int, float] = field(default_factory=dict)  # by dof: value at t = 0 of the law's state that is its rate
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     units: dict[int, float] = field(default_factory=dict)  # by dof, where it is not the mechanism's length
     elastic: list[tuple[int, ...]] = field(default_factory=list)  # `Elastic`
@@ -118,8 +117,8 @@ class Builder:
         self.q += [float(x) for x in values]
         return first
 
-    def mark_angles(self, *dofs: int) -> None:
-        """Mark coordinates as angles, whose unit is 1 rad; that of others is the mechanism's length."""
+    def set_angle_units(self, *dofs: int) -> None:
+        """Set the unit of coordinates that are angles, 1 rad; that of others is the mechanism's length."""
         self.units |= dict.fromkeys(dofs, 1.0)
 
     def add_mass(self, dofs: Sequence[int], block: Array) -> None:
@@ -137,8 +136,8 @@ class Builder:
             self.data += np.ravel(value).astype(float).tolist()
         return first
 
-    def mark_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
-        """Mark coordinates as deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
+    def group_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
+        """Group coordinates that are deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
 
         The integrator compares errors of deformations with the largest one of the body so far, which is their common unit. Of a
         vector only the component across the chord is a deformation; that along the chord keeps the mechanism's length as its
@@ -161,9 +160,9 @@ class Builder:
         if key in self._marker_rows:
             return self._marker_rows[key]
         index, first, data = len(self.markers), len(self.dofs), self.add_numbers(numbers)
-        twin = -1  # first marker of the same frame, whose sine and cosine this one copies
-        if kind == MarkerKind.FRAME and self._frames.setdefault(offset, index) < index:
-            twin = self._frames[offset]
+        twin = self._frames.get(offset, -1) if kind == MarkerKind.FRAME else -1
+        if kind == MarkerKind.FRAME:
+            self._frames.setdefault(offset, index)
         self.dofs += [int(p) for p in dofs]
         self.markers.append((kind, offset, size, first, len(dofs), data, twin))
         self._marker_rows[key] = index
@@ -181,8 +180,13 @@ class Builder:
         return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])  # x, y and an angle of 0
 
     def marker(self, link: str, point: str) -> int:
-        """Return the marker of a point of a link, or of its position on the ground."""
-        return self.add_ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
+        """Return the marker of a point of a link, or of its position on the ground; '' is the link's start, or the origin.
+
+        The ground and a link with a frame have a marker at any point of the mechanism, a strip only at points of its own.
+        """
+        if link == GROUND:
+            return self.add_ground(self.mechanism.points[point] if point else ORIGIN)
+        return self.bodies[link].marker(self, point or self.mechanism.link(link).start)
 
     def angle_of(self, marker: int) -> float:
         """Compute the angle of a marker at t = 0 [rad]."""
@@ -214,18 +218,13 @@ class Builder:
         kind, _, size, first, _, data, _ = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
-        used = [
-            i for i in range(size) if abs(self.data[data + i]) > 1e-15
-        ]  # members of the basis that are not zero, up to rounding
+        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # basis functions that are not zero, up to rounding
         x, y = ([self.dofs[first + component * size + i] for i in used] for component in (0, 1))
-        value = [self.data[data + i] for i in used]
-        return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
+        value, zeros = [self.data[data + i] for i in used], [0.0] * len(used)
+        return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
-        """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a drive's motion.
-
-        The value None is the sum at t = 0. Returns the index of the constraint.
-        """
+        """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a motion; return its index."""
         for factor, measure in terms:
             self.measure_numbers[measure] = (*self.measure_numbers[measure][:2], factor)
         self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
@@ -240,9 +239,9 @@ class Builder:
     def add_law(
         self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
-        """Add a law, or find the one with this key; return its index. `about` names its functions in notes.
+        """Add a law, or find the one with this key, unless it is None; return its index. `about` names its functions in notes.
 
-        A law without a key, None, is always a new one.
+        The `kind` tells the laws of contact and friction apart (`laws.table`); for other forces it is not used.
         """
         if key is not None and key in self._law_rows:
             return self._law_rows[key]
@@ -283,7 +282,8 @@ class Builder:
         dofs, group = range(first, first + len(initial)), self._number_group()
         self.add_mass(dofs, np.eye(len(initial)))
         for i, state in zip(dofs, initial, strict=True):
-            self.state_rates[i], self.units[i] = state, max(1.0, abs(state))
+            self.state_rates[i] = state
+            self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
             self.elastic.append((i, STATE, group, -1, -1, -1, -1))
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
         numbers = (column, load.law.size, len(initial), offset)
@@ -294,8 +294,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        has_line_of_action = len(numbers) > 3  # see `forces._add_push`
-        if kind == ForceKind.POINT_FORCE and not has_line_of_action:  # it has no moment, so the angle of its marker is not needed
-            a = self._without_angle(a)
+        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # x, y, angle, and no line of action (`forces._add_push`):
+            a = self._without_angle(a)  # it has no moment, so the angle of its marker is not needed
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

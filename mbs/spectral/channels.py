@@ -45,9 +45,7 @@ def evaluate(tables, work, out, columns, factors, values):
         if source == Source.REPORT or source == Source.DEPTH:
             is_needed[index] = True
     for i in range(out.time.size):
-        since = 0.0  # time since the step's start, which is the same for all forces
-        if forces > 0:
-            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]
+        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if forces > 0 else 0.0  # the same for all forces
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
         for k in range(forces):
@@ -165,7 +163,7 @@ def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | Non
 def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the motion of a rigid or modal link at its centre of mass or, for LINK.middle, half-way between its joints.
 
-    In the axes of a modal link its modes do not move the centre of mass. The station half-way is called "middle".
+    The scene gets a marker there if it has none. In the axes of a modal link its modes do not move the centre of mass.
     """
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
@@ -181,7 +179,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
         arm = np.array(scene.mechanism.link(name).body.mass_properties(length)[2])
     else:
         arm = body.model.centre
-    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape, turned=True)
+    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape)
     scene.refresh()
     if quantity in POINT:
         return Column(Source.MARKER, marker, POINT[quantity])

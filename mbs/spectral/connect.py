@@ -1,4 +1,4 @@
-"""Constraints of the compiled solver from the rows of an element (`elements.rows`), and markers of points by name.
+"""Constraints of the compiled solver from the rows of an element (`elements.rows`), and markers of point references.
 
 A marker is a point of a body with an angle; a measure is a length or an angle between two markers.
 """
@@ -10,13 +10,8 @@ import numpy as np
 from ..elements.element import GROUND, Element, place
 from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import rotate
-from .builder import Builder, Pair
-from .frame_body import FrameBody
-from .strut import StrutBody
+from .builder import ORIGIN, Builder, Pair
 from .tables import MeasureKind
-
-ORIGIN = (0.0, 0.0)
-"""Position of the origin [m]."""
 
 
 def connect(builder: Builder, name: str, element: Element) -> None:
@@ -32,37 +27,22 @@ def connect(builder: Builder, name: str, element: Element) -> None:
 
 def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
     """Yield factor and arguments of `add_measure`; nothing for a length between equal markers, which is always zero."""
-    a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
+    a, b = (builder.marker(end.body, end.point) for end in (measure.first, measure.second))
     no_direction = (0.0, 0.0)
     if isinstance(measure, Turn):
         yield factor, (MeasureKind.ANGLE, a, b, no_direction)
     elif a != b and isinstance(measure, Distance):
         yield factor, (MeasureKind.DISTANCE, a, b, no_direction)
+    elif a != b and isinstance(measure, Along) and measure.turns:
+        yield factor, (MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, measure.direction))
     elif a != b and isinstance(measure, Along):
-        kind = MeasureKind.TURNING if measure.turns else MeasureKind.FIXED
-        yield factor, (kind, a, b, resolve_in_axes(builder, b, measure.direction) if measure.turns else measure.direction)
+        yield factor, (MeasureKind.FIXED, a, b, measure.direction)
 
 
 def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
     """Return the components of a direction at t = 0 in the axes of a marker."""
     x, y = rotate(-np.array(builder.angle_of(marker)), direction)
     return float(x), float(y)
-
-
-def marker_of(builder: Builder, link: str, point: str) -> int:
-    """Return the marker of a point of a link or of the ground; '' is the start of the link, or the origin.
-
-    The ground and a link with a frame have a marker at any point of the mechanism, a strip only at points of its own.
-    """
-    if link == GROUND:
-        return builder.add_ground(builder.mechanism.points[point] if point else ORIGIN)
-    point = point or builder.mechanism.link(link).start
-    body = builder.bodies[link]
-    if point in builder.mechanism.link(link).points or isinstance(body, StrutBody):
-        return builder.marker(link, point)
-    if not isinstance(body, FrameBody):
-        raise ValueError(f"link '{link}' does not reach point '{point}'")
-    return int(body.marker_at(builder, np.array(builder.mechanism.points[point])))
 
 
 def link_of(builder: Builder, reference: str) -> tuple[str, str]:
@@ -76,4 +56,4 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 def marker_at(builder: Builder, reference: str) -> int:
     """Return the marker of a point reference. 'ground:ground' is the ground as a body, whose marker is the origin."""
     link, point = link_of(builder, reference)
-    return builder.add_ground(ORIGIN) if link == point == GROUND else marker_of(builder, link, point)
+    return builder.add_ground(ORIGIN) if link == point == GROUND else builder.marker(link, point)

@@ -24,19 +24,22 @@ class FrameBody:
     inertia: float  # about the centre of mass [kg m^2]
     start: Array  # place of the link's start at t = 0 [m], (2,)
     modes: int = 0  # number of modes
-    shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at points: x, y in the frame, rotation; (modes, 3)
+    shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at points, as in `marker_at`
     model: PlanarModel | None = None  # of a link with modes
 
     def marker(self, builder: Builder, point: str) -> int:
         """Return the marker of a point of the link."""
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
-    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
-        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or the change of theta if `turned`."""
-        local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if turned else 0.0]
+    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, from_start: bool = False) -> int:
+        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or its change since then if `from_start`.
+
+        `shape` (modes, 3) has the mode shapes at the point: x, y in the frame, rotation; None for zeros.
+        """
+        local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if from_start else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
-        o = self.offset
-        return builder.add_marker(MarkerKind.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
+        dofs = range(self.offset, self.offset + 3 + self.modes)
+        return builder.add_marker(MarkerKind.FRAME, self.offset, self.modes, dofs, [*local, *modes.ravel()])
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Return the rates of all coordinates (n, 3) for unit rates of x and y of the link's start and of theta."""
@@ -62,9 +65,10 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
     if each.inertia:
         builder.separate_masses.append((len(builder.q), link, each.point, True))  # a rotor
         o = builder.add_coordinates((0.0,))
-        builder.mark_angles(o)
+        builder.set_angle_units(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
-        rotor = builder.add_marker(MarkerKind.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])  # x = 0, y = 0, angle = q[o]
+        factors = [0.0, 0.0, 1.0]  # x = 0, y = 0, angle = q[o]
+        rotor = builder.add_marker(MarkerKind.LINEAR, offset=o, size=1, dofs=(o, o, o), numbers=factors)
         builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
 
 
@@ -79,7 +83,7 @@ def add_rigid(builder: Builder, link: Link) -> FrameBody:
     centre = sum((m * place for m, place, _ in parts), np.zeros(2)) / mass if mass else bar_centre
     inertia = sum(j + m * float(((place - centre) ** 2).sum()) for m, place, j in parts)  # Steiner's theorem
     o = builder.add_coordinates((*centre, angle))
-    builder.mark_angles(o + 2)
+    builder.set_angle_units(o + 2)
     builder.add_mass((o, o + 1, o + 2), np.diag([mass, mass, inertia]))
     builder.add_weight((o, o + 1), mass * np.array(builder.mechanism.gravity))
     return FrameBody(o, centre, angle, mass, inertia, start)
@@ -91,7 +95,7 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     model = cast(Modal, link.body).planar(length)
     m, centre = len(model), start + rotate(np.array(angle), model.centre)
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
-    builder.mark_angles(o + 2)
+    builder.set_angle_units(o + 2)
     largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # displacement per unit of each modal coordinate
     for i in range(m):  # a unit moves some point of the link by its length; 1e-12: a mode may not move it at all
         builder.units[o + 3 + i] = float(length / max(largest[i], 1e-12))
@@ -102,7 +106,7 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
         # integrals of the modes, (m,), (m, m), (m, m): see `PlanarModel`; then (m,) each
         at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
         builder.modal.append((o, m, at))
-        builder.mark_deformations(range(o + 3, o + 3 + m))
+        builder.group_deformations(range(o + 3, o + 3 + m))
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
     body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
     for each in builder.attached.get(link.name, ()):

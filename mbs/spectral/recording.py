@@ -101,7 +101,7 @@ def _add_centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tupl
     """Add a marker at the centre of mass of a rigid link, attached masses left out; return it, mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     centre = body.start + rotate(np.array(body.angle), (x, y))
-    return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
+    return body.marker_at(scene.builder, centre, from_start=True), mass, inertia, centre
 
 
 def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:

@@ -18,8 +18,8 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from .basis import gauss
-from .builder import Builder, BuiltBody
-from .connect import ORIGIN, connect, marker_at, marker_of, resolve_in_axes
+from .builder import ORIGIN, Builder, BuiltBody
+from .connect import connect, marker_at, resolve_in_axes
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
 from .strut import add_strut
@@ -54,7 +54,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     mechanism = builder.mechanism
     side, face, across = stop.side(mechanism), stop.distance_to_face(mechanism), stop.face_normal(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
-    b = marker_of(builder, origin.body, origin.point)
+    b = builder.marker(origin.body, origin.point)
     arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
     start = arm[0] * across[0] + arm[1] * across[1]  # distance of the point from the origin, across the face, at t = 0
 

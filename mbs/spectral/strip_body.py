@@ -40,6 +40,8 @@ class StripBody:
 
     def marker(self, builder: Builder, point: str) -> int:
         """Return the marker of a point on the strip."""
+        if point not in self.stations:
+            raise ValueError(f"a strip does not reach point '{point}': it has {', '.join(self.stations)}")
         return self.marker_at(builder, self.stations[point])
 
     def marker_at(self, builder: Builder, arc: float, piece: int | None = None) -> int:
@@ -105,11 +107,11 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
                 x, y = placed[:2, j] - (start if j < 2 else 0.0)
                 rate = float(j < 2)  # only values at an end move with the start
                 if i == 2:
-                    builder.mark_angles(int(places[i, j]))
+                    builder.set_angle_units(int(places[i, j]))
                 rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
         x_inner, y_inner = places[:2, 2:].tolist()
-        builder.mark_deformations(x_inner, y_inner, chord=places[:2, :2].T.ravel().tolist())
+        builder.group_deformations(x_inner, y_inner, chord=places[:2, :2].T.ravel().tolist())
         elements.append(Piece(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
