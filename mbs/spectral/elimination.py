@@ -14,8 +14,9 @@ import numpy as np
 from ..geometry import Array
 
 FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT PLACES CONSTRAINTS", start=0)
-"""Columns of the table of fronts: counts of pivots and of unknowns; indices of the first unknown, entry, and place in the
-parent; the parent, or -1; 1 if the pivots are constraints."""
+"""Columns of the table of fronts: number of pivots; number of unknowns; index of its first unknown in `Fronts.unknowns`; index of
+its first entry among those of all fronts; parent, or -1; index of its first place in `Fronts.places`; 1 if its pivots are
+constraints."""
 
 
 class Fronts(NamedTuple):
@@ -23,7 +24,7 @@ class Fronts(NamedTuple):
 
     fronts: Array  # (fronts, 7), columns of `FrontColumn`; a front stands before its parent
     unknowns: Array  # unknowns of each front, its pivots first
-    places: Array  # places of each front's later unknowns in its parent
+    places: Array  # of each front's unknowns after its pivots: their indices among the unknowns of its parent
     entries: Array  # nonzeros of the matrix, front by front, (entries,)
     position: Array  # index of each among the entries of all fronts, (entries,)
 
@@ -47,11 +48,7 @@ class _Front(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a square matrix. The first unknowns are the coordinates, all later ones constraints.
-
-    `coordinates` and `unknowns` are their counts. `row` and `col` (slots,) are the places of the slots, the entries that the
-    matrix stores; those that are not `filled` (slots,) are always zero.
-    """
+    """Return the fronts of a matrix whose first unknowns are `coordinates`; its nonzeros are the slots (row, col) if `filled`."""
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _build_fronts(*pattern, coordinates, unknowns)
 

@@ -3,7 +3,8 @@
     M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
 Here da, dv, dq, dlambda are small changes of accelerations, rates, coordinates and multipliers; df and dg are small additional
-forces and prescribed changes of the constraints. X = df/dlambda is the friction that follows a constraint's own force.
+forces and prescribed changes of the constraints. X, the transpose of df/dlambda, is due to friction that a constraint's own force
+causes.
 
 The integrators factor the same matrices in compiled code (`fronts`), whose pivots need a positive definite mass matrix. SuperLU
 chooses its pivots freely. So it also factors where neither mass nor stiffness, but only constraints, hold a mechanism.
@@ -11,6 +12,7 @@ chooses its pivots freely. So it also factors where neither mass nor stiffness, 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -22,6 +24,8 @@ from ..geometry import Array
 
 Matrix = Any
 """A matrix, an array or a sparse one: SciPy has no type for both."""
+MatrixRow = IntEnum("MatrixRow", "CROSS DAMPING STIFFNESS JACOBIAN", start=0)
+"""Rows of `Equations.entries`: -df/dlambda, C, K, and G with its transpose."""
 
 
 @dataclass(frozen=True)
@@ -32,28 +36,28 @@ class Equations:
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # nonzeros of -df/dlambda, C, K, and G with its transpose, (4, slots + 1)
-    build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns from its slots; the last is no part
+    entries: Array = field(repr=False)  # nonzeros of the matrices `MatrixRow`, (4, slots + 1); the last of a row is not used
+    build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property
     def stiffness(self) -> Matrix:
         """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
-        return self.build(self.entries[2])[: len(self.force), : len(self.force)]
+        return self.build(self.entries[MatrixRow.STIFFNESS])[: len(self.force), : len(self.force)]
 
     @cached_property
     def damping(self) -> Matrix:
         """C = -df/dv, shape (n, n)."""
-        return self.build(self.entries[1])[: len(self.force), : len(self.force)]
+        return self.build(self.entries[MatrixRow.DAMPING])[: len(self.force), : len(self.force)]
 
     @cached_property
     def cross(self) -> Matrix:
-        """X = df/dlambda, shape (r, n)."""
-        return -self.build(self.entries[0])[: len(self.force), len(self.force) :].T
+        """X, the transpose of df/dlambda, shape (r, n)."""
+        return -self.build(self.entries[MatrixRow.CROSS])[: len(self.force), len(self.force) :].T
 
     @cached_property
     def jacobian(self) -> Matrix:
         """G, shape (r, n)."""
-        return self.build(self.entries[3])[len(self.force) :, : len(self.force)]
+        return self.build(self.entries[MatrixRow.JACOBIAN])[len(self.force) :, : len(self.force)]
 
 
 class SingularError(ArithmeticError):
@@ -92,7 +96,7 @@ class Linear(NamedTuple):
     damping: csr_array  # C = -df/dv, (n, n)
     stiffness: csr_array  # K = -df/dq + d(G^T lambda)/dq, (n, n)
     jacobian: csr_array  # G, (r, n)
-    cross: csr_array  # X = df/dlambda, (r, n)
+    cross: csr_array  # X, the transpose of df/dlambda, (r, n)
 
     def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
         """Return [mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""

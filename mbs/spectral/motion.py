@@ -112,7 +112,7 @@ class SpectralStrip:
 
     def strains(self) -> list[Strain]:
         """Compute axial, shear (Reissner's only) and bending strains and their rates at the Gauss points of all pieces."""
-        weights, strains, rates = zip(*(self._compute_strains(piece) for piece in self.pieces), strict=True)
+        weights, strains, rates = zip(*(self._compute_strains(piece) for piece in self.pieces), strict=True)  # of each piece
         section, material = self.section, self.section.material
         ea, ei = section.axial_stiffness, section.bending_stiffness
         stiffness = (ea, section.shear_stiffness, ei)
@@ -121,34 +121,30 @@ class SpectralStrip:
         for i in range(3):
             if i == 1 and not self.shears:
                 continue
-            value, rate = (np.concatenate([piece[i] for piece in parts], axis=1)[:, None] for parts in (strains, rates))
-            out.append(Strain(stiffness[i], damping[i], np.concatenate(weights)[None], value, rate))
+            value = np.concatenate([strain[i] for strain in strains], axis=1)
+            rate = np.concatenate([strain_rate[i] for strain_rate in rates], axis=1)
+            # `Strain` has an axis for finite elements: the strip counts as one
+            out.append(Strain(stiffness[i], damping[i], np.concatenate(weights)[None], value[:, None], rate[:, None]))
         return out
 
     def _compute_strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
-        """Compute weights [m] (points,), strains and their rates at the kernel's Gauss points of a piece.
-
-        Strains are axial, shear and bending, each (times, points), less those of the stress-free shape.
-        """
+        """Compute weights [m], strains (axial, shear, bending) less stress-free ones, and rates of a piece, (times, points)."""
         xi, w = gauss(piece.degree if self.shears else piece.degree + 1)  # as in `strip_body`
         strains_of, order = (reissner, 1) if self.shears else (kirchhoff, 2)
-
-        def derivatives(q: Array) -> list[Array]:
-            """Return the fields and their derivatives up to the order that strains contain."""
-            return [self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)]
-
-        strain, rate = strains_of(derivatives(self.q), derivatives(self.q_t))
-        free, _ = strains_of(derivatives(self.reference[None]), derivatives(0.0 * self.reference[None]))
+        states = (self.q, self.q_t, self.reference[None])
+        fields, field_rates, free_fields = ([self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)] for q in states)
+        strain, rate = strains_of(fields, field_rates)
+        free, _ = strains_of(free_fields, [0.0 * each for each in free_fields])
         return w * piece.jacobian, [a - b for a, b in zip(strain, free, strict=True)], rate
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Evaluate the strip at the Gauss points of line loads.
+        """Evaluate Reissner's strip, the only one that takes line loads, at their Gauss points.
 
         Returns their weights [m] (points,); (x, y, angle turned since t = 0), (times, points, 3); the rates of these.
         """
         weights, fields, rates = [], [], []
         for piece in self.pieces:
-            xi, w = gauss(piece.degree + 3)
+            xi, w = gauss(piece.degree + 3)  # as in `registry.add_line_load`
             start_angle = self._evaluate_fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
             weights.append(w * piece.jacobian)
             fields.append(self._evaluate_fields(self.q, piece, xi) - start_angle)
@@ -161,7 +157,7 @@ class SpectralStrip:
         return np.asarray(axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length)
 
     def line(self, per_element: int = 4) -> Array:
-        """Evaluate positions along the link at the arc lengths `arcs`, (times, 8 `per_element` + 1, 2)."""
+        """Evaluate positions along the link at the arc lengths `arcs`, (times, arcs, 2)."""
         return np.stack([self._evaluate_position(float(arc)) for arc in self.arcs(per_element)], axis=1)
 
     def _evaluate_position(self, arc: float) -> Array:
@@ -173,7 +169,7 @@ class SpectralStrip:
         return self._evaluate_position(self.length / 2)
 
     def arcs(self, per_element: int = 4) -> Array:
-        """Return the stress-free arc lengths [m] of the positions of `line`, at equal distances."""
+        """Return the stress-free arc lengths [m] of `line`, at equal distances, as if the strip had eight finite elements."""
         return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..geometry import Array
 from ..laws.table import CODES, NUMBERS
 from .builder import Builder, ConstraintRow
-from .tables import FORCE_NUMBERS, ForceKind, MeasureKind, StatefulData, StripKind, Tables
+from .tables import FORCE_NUMBERS, BlockColumn, ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -23,25 +23,26 @@ class Block(NamedTuple):
 
 
 def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
-    """Number the slots; return the first five of `Tables`. Entries of blocks that are always zero get the slot after the last."""
-    table = np.zeros((len(blocks), 3), dtype=np.int64)
-    members: list[Array] = [np.empty(0, dtype=np.int64)]
-    pairs: list[Array] = [np.empty(0, dtype=np.int64)]
-    member, slot = 0, 0
+    """Number the slots, with one more for zeros; return `blocks`, `block_unknowns`, `slots`, `row`, `col` of `Tables`."""
+    table = np.zeros((len(blocks), len(BlockColumn)), dtype=np.int64)
+    block_unknowns: list[Array] = [np.empty(0, dtype=np.int64)]
+    pairs: list[Array] = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer, -1 if it is always zero
+    first_unknown, first_entry = 0, 0
     for number, block in enumerate(blocks):
-        own = np.asarray(block.unknowns, dtype=np.int64)  # its unknowns
-        table[number] = member, len(own), slot
-        pair = own[:, None] * unknowns + own  # row and column as one integer
+        own = np.asarray(block.unknowns, dtype=np.int64)
+        table[number] = first_unknown, len(own), first_entry  # columns of `BlockColumn`
+        pair = own[:, None] * unknowns + own
         filled = np.zeros(pair.shape, dtype=bool)
         for rows, columns in block.parts:
             filled[rows, columns] = True
-        members.append(own)
+        block_unknowns.append(own)
         pairs.append(np.where(filled, pair, -1).ravel())
-        member, slot = member + len(own), slot + len(own) ** 2
+        first_unknown += len(own)
+        first_entry += len(own) ** 2
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)
-    if len(found) and found[0] < 0:  # -1, the entries that are zero, was sorted to the front
+    if len(found) and found[0] < 0:  # -1 was sorted to the front
         found, slots = found[1:], np.where(slots == 0, len(found) - 1, slots - 1)
-    return table, np.concatenate(members), slots, *np.divmod(found, max(unknowns, 1))
+    return table, np.concatenate(block_unknowns), slots, *np.divmod(found, max(unknowns, 1))
 
 
 def _list_blocks(builder: Builder) -> list[Block]:
@@ -50,13 +51,19 @@ def _list_blocks(builder: Builder) -> list[Block]:
     rows = [_build_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = []
     for force in builder.forces:
-        a, b = builder.measures[force.a][1:] if force.kind < ForceKind.JOURNAL else (force.a, force.b)
+        acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
+        a, b = builder.measures[force.a][1:] if acts_along_measure else (force.a, force.b)
         count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1  # markers of states, from b on
-        dofs = [place for marker in (a, *range(b, b + count)) for place in _list_places(builder, marker)]
-        forces.append(Block([*dofs, *([n + force.row] if force.row >= 0 else [])]))
-    strips = [Block(builder.dofs[at : at + (3 if kind == StripKind.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips]
-    modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
-    return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
+        unknowns = [dof for marker in (a, *range(b, b + count)) for dof in _list_dofs(builder, marker)]
+        if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
+            unknowns.append(n + force.row)
+        forces.append(Block(unknowns))
+    strips = []
+    for kind, functions, _, first, _ in builder.strips:  # columns of `StripColumn`
+        fields = 3 if kind == StripKind.REISSNER else 2  # x, y and, with shear, the angle
+        strips.append(Block(builder.dofs[first : first + fields * functions]))
+    modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]  # x, y, angle of the frame, then m modes
+    return [*rows, *forces, *strips, *modal, *(Block(dofs) for dofs, _ in builder.masses)]
 
 
 def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> Block:
@@ -65,16 +72,16 @@ def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> B
     parts: list[tuple[slice, slice]] = []
     for number in row.measures:
         kind, a, b = builder.measures[number]
-        begin, middle = len(unknowns), len(unknowns) + len(_list_places(builder, a))
-        unknowns += [*_list_places(builder, a), *_list_places(builder, b)]
+        begin, middle = len(unknowns), len(unknowns) + len(_list_dofs(builder, a))
+        unknowns += [*_list_dofs(builder, a), *_list_dofs(builder, b)]
         both, of_a, of_b = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
         parts += [(both, both)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(of_a, of_a), (of_b, of_b)]
     coordinates, last = slice(0, len(unknowns)), slice(len(unknowns), None)
     return Block([*unknowns, multiplier], (*parts, (coordinates, last), (last, coordinates)))
 
 
-def _list_places(builder: Builder, marker: int) -> list[int]:
-    """List the coordinates on which a marker depends."""
+def _list_dofs(builder: Builder, marker: int) -> list[int]:
+    """List the dofs on which a marker depends."""
     _kind, _offset, _size, first, count, *_ = builder.markers[marker]
     return builder.dofs[first : first + count]
 
@@ -83,8 +90,8 @@ def pack(builder: Builder) -> Tables:
     """Pack a builder's lists into tables; append forces' numbers to its data. Values of rows that are None become 0."""
     n = len(builder.q)
     weight = np.zeros(n)
-    for at, amount in builder.weights:
-        np.add.at(weight, at, amount)
+    for dofs, amounts in builder.weights:
+        np.add.at(weight, dofs, amounts)
     blocks = _list_blocks(builder)
     table, block_unknowns, slots, row, col = _number_slots(blocks, n + len(builder.rows))
     mass = np.zeros(len(row) + 1)
@@ -113,12 +120,12 @@ def pack(builder: Builder) -> Tables:
         motions=_build_table(builder.motions, 3),
         ramps=_build_table(builder.ramps, 3, float),
         forces=_build_table(forces, 7),
-        factors=np.ones(len(forces) + 1),
+        factors=np.ones(len(forces) + 1),  # the last is that of gravity
         time_factor=np.ones(1),
         elastic=_build_table(builder.elastic, 7),
         laws=_build_table(builder.laws, CODES),
         law_numbers=_build_table(builder.law_numbers, NUMBERS, float),
-        edges=np.empty((0, 2)),
+        edges=np.empty((0, 2)),  # an implicit run adds those that are known
         data=np.array(builder.data, dtype=float),
     )
 
