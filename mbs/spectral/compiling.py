@@ -78,7 +78,8 @@ class Announcer(Listener):
         if self.depth == 0:
             COMPILING.seconds, COMPILING.is_active = COMPILING.seconds + perf_counter() - self.start, False
             if self.ticker:
-                self.announced, self.ticker = self.ticker.stop(), None
+                self.announced = self.ticker.stop()
+                self.ticker = None
 
 
 def _is_ours(event: Event) -> bool:
@@ -98,12 +99,10 @@ def _stamp() -> str:
 
 
 def jit(function: F) -> F:
-    """Compile a function that Python calls, for the types of its first call; it passes its arguments on by reference.
-
-    The machine code stays on disk as long as no file with compiled functions changes.
-    """
+    """Compile a function that Python calls, for the types of its first call: an entry that passes its arguments by reference."""
     names = list(signature(function).parameters)
     references = [f"by_reference({name})" for name in names]
+    # made from text, to have the parameters of the function
     text = f"lambda {', '.join(names)}: inner({', '.join(references)})"
     namespace = {"inner": kernel_function(function), "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
@@ -116,14 +115,14 @@ class _IntermediateCode(JITCodeLibrary):
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """Stand-in for Numba's code generator, which would write addresses of Python objects into machine code."""
+        """Stand-in for Numba's code generator while a function is compiled: the real one sets addresses of Python objects."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
         pass
 
     def _finalize_final_module(self) -> None:
-        """List the globals that hold addresses of this process, as they forbid callers a cache on disk; translate nothing."""
+        """Finalise the code without translating it: only list its dynamic globals, with which callers cannot be kept on disk."""
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -198,7 +197,7 @@ def _has_only_arrays(kind: types.Type) -> bool:
 
 
 def _return_argument(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
-    """Emit the argument itself, with the reference counts of its arrays raised."""
+    """Emit the argument itself; Numba counts references to its arrays, and the result is one more."""
     context.nrt.incref(builder, signature.return_type, values[0])
     return values[0]
 
@@ -232,14 +231,11 @@ def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
 
 @lower_getattr_generic(Reference)
 def _load_field(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value, name: str) -> ir.Value:
-    """Emit the array or the reference that is a field of a reference.
-
-    Nothing writes to the words during the call, so LLVM may read them once, before all loops.
-    """
+    """Emit the array or the reference that is a field of a reference."""
     words, field = builder.bitcast(value, WORD.as_pointer()), reference.fields[name]
 
     def load(k: int) -> ir.Value:
-        """Emit the load of word k of the field, marked as constant."""
+        """Emit the load of word k of the field, marked as constant: so LLVM reads it once, before all loops."""
         read = builder.load(cgutils.gep_inbounds(builder, words, reference.words[name] + k))
         read.set_metadata("invariant.load", builder.module.add_metadata([]))
         return read

@@ -12,6 +12,9 @@ from ..laws.table import LawColumn, NormalKind
 from .compiling import kernel_function
 from .tables import ForceKind, Forces, Memory, Report
 
+BEYOND = 0.1
+"""Distance beyond a face or edge to which a restart moves, over `closing_gap`: above 0, so that the contact counts as closed."""
+
 
 @kernel_function
 def is_contact(tables, k):
@@ -104,10 +107,7 @@ def find_first_onset(tables, start, end, h, controls):
 
 @kernel_function
 def find_first_edge(tables, start, end, h, controls):
-    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there.
-
-    Only the implicit method has edges, so the gap is above 0.
-    """
+    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there."""
     first, gap = 2.0, controls.stop_gap
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
@@ -142,20 +142,17 @@ def is_at_edge(tables, start, end, controls):
 
 @kernel_function
 def compute_time_past_events(tables, reports, gap):
-    """Return the time [s] after which what is about to pass a face or edge is beyond it; the largest, or 0 if there is none.
-
-    These are contacts and measures at most `gap` before it that move towards it. They end 0.1 `gap` beyond it.
-    """
+    """Return the time [s] in which all that moves towards a face or edge within `gap` passes it, by `BEYOND`; 0 for none."""
     time = 0.0
     for i in range(tables.edges.shape[0]):
         past, speed = _measure_past_edge(tables, reports, i)
         if -gap <= past <= 0.0 and speed > 0.0:
-            time = max(time, (0.1 * gap - past) / speed)
+            time = max(time, (BEYOND * gap - past) / speed)
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             depth, rate = get_depth(tables, reports, k), get_depth_rate(tables, reports, k)
             if -gap <= depth <= 0.0 and rate > 0.0:
-                time = max(time, (0.1 * gap - depth) / rate)
+                time = max(time, (BEYOND * gap - depth) / rate)
     return time
 
 
@@ -187,7 +184,7 @@ def update_onset(tables, start, end, k, m, controls):
         m[Memory.ONSET] = max(rate, controls.least_onset, controls.least_onset_ratio * m[Memory.FASTEST])
     comes_near = controls.closing_gap > 0.0 and old < -controls.closing_gap <= new and rate > 0.0
     has_closed = new > 0.0 >= old or comes_near
-    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:
+    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # of pins FASTEST keeps its least value
         m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
     has_opened = end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0
     return has_closed, has_opened and not has_closed
@@ -198,7 +195,8 @@ def find_face_row(tables, start, end, least):
     """Return the time of a row beside the face of a contact that closes in the step [s]; 0 if none does.
 
     A contact passes its face near one end of the step. The row is on the other side of the face, twice as far from this end,
-    plus `least` [s]. Its time is positive from the start of the step, negative from its end.
+    plus `least` [s], so that a record has rows close to the face on both sides: the force jumps there. The time is positive from
+    the start of the step, negative from its end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
@@ -216,10 +214,7 @@ def find_face_row(tables, start, end, least):
 
 @kernel_function
 def compute_depth_bending(tables, start, end, h):
-    """Return the largest relative deviation of a closed contact's depth from a straight line in time over a step.
-
-    The deviation is h/8 |change of rate|, relative to the depth.
-    """
+    """Return the largest deviation of a closed contact's depth from a straight line, h/8 |rate change|, over the depth."""
     largest = 0.0
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):

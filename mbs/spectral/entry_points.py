@@ -3,17 +3,18 @@
 The equations are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0 with G = dg/dq, for n coordinates q and r multipliers
 lambda; the friction of guides makes f depend on lambda. Differentiated in time, g = 0 gives G v = speed and G a = change.
 Matrices are stored as their slots, the entries that can be nonzero, with one more entry to which zeros are added. `jacobian`
-stores G row by row: entry i is the derivative by coordinate `tables.block_unknowns[i]`. The last entry of a row is not used.
+stores G in the order of `tables.block_unknowns`, the unknowns of the constraints' blocks: entry i is the derivative by unknown i
+of this list. The last unknown of a block is the multiplier, whose entry is not used.
 """
 
 import numpy as np
 
+from . import kernel
 from .compiling import jit
 from .elimination import FrontColumn
 from .fronts import factor, solve
-from .kernel import add_multiplier_stiffness, add_rows, compute_changes, compute_forces, compute_rows, compute_tangents, fill_mass
 from .lawtable import JUST_AFTER
-from .markers import compute_hessian, compute_measure, place_markers
+from .markers import compute_measure, place_markers
 from .strips import advance_stresses
 
 
@@ -24,17 +25,15 @@ def place(tables, work, q, v):
 
 
 @jit
-def measure_at(tables, work, k, grad, hess):
-    """Return measure k of placed markers a and b; fill its gradient (6,) and Hessian (6, 6) by (x, y, angle) of a, then b."""
-    value, _ = compute_measure(tables, work, k, grad)
-    compute_hessian(tables, work, k, grad, hess)
-    return value
+def measure_at(tables, work, k):
+    """Return measure k of markers that are placed."""
+    return compute_measure(tables, work, k, work.grad)[0]
 
 
 @jit
 def mass_at(tables, work, q, mass):
     """Fill mass, (slots + 1,), with the nonzeros of M(q); markers need not be placed."""
-    fill_mass(tables, work, q, mass)
+    kernel.fill_mass(tables, work, q, mass)
 
 
 @jit
@@ -46,33 +45,35 @@ def assemble(tables, work, now, matrices, force, sides):
     with one row only gets G with G^T.
     """
     has_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.block_unknowns.size)
-    compute_forces(tables, work, now, force)
+    kernel.compute_forces(tables, work, now, force)
     if has_tangents:
-        compute_tangents(tables, work, now, matrices[0], matrices[1], matrices[2])
-    compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
-    compute_changes(tables, work, now.time, JUST_AFTER, sides[2])
+        cross, damping, stiffness = matrices[0], matrices[1], matrices[2]
+        kernel.compute_tangents(tables, work, now, cross, damping, stiffness)
+    kernel.compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
+    kernel.compute_changes(tables, work, now.time, JUST_AFTER, sides[2])
     if has_tangents:
-        add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
-    add_rows(tables, jacobian, matrices[-1])
+        kernel.add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
+    kernel.write_rows(tables, jacobian, matrices[-1])
 
 
 @jit
 def update_stresses(tables, work, shift):
-    """Update the stresses of strips, unknowns beside q, for a change `shift` (n,) of q since the last `assemble`."""
+    """Update the stresses of strips, which are unknowns beside q (see `strips`), for a change `shift` (n,) of q in statics."""
     no_rates = np.zeros(shift.size)
     advance_stresses(tables, work, shift, no_rates, work.stress, work.stress_residual)
 
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve M a + G^T lambda = f, G a = change at coordinates q; x is (f, change), and becomes (a, lambda)."""
+    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q by its `Fronts` order; x is (f, change), and becomes (a, lambda)."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
-    compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
-    fill_mass(tables, work, q, values)
-    add_rows(tables, jacobian, values)
+    kernel.compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
+    kernel.fill_mass(tables, work, q, values)
+    kernel.write_rows(tables, jacobian, values)
     last_front, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
     factors = np.zeros(last_front[FrontColumn.ENTRIES] + last_front[FrontColumn.SIZE] ** 2)  # of all fronts, one after the other
-    factor(order, values, factors, swaps, np.zeros(x.size))
-    solve(order, factors, swaps, x, np.zeros(x.size))
+    work_space = np.zeros(x.size)
+    factor(order, values, factors, swaps, work_space)
+    solve(order, factors, swaps, x, work_space)

@@ -15,7 +15,7 @@ from .tables import ForceKind, Forces, Instant, Memory, Report
 FORCE_DECAY = 0.8
 """Factor of a contact's largest force from step to step: errors of a force are compared with those of recent steps."""
 MOST_JUMP = 0.1
-"""Longest motion past a face or edge, as a share of the last step and of the time left."""
+"""Longest time of a move past a face or edge, as a share of the last step and of the time left."""
 
 
 @kernel_function
@@ -23,9 +23,7 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.kept_gradients[:] = (
-        0.0  # forces of strips are then those of the state's stresses, which are unknowns beside q (see `strips`)
-    )
+    work.kept_gradients[:] = 0.0  # B0 of `strips`: without it their forces are B^T n, n the stresses of the state
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
@@ -61,8 +59,8 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    A step ends just before a face or edge. The rates then move the coordinates just beyond it, by at most 1.1 `closing_gap`: so
-    far below the error allowed that neither constraints nor rates are corrected.
+    A step ends just before a face or edge. The rates then move the coordinates just beyond it, through at most `closing_gap` and
+    `BEYOND` of it: so far below the error allowed that neither constraints nor rates are corrected.
     """
     state = model.state
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)

@@ -5,7 +5,8 @@ The saddle-point matrix [M G^T; G 0] is factored again only where it changes. If
 deformation is factored, and `couple_modes` adds the rest. Source: docs/theory-spectral.md.
 
 The state y of a step is (q, v, bristles): n coordinates, their n rates, a deflection for each force. Single numbers that
-compiled functions change are arrays of one element, such as `state.largest_rate[0]`.
+compiled functions change are arrays of one element, such as `state.largest_rate[0]`. For `clock`, `controls`, `counts`, and the
+rows `out`, see `output`.
 """
 
 import math
@@ -16,10 +17,10 @@ from .compiling import copy, inline, jit, kernel_function
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, compute_changes, compute_rows, couple_modes, multiply_row, renew_mass, renew_rows
+from .kernel import add_modal, compute_changes, compute_rows, couple_modes, multiply_row, renew_mass, write_rows
 from .lawtable import JUST_AFTER, bristle_rate
 from .markers import place_marker
-from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
+from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
 from .strips import add_strips
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
@@ -37,6 +38,8 @@ WEIGHTS = np.array(
     ]
 )
 """Coefficients of the stages; the last row is the solution of fifth order."""
+BRISTLES_ARE_STATES = -1.0
+"""Value of `Instant.since` where the memory has the present bristles, as the integrator has them as states."""
 SHORTEST = 1e-15
 """Shortest step, over the end of the run: rounding of times."""
 MOST_VIOLATION = 1e-4
@@ -79,7 +82,7 @@ def compute_rates(model, t, y, out):
         add_strips(tables, work, q, v, state.right_side)
     if tables.modal.shape[0] > 0:
         add_modal(tables, q, v, state.right_side)
-    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # -1.0, a time below 0, marks bristles as states
+    now = Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory)
     for k in range(tables.forces.shape[0]):
         add_one(tables, work, k, now, state.right_side)
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
@@ -87,7 +90,7 @@ def compute_rates(model, t, y, out):
     copy(state.change, state.right_side[n:])
     if _has_changed(tables, state):
         if has_free_modes:
-            renew_rows(tables, state.jacobian, state.matrix)
+            write_rows(tables, state.jacobian, state.matrix)
         else:
             renew_mass(tables, work, q, state.jacobian, state.matrix)
         factor(order, state.matrix, state.factors, state.swaps, state.row_magnitude)
@@ -200,13 +203,14 @@ def _try_step(model, clock, h, last, controls, counts):
         return False
     fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, controls)
     if fraction < 1.0 and h * fraction > controls.shortest:
-        clock.resumed_step, clock.next_step = max(clock.resumed_step, h), h * fraction
+        clock.resumed_step = max(clock.resumed_step, h)  # length with which `run_explicit` goes on after the onset
+        clock.next_step = h * fraction
         return False
     return True
 
 
 @kernel_function
-def _accept(model, clock, end, stop, controls, out, counts):
+def _accept(model, clock, end, step_end, controls, out, counts):
     """Accept a step to the time `end`: project it onto the constraints if needed, and write its row."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, clock.time = state.force.size, end
@@ -214,7 +218,7 @@ def _accept(model, clock, end, stop, controls, out, counts):
     is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
     if is_projected:
         _project(tables, order, state)
-    if is_projected or is_event or end == stop:
+    if is_projected or is_event or end == step_end:
         copy(state.y_new, state.y)
         compute_rates(model, end, state.y, state.stage_rates[0])
     else:
@@ -230,11 +234,8 @@ def _accept(model, clock, end, stop, controls, out, counts):
 
 
 @jit
-def run_explicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until `out` is full; the next call goes on from the model.
-
-    Steps end at the times `stops`. The records `clock`, `controls`, `counts` and the rows `out` are described in `output`.
-    """
+def run_explicit(model, clock, controls, step_ends, out, counts):
+    """Integrate from the model's state to the end, or until `out` is full; the next call goes on. Steps end at `step_ends`."""
     state = model.state
     counts.samples = 0
     if counts.steps == 0:
@@ -242,20 +243,20 @@ def run_explicit(model, clock, controls, stops, out, counts):
         copy(model.work.reports, state.start_reports)
         _write(state, out, counts, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
-        while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
-            clock.stop += 1
-        stop = min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
+        while clock.step_end < step_ends.size and step_ends[clock.step_end] <= clock.time + controls.shortest:
+            clock.step_end += 1
+        step_end = min(controls.end, step_ends[clock.step_end]) if clock.step_end < step_ends.size else controls.end
         h = min(clock.next_step, controls.longest)
-        reach = 1.0 if clock.resumed_step > 0.0 else STOP_REACH  # a step cut short to an onset must not be lengthened past it
-        if clock.time + reach * h >= stop:
-            h = stop - clock.time
-        last = h >= stop - clock.time
+        reach = 1.0 if clock.resumed_step > 0.0 else STEP_END_REACH  # a step to an onset must not be lengthened past it
+        if clock.time + reach * h >= step_end:
+            h = step_end - clock.time
+        last = h >= step_end - clock.time
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY  # this step is the last
         if not _try_step(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, stop if last else clock.time + h, stop, controls, out, counts)
+        _accept(model, clock, step_end if last else clock.time + h, step_end, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
@@ -284,11 +285,7 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row.
-
-    A row's bristles are those at its STEP_START, from which sliding at the speed SLIDING moves them on until the time of the row.
-    Here STEP_START is t itself, so that SLIDING is not used.
-    """
+    """Write the state at time t as a row, whose bristles are those at STEP_START = t: so they do not move on at SLIDING."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

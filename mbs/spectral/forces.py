@@ -1,9 +1,12 @@
 """Forces between markers, compiled: along a measure, of a pin in a bush, and at a marker; with their derivatives.
 
-Stiffness is -df/dq, damping -df/dv; for a force along a measure see (2) of docs/theory-spectral.md. Columns A and B of a force
-along a measure are the measure and, of friction at a face, the contact; of other forces they are markers. Local names: `h`
-(6, 6), derivatives of the forces on markers a and b by their (x, y, angle), `c` those by their rates.
+Let y(q) (6,) be (x, y, angle) of markers a and b, F (6,) the forces on them, J = dy/dq, and J' = dJ/dt. Local names: h = dF/dy
+and c = dF/dy', (6, 6). As f = J^T F and y' = J v, a force adds to the stiffness -df/dq the terms -J^T h J, -J^T c J' and the
+geometric stiffness -F . d2y/dq2, and to the damping -df/dv the term -J^T c J. For a force along a measure see (2) of
+docs/theory-spectral.md. `now` is an `Instant`, `memory` and `since` are fields of it, `mem` is one row of the memory.
 """
+
+from enum import IntEnum
 
 import numpy as np
 
@@ -12,6 +15,10 @@ from . import lawtable, markers
 from .compiling import inline, kernel_function
 from .stateful import add_stateful, add_stateful_tangents
 from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
+
+PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
+"""Numbers of a force at a marker: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point,
+else 0; this point."""
 
 
 @kernel_function
@@ -50,8 +57,8 @@ def _multiply_hessian(work, a, b):
 
 
 @kernel_function
-def _add_tangents_along(tables, work, k, now, mass):
-    """Add derivatives of a force along a measure; of friction also those by its normal force."""
+def _add_tangents_along(tables, work, k, now, saddle):
+    """Add derivatives of a force along a measure; of friction also -df/dlambda by its normal force, to `saddle`."""
     number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
     normal_force = _get_normal_force(tables, work, k, now)
     a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
@@ -66,25 +73,23 @@ def _add_tangents_along(tables, work, k, now, mass):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * work.hess_rate[j]) + force * hess[i, j]
     stiffness, size = work.block_stiffness, tables.markers[a, Markers.COUNT]
-    markers.add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, stiffness)
+    _add_derivatives(tables, work, a, b)
     markers.add_geometric(tables, work, a, now.q, (-force * grad[0], -force * grad[1], -force * grad[2]), stiffness, 0)
     markers.add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), stiffness, size)
-    if by_rate != 0.0:
-        markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian, work.block_damping)
-        markers.add_pair(tables, work, (a, b, 0), c, -1.0, work.jacobian_rate, stiffness)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and normal_force != 0.0:
-        if tables.forces[k, Forces.ROW] >= 0:  # -df/dlambda, in the block's last column, of the constraint that presses
+        if tables.forces[k, Forces.ROW] >= 0:
             _, width, entry = tables.blocks[tables.rows.shape[0] + k]
+            last = width - 1  # column of the multiplier of the constraint that presses
             markers.write_gradient(tables, work, number, grad, -force / normal_force, work.scratch, 0)
-            for i in range(width - 1):
-                mass[tables.slots[entry + i * width + width - 1]] += work.scratch[i]
+            for i in range(last):
+                saddle[tables.slots[entry + i * width + last]] += work.scratch[i]
         else:
             _add_contact_friction(tables, work, k, now, force / normal_force)
 
 
 @kernel_function
 def _add_derivatives(tables, work, a, b):
-    """Add -work.by_place and -work.by_rate, by the coordinates of markers a and b, to their block's stiffness and damping."""
+    """Add -J^T h J - J^T c J' to the stiffness and -J^T c J to the damping of a force on markers a and b."""
     markers.add_pair(tables, work, (a, b, 0), work.by_place, -1.0, work.jacobian, work.block_stiffness)
     markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian, work.block_damping)
     markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
@@ -101,13 +106,15 @@ def _add_contact_friction(tables, work, k, now, ratio):
     markers.compute_hessian(tables, work, across, grad, work.hess)
     by_value, by_rate = lawtable.differentiate_along(tables, contact, now, value, rate, 0.0)
     _multiply_hessian(work, a, b)
-    for i in range(6):  # rows 0 of h and c hold the derivatives of the contact's force until the products below
-        h[0, i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
-        c[0, i] = factor * by_rate * grad[i]
+    push_by_place, push_by_rate = work.hess[0], work.hess[1]  # derivatives of the contact's force; the Hessian is used no more
+    for i in range(6):
+        push_by_place[i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
+        push_by_rate[i] = factor * by_rate * grad[i]
     markers.compute_measure(tables, work, number, grad)
-    for i in range(5, -1, -1):  # row 0, which all others need, as the last
+    for i in range(6):
         for j in range(6):
-            h[i, j], c[i, j] = grad[i] * h[0, j], grad[i] * c[0, j]
+            h[i, j] = grad[i] * push_by_place[j]
+            c[i, j] = grad[i] * push_by_rate[j]
     _add_derivatives(tables, work, a, b)
 
 
@@ -133,24 +140,24 @@ def report_pin(tables, work, k, mem, since, out):
         friction = tables.forces[k, Forces.FRICTION]
         coefficient, out[Report.BRISTLE] = lawtable.evaluate_friction(tables, friction, sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
-    elif since < 0.0:  # the bristle is a state: it keeps its deflection while the pin is free
+    elif since < 0.0:  # the bristle is a state of the integrator: it keeps its deflection while the pin is free
         out[Report.BRISTLE] = mem[Memory.BRISTLE]
 
 
 @inline
 def _compute_pin_force(tables, k, number, out):
-    """Return radius, eccentricity e, friction and total force (x, y) on the pin of a closed contact, from its report."""
+    """Return radius R, eccentricity e, friction, and x and y of the force on the pin of a closed contact, from its report."""
     nx, ny = out[Report.FX], out[Report.FY]
     push, drag = tables.factors[k] * out[Report.VALUE], tables.factors[k] * out[Report.FRICTION]
     return tables.data[number], out[Report.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
 
 
 @inline
-def _add_journal(tables, work, k, mem, since, f):
+def _add_journal(tables, work, k, memory, since, f):
     """Add the force of a pin in a bush."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
-    report_pin(tables, work, k, mem[k], since, out)
+    report_pin(tables, work, k, memory[k], since, out)
     if out[Report.LENGTH] <= 0.0:
         return
     radius, e, drag, fx, fy = _compute_pin_force(tables, k, number, out)
@@ -159,12 +166,12 @@ def _add_journal(tables, work, k, mem, since, f):
 
 
 @kernel_function
-def _add_journal_tangents(tables, work, k, q, mem, since):
+def _add_journal_tangents(tables, work, k, q, memory, since):
     """Add derivatives of the force of a pin in a bush.
 
     Column j is x, y, angle of the pin (0 to 2) and of the bush (3 to 5), (kx, ky, ka) its direction; e is the eccentricity, t the
     normal n turned by a right angle. Names on _x are derivatives by coordinate j, on _v by its rate; push is the normal force,
-    drag the friction.
+    drag the friction. The sliding speed t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush depends on coordinates by t and e.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
@@ -173,10 +180,10 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
     factor, tx, ty = tables.factors[k], -out[Report.FY], out[Report.FX]
     (radius, e, drag, fx, fy), nx, ny = _compute_pin_force(tables, k, number, out), out[Report.FX], out[Report.FY]
     push = factor * out[Report.VALUE]
-    law = tables.forces[k, Forces.LAW]
-    by_depth, by_rate = lawtable.differentiate_normal(tables, law, out[Report.LENGTH], out[Report.RATE], mem[k, Memory.ONSET])
+    law, friction = tables.forces[k, Forces.LAW], tables.forces[k, Forces.FRICTION]
+    by_depth, by_rate = lawtable.differentiate_normal(tables, law, out[Report.LENGTH], out[Report.RATE], memory[k, Memory.ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * lawtable.differentiate_friction(tables, tables.forces[k, Forces.FRICTION], out[Report.SLIP], mem[k], since)
+    by_slide = push * lawtable.differentiate_friction(tables, friction, out[Report.SLIP], memory[k], since)
     a, b = work.state[ma], work.state[mb]
     across_rate = (a[State.VX] - b[State.VX]) * tx + (a[State.VY] - b[State.VY]) * ty
     h, c = work.by_place, work.by_rate
@@ -184,12 +191,12 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        slide_x = -out[Report.RATE] * across / e - b[State.SPIN] * along
+        turn = across / e  # angle by which n turns towards t, and t towards -n
+        slide_x = -out[Report.RATE] * turn - b[State.SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
-        push_x = factor * (by_depth * along + by_rate * across_rate * across / e)
+        push_x = factor * (by_depth * along + by_rate * across_rate * turn)
         push_v = factor * by_rate * along
         drag_x, drag_v = coefficient * push_x + by_slide * slide_x, coefficient * push_v + by_slide * slide_v
-        turn = across / e  # angle by which n turns towards t
         dx = -push_x * nx - drag_x * tx + turn * (drag * nx - push * tx)
         dy = -push_x * ny - drag_x * ty + turn * (drag * ny - push * ty)
         h[0, j], h[1, j], h[2, j] = dx, dy, -radius * drag_x
@@ -207,22 +214,20 @@ def _add_journal_tangents(tables, work, k, q, mem, since):
 def _compute_moment(tables, work, k, push_x, push_y):
     """Return the moment of a force about its marker, if its line of action goes through a fixed point; else 0."""
     a, number = tables.forces[k, Forces.A], tables.forces[k, Forces.NUMBERS]
-    rx, ry = tables.data[number + 4] - work.state[a, State.X], tables.data[number + 5] - work.state[a, State.Y]
-    return tables.data[number + 3] * (rx * push_y - ry * push_x)
+    rx = tables.data[number + PushData.LINE_X] - work.state[a, State.X]
+    ry = tables.data[number + PushData.LINE_Y] - work.state[a, State.Y]
+    return tables.data[number + PushData.HAS_LINE] * (rx * push_y - ry * push_x)
 
 
 @inline
 def _add_push(tables, work, k, t, f):
-    """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point.
-
-    Numbers of the force: components (x, y), angle of b at t = 0, 1 if there is a fixed point, else 0, and this point (x, y).
-    """
+    """Add a force at marker a, whose direction turns with marker b; its line of action may go through a fixed point."""
     a, b, number = tables.forces[k, Forces.A], tables.forces[k, Forces.B], tables.forces[k, Forces.NUMBERS]
     law = tables.forces[k, Forces.LAW]
-    px, py = tables.data[number], tables.data[number + 1]
+    px, py = tables.data[number + PushData.X], tables.data[number + PushData.Y]
     if law >= 0:
         px, py = call(tables.laws[law, LawColumn.FIRST_ADDRESS], (t,)), call(tables.laws[law, LawColumn.SECOND_ADDRESS], (t,))
-    angle = work.state[b, State.ANGLE] - tables.data[number + 2]
+    angle = work.state[b, State.ANGLE] - tables.data[number + PushData.ANGLE]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = tables.factors[k] * (c * px - sn * py), tables.factors[k] * (sn * px + c * py)
     work.reports[k, Report.VALUE], work.reports[k, Report.FX], work.reports[k, Report.FY] = np.sqrt(fx * fx + fy * fy), fx, fy
@@ -236,7 +241,7 @@ def _add_push_tangents(tables, work, k, q):
     h = work.by_place
     markers.add_geometric(tables, work, a, q, (-fx, -fy, -_compute_moment(tables, work, k, fx, fy)), work.block_stiffness, 0)
     h[:] = 0.0
-    has_line = tables.data[tables.forces[k, Forces.NUMBERS] + 3]  # 1 if its line of action goes through a fixed point
+    has_line = tables.data[tables.forces[k, Forces.NUMBERS] + PushData.HAS_LINE]  # 1 or 0
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _compute_moment(tables, work, k, -fy, fx)
     h[2, 0], h[2, 1] = -has_line * fy, has_line * fx
     markers.add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
@@ -246,12 +251,13 @@ def _add_push_tangents(tables, work, k, q):
 def add_one(tables, work, k, now, f):
     """Add force k to f, and report it."""
     kind = tables.forces[k, Forces.KIND]
+    t = tables.time_factor[0] * now.time  # argument of functions of time: speeds are varied by the factor
     if kind == ForceKind.JOURNAL:
         _add_journal(tables, work, k, now.memory, now.since, f)
     elif kind == ForceKind.POINT_FORCE:
-        _add_push(tables, work, k, tables.time_factor[0] * now.time, f)
+        _add_push(tables, work, k, t, f)
     elif kind == ForceKind.STATEFUL:
-        add_stateful(tables, work, k, tables.time_factor[0] * now.time, f)
+        add_stateful(tables, work, k, t, f)
     else:
         _add_along(tables, work, k, now, f)
 
@@ -264,8 +270,8 @@ def add_forces(tables, work, now, f):
 
 
 @kernel_function
-def add_forces_tangents(tables, work, now, mass, damp, stiff):
-    """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
+def add_forces_tangents(tables, work, now, saddle, damp, stiff):
+    """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to saddle ([M G^T; G 0]), of the forces that were added last."""
     for k in range(tables.forces.shape[0]):
         kind, block = tables.forces[k, Forces.KIND], tables.rows.shape[0] + k
         markers.clear_block(tables, work, block)
@@ -276,6 +282,6 @@ def add_forces_tangents(tables, work, now, mass, damp, stiff):
         elif kind == ForceKind.STATEFUL:
             add_stateful_tangents(tables, work, k, tables.time_factor[0] * now.time, now.q)
         else:
-            _add_tangents_along(tables, work, k, now, mass)
+            _add_tangents_along(tables, work, k, now, saddle)
         markers.add_entries(tables, block, work.block_stiffness, stiff)
         markers.add_entries(tables, block, work.block_damping, damp)

@@ -13,11 +13,11 @@ below rounding counts as zero, and so does the multiplier of its redundant const
 
 from typing import NamedTuple
 
-from .compiling import inline, kernel_function, view
+from .compiling import kernel_function, view
 from .elimination import FrontColumn, Fronts
 
 ROUNDING = 1e-13
-"""A constraint's pivot below this share of the numbers of which it is a difference is rounding."""
+"""Ratio of a constraint's pivot to `magnitude`, the sum of the terms of which it is a difference, below which it is rounding."""
 SMALL = 1e-4
 """Ratio of a constraint's pivot to the largest on the diagonal below which they are exchanged: only near singular poses."""
 BITS = 32
@@ -33,11 +33,8 @@ class Orders(NamedTuple):
 
 @kernel_function
 def factor(order, a, factors, swaps, magnitude):
-    """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts).
-
-    `magnitude` (unknowns,) is set to the sum of the terms of each constraint's diagonal, as a measure of its rounding.
-    """
-    factors[:], magnitude[:] = 0.0, 0.0
+    """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts)."""
+    factors[:], magnitude[:] = 0.0, 0.0  # (unknowns,): sum of the terms of each constraint's diagonal, see `ROUNDING`
     for k in range(order.entries.size):
         factors[order.position[k]] = a[order.entries[k]]
     for f in range(order.fronts.shape[0]):
@@ -46,39 +43,29 @@ def factor(order, a, factors, swaps, magnitude):
             _add_to_parent(order, factors, magnitude, f)
 
 
-@inline
-def _get_front(order, f):
-    """Return the number of pivots and of unknowns of front f, the index of its first unknown and of its first entry."""
-    pivots, size, first, at, _, _, _ = order.fronts[f]
-    return pivots, size, first, at
-
-
 @kernel_function
 def _add_to_parent(order, factors, magnitude, f):
     """Add the Schur complement of front f, `count` rows and columns, to its parent front."""
     pivots, size, first, at, parent, places, has_constraints = order.fronts[f]
-    _, parent_size, _, parent_at = _get_front(order, parent)
+    parent_size, parent_at = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES]
     count = size - pivots
     target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
-        row, sums = (
-            view(factors, at + (pivots + i) * size + pivots, count),
-            view(factors, parent_at + target[i] * parent_size, parent_size),
-        )
+        row = view(factors, at + (pivots + i) * size + pivots, count)
+        sums = view(factors, parent_at + target[i] * parent_size, parent_size)
         for j in range(count):
             sums[target[j]] += row[j]
-        if has_constraints == 0:  # coordinates add the terms of -G M^-1 G^T, all of one sign; constraints only reduce the sum
-            magnitude[unknowns[i]] += abs(row[i])
+        if has_constraints == 0:  # row[i] is on the diagonal: a term of -G M^-1 G^T, all of one sign. Those of fronts of
+            magnitude[unknowns[i]] += abs(row[i])  # constraints have the other sign: they reduce the sum, and are not counted
 
 
 @kernel_function
 def _eliminate_pivots(order, factors, swaps, magnitude, f):
     """Eliminate the pivots of front f; each is replaced by its reciprocal."""
-    pivots, size, first, at = _get_front(order, f)
-    has_constraints = order.fronts[f, FrontColumn.CONSTRAINTS] > 0  # then all pivots are constraints
+    pivots, size, first, at, _, _, has_constraints = order.fronts[f]  # if it has constraints, all pivots are constraints
     for c in range(pivots):
         upper = view(factors, at + c * size, size)
-        r = _exchange_small(order, factors, magnitude, f, c) if has_constraints else c  # constraint exchanged with c
+        r = _exchange_small(order, factors, magnitude, f, c) if has_constraints > 0 else c  # constraint exchanged with c
         p, largest = c, abs(upper[c])  # row exchanged with c
         for i in range(c + 1, pivots):
             found = abs(factors[at + i * size + c])
@@ -87,7 +74,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
         swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
-        if has_constraints and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
+        if has_constraints > 0 and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
             for i in range(c + 1, size):
@@ -108,7 +95,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
 @kernel_function
 def _exchange_small(order, factors, magnitude, f, c):
     """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index."""
-    pivots, size, first, at = _get_front(order, f)
+    pivots, size, first, at, _, _, _ = order.fronts[f]
     r, pivot = c, abs(factors[at + c * (size + 1)])
     largest = pivot
     for i in range(c + 1, pivots):
@@ -142,7 +129,7 @@ def solve(order, factors, swaps, x, front):
         x[order.unknowns[order.fronts[single, FrontColumn.UNKNOWNS]]] *= factors[order.fronts[single, FrontColumn.ENTRIES]]
         single += 1
     for f in range(single, order.fronts.shape[0]):
-        pivots, size, first, at = _get_front(order, f)
+        pivots, size, first, at, _, _, _ = order.fronts[f]
         unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
         if pivots == 1:  # most fronts of rigid bodies
             for i in range(1, size):
@@ -162,7 +149,7 @@ def solve(order, factors, swaps, x, front):
         for i in range(size):
             x[unknowns[i]] = front[i]
     for f in range(order.fronts.shape[0] - 1, single - 1, -1):
-        pivots, size, first, at = _get_front(order, f)
+        pivots, size, first, at, _, _, _ = order.fronts[f]
         unknowns = view(order.unknowns, first, size)
         if pivots == 1:
             for j in range(1, size):
@@ -176,7 +163,7 @@ def solve(order, factors, swaps, x, front):
             for j in range(c + 1, size):
                 total -= row[j] * front[j]
             front[c] = total * row[c]
-        for c in range(pivots - 1, -1, -1):
+        for c in range(pivots - 1, -1, -1):  # exchanges of constraints exchanged columns, too, and with them unknowns
             r = swaps[first + c] >> BITS
             front[c], front[r] = front[r], front[c]
         for c in range(pivots):

@@ -1,7 +1,8 @@
 """Implicit integrator, compiled: collocation at the Radau points with variable steps that end at onsets and kinks; see `radau`.
 
-A stop is a time at which a step must end: a kink of a function of time, or the end. Step control: K. Gustafsson's predictive
-rule (Hairer and Wanner 1996, IV.8). The records `clock`, `controls`, `counts` and the rows `out` are described in `output`.
+Step ends are the times at which a step must end: kinks of functions of time, and the run's end. Step control: K. Gustafsson's
+predictive rule (Hairer and Wanner 1996, IV.8). The end of a step is its third node, of index 2. The records `clock`, `controls`,
+`counts` and the rows `out` are described in `output`.
 """
 
 import numpy as np
@@ -13,8 +14,8 @@ from .forces import add_forces
 from .kernel import compute_forces, compute_rows
 from .markers import place_markers
 from .newton import SLOW, solve_nodes
-from .output import LARGEST_RATIO, SMALLEST_RATIO, STOP_REACH, Ended
-from .radau import REAL_EIGENVALUE, estimate_error, factor_saddle, integrate, measure_deformation, predict, project, update_units
+from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
+from .radau import REAL_EIGENVALUE, estimate_error, integrate, measure_deformation, predict, project, update_units
 from .strips import MIXED, PLAIN, compute_stresses
 from .tables import Elastic, Instant, Report
 
@@ -41,24 +42,21 @@ LEAST_MOVE = 1e-2
 @kernel_function
 def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
-    tables, orders, work, state = model.tables, model.orders, model.work, model.state
+    tables, work, state = model.tables, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
     work.strip_form[0] = MIXED  # stresses of strips are unknowns
     work.kept_gradients[:] = 0.0  # no gradients of strains are kept yet
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
-    factor_saddle(tables, orders, work, state, state.q, state.start_jacobian)
     copy(work.reports, state.start_reports)
     for i in range(state.q.size):
         state.inverse_error_unit[i] = 1.0 / state.unit[i]
     for k in range(tables.elastic.shape[0]):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
-        if j >= 0:
-            state.inverse_error_unit[i] = state.inverse_error_unit[j] = (
-                0.0  # vectors (i, j) have units along and across their chord instead
-            )
+        if j >= 0:  # a vector of the coordinates i and j, which has units along and across its chord instead
+            state.inverse_error_unit[i] = state.inverse_error_unit[j] = 0.0
     update_units(state, tables.elastic, tolerance)
 
 
@@ -70,7 +68,8 @@ def _estimate_error(model, t, h, controls):
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
-    rate_defect, shifted_q, shifted_v = state.dq[0], state.dq[0], state.dv[0]  # the first one is left by `estimate_error`
+    rate_defect = state.dq[0]  # left by `estimate_error`
+    shifted_q, shifted_v = state.dq[1], state.dv[1]  # work space
     allowed = controls.contact_tolerance
     project(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
@@ -121,39 +120,36 @@ def _advance(state):
 
 
 @kernel_function
-def _find_next_stop(model, clock, controls, stops, out, counts):
+def _find_step_end(model, clock, controls, step_ends, out, counts):
     """Return the next time at which a step must end; at a kink just reached, restart, as accelerations jump there."""
-    while clock.stop < stops.size:
-        stop = stops[clock.stop]
-        if stop > clock.time + controls.shortest:
-            return min(controls.end, stop)
-        if stop > clock.time - controls.shortest and not controls.fixed:
+    while clock.step_end < step_ends.size:
+        step_end = step_ends[clock.step_end]
+        if step_end > clock.time + controls.shortest:
+            return min(controls.end, step_end)
+        if step_end > clock.time - controls.shortest and not controls.fixed:
             restart_past_event(model, clock, controls, out, counts)
-        clock.stop += 1
+        clock.step_end += 1
     return controls.end
 
 
 @kernel_function
-def _choose_length(clock, controls, stop):
-    """Return the length of the next step: `clock.next_step`, up to the stop, or half-way to it if the rest would be short.
+def _choose_length(clock, controls, step_end):
+    """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short.
 
-    The step ends at the stop if this is nearer than `clock.reach` lengths: STOP_REACH, a little more than 1, or 1 for a step to
-    an event. Such a step is not lengthened, nor halved: it would come to the event in ever shorter steps.
+    The step ends at `step_end` if this is nearer than `clock.reach` lengths: STEP_END_REACH or, for a step to an event, 1. Such a
+    step is not lengthened, nor halved: it would come to the event in ever shorter steps.
     """
-    h, left = min(clock.next_step, controls.longest), stop - clock.time
-    if clock.time + clock.reach * h >= stop:
+    h, left = min(clock.next_step, controls.longest), step_end - clock.time
+    if clock.time + clock.reach * h >= step_end:
         return left
-    is_to_event = clock.reach != STOP_REACH
-    is_halved = clock.time + 2.0 * h > stop and not controls.fixed and not is_to_event
+    is_to_event = clock.reach != STEP_END_REACH
+    is_halved = clock.time + 2.0 * h > step_end and not controls.fixed and not is_to_event
     return 0.5 * left if is_halved else h
 
 
 @kernel_function
 def _try_step(model, clock, h, end, controls, counts):
-    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next.
-
-    It is rejected if Newton's method fails, the error is too large, a contact closes or a measure reaches an edge of its law.
-    """
+    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next."""
     tables, work, state = model.tables, model.work, model.state
     start, shortest = state.start_reports, controls.shortest
     renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h  # equal but for rounding
@@ -177,7 +173,7 @@ def _try_step(model, clock, h, end, controls, counts):
         return True
     if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
         clock.error = max(clock.error, RELEASE_ERROR)  # up to 10 shortest steps, the time of the release is known well enough
-    if clock.error > 1.0 and h > 4.0 * shortest:  # a shorter step, at most twice the least length below, is accepted
+    if clock.error > 1.0 and h > 4.0 * shortest:  # a step of up to 4 shortest lengths is accepted in spite of its error
         ratio = max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT)
         clock.next_step, clock.max_growth = max(h * ratio, 2.0 * shortest), 1.0
         return False
@@ -190,20 +186,21 @@ def _accept(model, clock, h, target, controls, out, counts):
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
     if controls.writes_within_steps:
+        # of a row beside a face: after the step's start, or before its end if negative; 0 for none
         row_time = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, bending)
-        is_before_others = abs(row_time) < 0.5 * h / parts  # a row beside a face, nearer to the step's end than half a part
-        if is_before_others and row_time > 0.0:  # from the step's start
+        is_outermost = abs(row_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
+        if is_outermost and row_time > 0.0:
             samples.write_at_face(state, out, counts, start, h, row_time)
         samples.write_between(state, out, counts, start, h, parts)
-        if is_before_others and row_time < 0.0:  # from the step's end
+        if is_outermost and row_time < 0.0:
             samples.write_at_face(state, out, counts, start, h, row_time)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
     counts.steps += 1
-    clock.time, clock.previous, clock.reach, clock.skipped = target, h, STOP_REACH, clock.skipped + 1
+    clock.time, clock.previous, clock.reach, clock.skipped = target, h, STEP_END_REACH, clock.skipped + 1
     if clock.skipped >= controls.every or is_event or target >= controls.end - controls.shortest:
         samples.write(state, out, counts, target, start)
         clock.skipped = 0
@@ -220,35 +217,32 @@ def _lengthen(clock, h, shortest):
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** EXPONENT)
     clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
     if factor < SHORTER or factor > LONGER:
-        was_cut_short = h < 0.5 * clock.next_step  # by a stop: the length planned before is kept
+        was_cut_short = h < 0.5 * clock.next_step  # by a step end: the length planned before is kept
         clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, 2.0 * shortest)
 
 
 @jit
-def run_implicit(model, clock, controls, stops, out, counts):
-    """Integrate from the model's state to the end, or until `out` is full; the next call goes on from the model.
-
-    Steps end at the times `stops`. A row is written to `out` every `controls.every` steps and, if this is 1, rows within steps.
-    """
+def run_implicit(model, clock, controls, step_ends, out, counts):
+    """Integrate from the model's state to the end, or until `out` is full; the next call goes on. Steps end at `step_ends`."""
     state, strip_form = model.state, model.work.strip_form
     counts.samples = 0
     if counts.steps == 0:
-        clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STOP_REACH
+        clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STEP_END_REACH
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
     strip_form[0] = MIXED
     rows = out.time.size - samples.MOST_SAMPLES - 3  # room for a step, with a row at a face, at its end and after an event
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
-        stop = _find_next_stop(model, clock, controls, stops, out, counts)
-        h = _choose_length(clock, controls, stop)
+        step_end = _find_step_end(model, clock, controls, step_ends, out, counts)
+        h = _choose_length(clock, controls, step_end)
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY  # this step is the last
-        is_last = h >= stop - clock.time
-        end = stop * (1.0 - 4e-16) if is_last else clock.time + h  # two roundings before a drive's kink
+        is_last = h >= step_end - clock.time  # before the step end
+        end = step_end * (1.0 - 4e-16) if is_last else clock.time + h  # two roundings before a drive's kink
         if not _try_step(model, clock, h, end, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, h, stop if is_last else clock.time + h, controls, out, counts)
+        _accept(model, clock, h, step_end if is_last else clock.time + h, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:

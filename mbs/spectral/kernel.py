@@ -6,9 +6,11 @@ of their entries in the whole matrix. The last unknown of a constraint's block i
 row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for multipliers are not used. Residuals g, G
 and the right sides of G v = speed and G a = change need markers that are placed.
 
-The mass matrix is constant but for modal links (docs/theory-modal.md). With amplitudes eta the frame's inertia is
-I + 2 radial.eta + eta.gram eta. Its coupling with the modes is gyration^T eta = -gyration eta, as gyration is skew-symmetric.
-Local names: o is the frame's first coordinate, x; o + 2 its angle; e the first amplitude; m the number of modes.
+The mass matrix is constant but for modal links (docs/theory-modal.md). With m modes phi_i of amplitudes eta (m,), `radial` (m,)
+has the integrals of X . phi_i dm, X the position in the frame, `gram` (m, m) those of phi_i . phi_j dm, `gyration` (m, m) those
+of phi_i x phi_j dm. The frame's inertia is I + 2 radial^T eta + eta^T gram eta. Its coupling with the modes is gyration^T eta =
+-gyration eta, as gyration is skew-symmetric. Rows of a modal link's block are x, y and angle of the frame, 0 to 2, then the
+amplitudes, from 3 on. Local names: o is the coordinate x of the frame, e the first amplitude.
 """
 
 import numpy as np
@@ -23,10 +25,7 @@ from .tables import BlockColumn, Markers, MeasureKind, MeasureNumber, Measures, 
 
 @inline
 def _find_indices(tables, row):
-    """Return o, e, m of a modal link, and where its radial, gram, gyration and stiffness begin in the data.
-
-    Their shapes are (m,), (m, m), (m, m), (m,); m numbers of damping follow.
-    """
+    """Return o, e, m of a modal link, and where its radial, gram, gyration, stiffness (m,) begin in the data; damping follows."""
     o, m, radial = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.MODES], tables.modal[row, Modal.DATA]
     gram = radial + m
     gyration = gram + m * m
@@ -55,10 +54,10 @@ def add_modal(tables, q, v, f):
         o, e, m, radial, gram, gyration, stiffness = _find_indices(tables, row)
         spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
-            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
             coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
-            half_inertia_rate += stretch * v[e + i]
-            f[e + i] += spin * (spin * stretch + 2.0 * coriolis)
+            half_inertia_rate += half_slope * v[e + i]
+            f[e + i] += spin * (spin * half_slope + 2.0 * coriolis)
             f[e + i] -= tables.data[stiffness + i] * q[e + i] + tables.data[stiffness + m + i] * v[e + i]
         f[o + 2] -= 2.0 * spin * half_inertia_rate
 
@@ -71,15 +70,15 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
         spin = v[o + 2]
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
             coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
                 work.block_damping[3 + i, 3 + j] -= 2.0 * spin * tables.data[gyration + i * m + j]
             work.block_stiffness[2, 3 + i] += 2.0 * spin * _multiply_matrix_row(tables, gram, i, m, v, e)
-            work.block_damping[2, 2] += 2.0 * stretch * v[e + i]
-            work.block_damping[2, 3 + i] += 2.0 * spin * stretch
-            work.block_damping[3 + i, 2] -= 2.0 * spin * stretch + 2.0 * coriolis
+            work.block_damping[2, 2] += 2.0 * half_slope * v[e + i]
+            work.block_damping[2, 3 + i] += 2.0 * spin * half_slope
+            work.block_damping[3 + i, 2] -= 2.0 * spin * half_slope + 2.0 * coriolis
             work.block_stiffness[3 + i, 3 + i] += tables.data[stiffness + i]
             work.block_damping[3 + i, 3 + i] += tables.data[stiffness + m + i]
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
@@ -101,19 +100,7 @@ def renew_mass(tables, work, q, jacobian, saddle):
         for slot in tables.slots[entry : entry + width * width]:
             saddle[slot] = tables.mass[slot]
     add_modal_mass(tables, work, q, saddle)
-    renew_rows(tables, jacobian, saddle)
-
-
-@kernel_function
-def renew_rows(tables, jacobian, saddle):
-    """Overwrite G and G^T in the saddle-point matrix."""
-    for r in range(tables.rows.shape[0]):
-        _, width, entry = tables.blocks[r]
-        last = width - 1  # row and column of the multiplier
-        for i in range(last):
-            saddle[tables.slots[entry + i * width + last]] = 0.0
-            saddle[tables.slots[entry + last * width + i]] = 0.0
-    add_rows(tables, jacobian, saddle)
+    write_rows(tables, jacobian, saddle)
 
 
 @kernel_function
@@ -133,7 +120,7 @@ def add_modal_mass(tables, work, q, mass):
 
 @kernel_function
 def _compute_modal_mass(tables, row, q, i):
-    """Return the frame's inertia from mode i per amplitude, (2 radial + gram eta)_i, and its coupling, -(gyration eta)_i."""
+    """Return (2 radial + gram eta)_i, which times eta_i is inertia of the frame, and the coupling -(gyration eta)_i of mode i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
     inertia = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
     return inertia, -_multiply_matrix_row(tables, gyration, i, m, q, e)
@@ -184,11 +171,11 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         o, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            stretch = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
             gyration_a = _multiply_matrix_row(tables, gyration, i, m, a, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
-            work.block_stiffness[2, 3 + i] += 2.0 * stretch * a[o + 2] + gyration_a
+            work.block_stiffness[2, 3 + i] += 2.0 * half_slope * a[o + 2] + gyration_a
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
@@ -206,32 +193,31 @@ def compute_forces(tables, work, now, f):
 
 
 @kernel_function
-def compute_tangents(tables, work, now, mass, damp, stiff):
-    """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`.
-
-    Add -df/dlambda, of friction pressed by a constraint's reaction, to `mass`, the nonzeros of M and G.
-    """
+def compute_tangents(tables, work, now, saddle, damp, stiff):
+    """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`; add -df/dlambda to `saddle`, [M G^T; G 0]."""
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
     if tables.modal.shape[0] > 0:
         add_modal_tangents(tables, work, now.q, now.v, damp, stiff)
-    add_forces_tangents(tables, work, now, mass, damp, stiff)
+    add_forces_tangents(tables, work, now, saddle, damp, stiff)
 
 
 @inline
 def compute_rows(tables, work, t, residual, jacobian, speed):
     """Compute residuals g, entries of G and right sides of G v = speed of all constraints at time t."""
     for r in range(tables.rows.shape[0]):
-        grad, at, total = work.grad, tables.blocks[r, BlockColumn.FIRST], 0.0
+        grad, total = work.grad, 0.0
+        next_entry = tables.blocks[r, BlockColumn.FIRST]  # index of the next entry of G in `jacobian`
         first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
         travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
         for k in range(first, first + count):
             value, _ = markers.compute_measure(tables, work, k, grad)
-            total += tables.measure_numbers[k, MeasureNumber.FACTOR] * value
-            at = markers.write_gradient(tables, work, k, grad, tables.measure_numbers[k, MeasureNumber.FACTOR], jacobian, at)
+            factor = tables.measure_numbers[k, MeasureNumber.FACTOR]
+            next_entry = markers.write_gradient(tables, work, k, grad, factor, jacobian, next_entry)
+            total += factor * value
         residual[r], speed[r] = total - tables.values[r] - travel, rate
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
-            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # an angle holds up to whole turns
+            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # of one angle whole turns do not count
 
 
 @inline
@@ -264,14 +250,17 @@ def add_reactions(tables, jacobian, lam, out):
 
 
 @kernel_function
-def add_rows(tables, jacobian, values):
-    """Add G and G^T to the entries of a matrix of all unknowns."""
+def write_rows(tables, jacobian, saddle):
+    """Overwrite G and G^T in the saddle-point matrix [M G^T; G 0]."""
     for r in range(tables.rows.shape[0]):
         first, width, entry = tables.blocks[r]
         last = width - 1  # row and column of the multiplier
         for i in range(last):
-            values[tables.slots[entry + i * width + last]] += jacobian[first + i]
-            values[tables.slots[entry + last * width + i]] += jacobian[first + i]
+            saddle[tables.slots[entry + i * width + last]] = 0.0
+            saddle[tables.slots[entry + last * width + i]] = 0.0
+        for i in range(last):  # markers of one body have coordinates in common: their entries add up
+            saddle[tables.slots[entry + i * width + last]] += jacobian[first + i]
+            saddle[tables.slots[entry + last * width + i]] += jacobian[first + i]
 
 
 @kernel_function

@@ -1,7 +1,8 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
 Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), whose
-meaning depends on its kind. Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
+meaning depends on its kind, `now` an `Instant`. Functions of time are taken at `tables.time_factor[0]` times the time: so studies
+vary the speed.
 """
 
 import numpy as np
@@ -67,25 +68,20 @@ def evaluate_motion(tables, k, t):
 
 @kernel_function
 def evaluate_acceleration(tables, k, t, side):
-    """Return the acceleration of drive k just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE.
-
-    It is the one-sided difference of second order of the speed; before t = 0 there is no speed.
-    """
+    """Return the acceleration of drive k just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE."""
     factor = tables.time_factor[0]
     t = factor * t
     if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
         start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
         return factor * factor * (end - start) / duration if t < duration else 0.0
+    # one-sided difference of second order; before t = 0 there is no speed
     speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 
 @kernel_function
 def friction_force(speed, p):
-    """Return a friction force by the speed, linear up to the regularisation speed.
-
-    p: dynamic force, static minus dynamic force, viscous coefficient, regularisation speed, Stribeck speed.
-    """
+    """Return a friction force by the speed, linear up to the regularisation speed; `static_offset` is static less dynamic."""
     dynamic, static_offset, viscous, regularisation, stribeck = p[0], p[1], p[2], p[3], p[4]
     excess = abs(speed) - regularisation
     if excess <= 0.0:
@@ -95,11 +91,8 @@ def friction_force(speed, p):
 
 @kernel_function
 def strut(value, rate, p, address):
-    """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push.
-
-    p: length, rigidity EA/L, unit load EI/L^2, compliance EI/(EA L^2), critical load over the unit load, damping. At `address`
-    is the load over the unit load as a function of shortening over length.
-    """
+    """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push."""
+    # L; EA/L; EI/L^2, unit of loads; EI/(EA L^2); critical load. At `address` is the load as a function of shortening over L
     length, rigidity, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
     elongation = value - length
     if elongation > 0.0:
@@ -114,10 +107,7 @@ def strut(value, rate, p, address):
 
 @kernel_function
 def motor(t, speed, p, address):
-    """Return the torque of a DC motor on its link; `address` is its voltage as a function of time, 0 if that is constant.
-
-    p: voltage, resistance, motor constant, gear ratio, friction torque, dead band of the voltage, regularisation speed.
-    """
+    """Return the torque of a DC motor on its link; its voltage is p[0] or, unless `address` is 0, the function of time there."""
     resistance, constant, gear, friction_torque, dead_band, regularisation = p[1], p[2], p[3], p[4], p[5], p[6]
     voltage = p[0] if address == 0 else call(address, (t,))
     voltage = np.sign(voltage) * max(0.0, abs(voltage) - dead_band)

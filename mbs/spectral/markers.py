@@ -5,6 +5,7 @@ dJ/dt in work.jacobian_rate. Their constant entries were written by `allocate_wo
 second rates of the coordinates: columns AX, AY, SPIN_BIAS of a marker's state, which follow each other.
 
 Local names: m a marker, d the index of its first number in tables.data, j and dj for J and J', c and sn for cosine and sine.
+`tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
 """
 
 import numpy as np
@@ -117,10 +118,7 @@ def add_force(tables, work, m, push_x, push_y, turning, out):
 
 @kernel_function
 def add_geometric(tables, work, m, q, push, out, start):
-    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on.
-
-    `push` is a constant (3,). The position of a strip's marker is linear in its coordinates and adds nothing.
-    """
+    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on."""
     fx, fy, turning = push
     kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
     d = tables.markers[m, Markers.DATA]
@@ -132,7 +130,7 @@ def add_geometric(tables, work, m, q, push, out, start):
             h = -fx * work.jacobian[1, i] + fy * work.jacobian[0, i]
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
-    elif kind == MarkerKind.CURVE and turning != 0.0:
+    elif kind == MarkerKind.CURVE and turning != 0.0:  # only its angle is not linear in the coordinates
         tx, ty = 0.0, 0.0  # tangent
         for i in range(size):
             dn = tables.data[d + size + i]
@@ -148,17 +146,6 @@ def add_geometric(tables, work, m, q, push, out, start):
                 out[start + size + i, start + size + k] -= hxx * dd
 
 
-@kernel_function
-def _multiply_jacobian(work, i, h, row, column, factor):
-    """Return factor times row i of J^T times the (3, 3) block of h, a matrix (6, 6), that begins at row and column."""
-    jx, jy, ja = factor * work.jacobian[0, i], factor * work.jacobian[1, i], factor * work.jacobian[2, i]
-    return (
-        jx * h[row, column] + jy * h[row + 1, column] + ja * h[row + 2, column],
-        jx * h[row, column + 1] + jy * h[row + 1, column + 1] + ja * h[row + 2, column + 1],
-        jx * h[row, column + 2] + jy * h[row + 1, column + 2] + ja * h[row + 2, column + 2],
-    )
-
-
 @inline
 def compute_measure(tables, work, k, grad):
     """Return measure k and its rate; fill its gradient by (x, y, angle) of markers a and b, shape (6,)."""
@@ -171,10 +158,10 @@ def compute_measure(tables, work, k, grad):
     ex, ey = pa[State.X] - pb[State.X], pa[State.Y] - pb[State.Y]
     dx, dy = tables.measure_numbers[k, MeasureNumber.X], tables.measure_numbers[k, MeasureNumber.Y]
     grad[2], grad[5] = 0.0, 0.0
-    if kind == MeasureKind.DISTANCE:
+    if kind == MeasureKind.DISTANCE:  # the direction is that from b to a
         length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
         dx, dy = ex / length, ey / length
-    elif kind == MeasureKind.TURNING:
+    elif kind == MeasureKind.TURNING:  # (dx, dy) are components in the axes of b; for FIXED, the last kind, in global axes
         c, sn = np.cos(pb[State.ANGLE]), np.sin(pb[State.ANGLE])
         dx, dy = c * dx - sn * dy, sn * dx + c * dy
         grad[5] = dx * ey - dy * ex
@@ -219,27 +206,34 @@ def write_gradient(tables, work, k, grad, factor, out, index):
 
 @kernel_function
 def add_pair(tables, work, pair, matrix, factor, right, out):
-    """Add factor J^T H R of two markers to `out`. H is the `matrix` (6, 6) by their (x, y, angle) or the rates of these.
+    """Add factor J^T H R to `out`, a block; `matrix` H (6, 6) has derivatives of forces on two markers, `right` R is (3, dofs).
 
-    R is `right`, (3, dofs): J for derivatives by coordinates or rates, J' for those of the rates of (x, y, angle) by
-    coordinates. The `pair` is (marker a, marker b, row and column of `out` at which their coordinates begin).
+    R is J or, for forces that depend on the rates of (x, y, angle), J' for derivatives by coordinates. The `pair` is (marker a,
+    marker b, row and column of `out` at which the coordinates of a begin); those of b follow.
     """
-    first_row, size = pair[2], tables.markers[pair[0], Markers.COUNT]
+    a, b, start = pair
+    size = tables.markers[a, Markers.COUNT]
     for i in range(2):
-        row, first, rows = first_row + i * size, tables.markers[pair[i], Markers.FIRST], tables.markers[pair[i], Markers.COUNT]
+        of_row, row = (a, start) if i == 0 else (b, start + size)  # marker of the rows, and the first row
+        first = tables.markers[of_row, Markers.FIRST]
         for j in range(2):
-            column, begin = first_row + j * size, tables.markers[pair[j], Markers.FIRST]
-            for m in range(rows):
-                tx, ty, ta = _multiply_jacobian(work, first + m, matrix, 3 * i, 3 * j, factor)
+            of_column, column = (a, start) if j == 0 else (b, start + size)
+            begin, x, u = tables.markers[of_column, Markers.FIRST], 3 * i, 3 * j  # H by x, y, angle: rows x ..., columns u ...
+            for m in range(tables.markers[of_row, Markers.COUNT]):
+                k = first + m
+                jx, jy, ja = factor * work.jacobian[0, k], factor * work.jacobian[1, k], factor * work.jacobian[2, k]
+                tx = jx * matrix[x, u] + jy * matrix[x + 1, u] + ja * matrix[x + 2, u]
+                ty = jx * matrix[x, u + 1] + jy * matrix[x + 1, u + 1] + ja * matrix[x + 2, u + 1]
+                ta = jx * matrix[x, u + 2] + jy * matrix[x + 1, u + 2] + ja * matrix[x + 2, u + 2]
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
-                    for n in range(tables.markers[pair[j], Markers.COUNT]):
+                    for n in range(tables.markers[of_column, Markers.COUNT]):
                         k = begin + n
                         out[row + m, column + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
 @kernel_function
 def clear_block(tables, work, block):
-    """Set the entries of a block to zero."""
+    """Set the entries of a block of K and C, in the work arrays, to zero."""
     width = tables.blocks[block, BlockColumn.WIDTH]
     for i in range(width):
         for j in range(width):
@@ -249,7 +243,7 @@ def clear_block(tables, work, block):
 
 @kernel_function
 def add_entries(tables, block, entries, values):
-    """Add the entries of a block to the nonzeros of the whole matrix."""
+    """Add the entries of a block to `values`, the nonzeros of the whole matrix (slots + 1,)."""
     _, width, slot = tables.blocks[block]
     for i in range(width):
         for j in range(width):

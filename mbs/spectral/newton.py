@@ -2,7 +2,7 @@
 
 Symbols: h length of the step, M mass, C damping, K stiffness, G Jacobian of the constraints, n coordinates, r constraints; the
 arrays of `state` are listed in `output`. Equations (3) and (4): docs/theory-spectral.md; transformation by T: Hairer and Wanner
-1996, IV.8.
+1996, IV.8. All matrices are those of all unknowns, with M, C, K as blocks; state.saddle_mass has M, G and G^T - df/dlambda.
 """
 
 import numpy as np
@@ -20,40 +20,41 @@ MOST_ITERATIONS = 14
 """Largest number of iterations with one matrix; 3 to 6 suffice with a fresh one."""
 LEAST_ERROR_RATIO = 0.1
 """Least error assumed after a first increment, over the increment, as the last step's rate of convergence may not hold."""
+UNKNOWN_ERROR_RATIO = 1.0
+"""Error assumed after the first increment with new matrices, over the increment: that of increments which halve."""
+DIVERGENT = 2.0
+"""Ratio of two increments above which Newton's method counts as divergent at once; below it a third iteration is tried."""
 SLOW = 0.3
 """Ratio of successive increments above which the next step computes new matrices."""
 
 
 @kernel_function
 def renew_matrices(tables, orders, work, state, t, h, counts):
-    """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite.
-
-    Strips' strains are linearised anew, too: their gradients stay in work.kept_gradients until the next call.
-    """
+    """Compute and factor M + k C + k^2 K with G, k = h/eigenvalue of A^-1, real and complex; return False if not finite."""
     q, v, lam = state.node_q[MATRIX_NODE], state.node_v[MATRIX_NODE], state.node_lam[MATRIX_NODE]
     since = NODES[MATRIX_NODE] * h
     copy(state.node_stress[MATRIX_NODE], work.stress)
     now = Instant(t + since, since, q, v, lam, state.memory)
-    work.strip_form[0] = RENEWED
+    work.strip_form[0] = RENEWED  # so `compute_forces` keeps the gradients of strains; its forces are not used
     kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
-    kernel.fill_mass(tables, work, q, state.mass)
-    kernel.compute_tangents(tables, work, now, state.mass, state.damping, state.stiffness)
     kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
-    kernel.add_rows(tables, state.jacobian, state.mass)
+    kernel.fill_mass(tables, work, q, state.saddle_mass)
+    kernel.write_rows(tables, state.jacobian, state.saddle_mass)
+    kernel.compute_tangents(tables, work, now, state.saddle_mass, state.damping, state.stiffness)
     kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:
         kernel.add_inertia_stiffness(tables, work, q, state.node_a[MATRIX_NODE], state.stiffness)
     counts.jacobians += 1
-    if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.mass.sum()):
+    if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.saddle_mass.sum()):
         return False
     k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
-    for i in range(state.mass.size):
-        state.real_matrix[i] = state.mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
-        state.complex_matrix[i] = state.mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
+    for i in range(state.saddle_mass.size):
+        state.real_matrix[i] = state.saddle_mass[i] + k1 * (state.damping[i] + k1 * state.stiffness[i])
+        state.complex_matrix[i] = state.saddle_mass[i] + k2 * (state.damping[i] + k2 * state.stiffness[i])
     factor(orders.newton, state.real_matrix, state.real_factors, state.real_swaps, state.row_magnitude)
     factor(orders.newton, state.complex_matrix, state.complex_factors, state.complex_swaps, state.row_magnitude)
-    state.error_ratio[0] = 1.0
+    state.error_ratio[0] = UNKNOWN_ERROR_RATIO
     return True
 
 
@@ -78,25 +79,26 @@ def _compute_residuals(tables, work, state, t, h):
 
 @kernel_function
 def _apply_increment(tables, orders, work, state, h):
-    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate.
+    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate in two units.
 
-    The first value is in units of the error control, the second in those of the coordinates. Multipliers are scaled by
+    `size` is in units of the error control, `size_in_coordinate_units` in `state.unit`. Multipliers are scaled by
     k = h/eigenvalue of A^-1, so that G stands in the matrices without a factor.
 
     Residuals are sums over the eigenvectors of A^-1: `one` times the real one plus the real part of `two` times the complex one.
     With the columns T_1 and T_2 of T, its real and imaginary part, Re(two (T_1 + i T_2)) = Re(two) T_1 - Im(two) T_2.
     """
-    n, m, size, size_in_units, b = state.q.size, state.real_solution.size, 0.0, 0.0, T_INVERSE
+    n, unknowns, b = state.q.size, state.real_solution.size, T_INVERSE
+    size = size_in_coordinate_units = 0.0
     real, complex_ = state.real_solution, state.complex_solution
     k1, k2 = h / REAL_EIGENVALUE, h / COMPLEX_EIGENVALUE
-    for k in range(m):
+    for k in range(unknowns):
         r0, r1, r2 = state.residual[0, k], state.residual[1, k], state.residual[2, k]
         one = b[0, 0] * r0 + b[0, 1] * r1 + b[0, 2] * r2
         two = complex(b[1, 0] * r0 + b[1, 1] * r1 + b[1, 2] * r2, -b[2, 0] * r0 - b[2, 1] * r1 - b[2, 2] * r2)
         real[k], complex_[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
     solve(orders.newton, state.real_factors, state.real_swaps, real, state.front_work)
     solve(orders.newton, state.complex_factors, state.complex_swaps, complex_, state.complex_front_work)
-    for k in range(m):
+    for k in range(unknowns):
         one, two = (real[k], complex_[k]) if k < n else (real[k] / k1, complex_[k] / k2)
         for i in range(3):
             change = T[i, 0] * one + T[i, 1] * two.real - T[i, 2] * two.imag
@@ -108,13 +110,13 @@ def _apply_increment(tables, orders, work, state, h):
     for i in range(3):
         for k in range(n):
             state.dq[i, k] = h * (A[i, 0] * state.dv[0, k] + A[i, 1] * state.dv[1, k] + A[i, 2] * state.dv[2, k])
-            size_in_units = max(size_in_units, abs(state.dq[i, k]) / state.unit[k])
+            size_in_coordinate_units = max(size_in_coordinate_units, abs(state.dq[i, k]) / state.unit[k])
             if not abs(state.dq[i, k]) < np.inf:
                 return np.inf, np.inf  # nan fails all comparisons
         size = max(size, measure_change(state, tables.elastic, state.dq[i]))
         advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_stress_residual[i])
     integrate(state, h)
-    return size, size_in_units
+    return size, size_in_coordinate_units
 
 
 @kernel_function
@@ -133,7 +135,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     while left > 0:
         left -= 1
         _compute_residuals(tables, work, state, t, h)
-        size, size_in_units = _apply_increment(tables, orders, work, state, h)
+        size, size_in_coordinate_units = _apply_increment(tables, orders, work, state, h)
         counts.iterations += 1
         if not np.isfinite(size):
             return 2.0
@@ -143,12 +145,12 @@ def solve_nodes(model, t, h, allowed, renew, counts):
                 error_ratio = ratio / (1.0 - ratio)
             # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
-            if size_in_units > ROUNDING and (ratio > 2.0 or is_slow):
+            if size_in_coordinate_units > ROUNDING and (ratio > DIVERGENT or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
-                renew, last_size, left, error_ratio = True, 0.0, MOST_ITERATIONS, 1.0
+                renew, last_size, left, error_ratio = True, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
                 continue
-        if size_in_units <= ROUNDING or error_ratio * size <= allowed:
+        if size_in_coordinate_units <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio
             return min(ratio, 1.0)  # rounding alone may make it larger than 1
         last_size = size

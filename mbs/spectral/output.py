@@ -36,13 +36,13 @@ CLOCK = _record_type(
     resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
     previous="f8",  # length of the last step, 0 after a jump [s]
     matrix_step="f8",  # length for which the Newton matrices are factored, 0 if none are [s]
-    reach="f8",  # the next step end cuts the step if it is nearer than so many step lengths
+    reach="f8",  # implicit: a step ends at the next of `step_ends` if this is nearer than so many lengths of the step
     error="f8",  # local error of this step over the one allowed
     last_error="f8",  # local error of the last accepted step over the one allowed
     last_step="f8",  # length of the step of `last_error` [s]
     max_growth="f8",  # largest ratio of the next step length to this one
     skipped="i8",  # steps since the last row
-    stop="i8",  # index of the next step end, a time at which a step must end (see `run`)
+    step_end="i8",  # index of the next of `step_ends`, the times at which a step must end
     needs_matrix="?",  # the next step needs new Newton matrices
 )
 """State of the step size control, kept from call to call."""
@@ -71,8 +71,9 @@ SMALLEST_RATIO = 0.2
 """Least ratio of the length of a step to that of the step before: as in the codes DOPRI5 and RADAU5 (Hairer, Wanner)."""
 LARGEST_RATIO = 5.0
 """Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
-STOP_REACH = 1.0001
-"""A step ends at the next step end (see `run`) if that is nearer than so many lengths. A step to an onset is not lengthened."""
+STEP_END_REACH = 1.0001
+"""Lengths of a step within which it ends at the next of `step_ends`: the next step would be tiny. For a step to an onset or edge
+it is 1, as lengthening would take the step past it."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:
@@ -95,10 +96,10 @@ RadauState = namedtuple(
     "RadauState",
     "q v a lam stress "  # state at the start of the step; stress (p, 3)
     "node_q node_v node_a node_lam node_stress node_stress_residual "  # the same at the three nodes; `Work.stress_residual`
-    "past_v past_lam past_stress "  # for first guesses: rates at start and nodes of the last step (4, n), others at its node 2
+    "past_v past_lam past_stress "  # of the last step: rates at start and nodes (4, n), others at its second node
     "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
     "force violation speed change jacobian start_jacobian "  # f; g; G v = speed, G a = change; G, also at the start
-    "mass damping stiffness real_matrix complex_matrix "  # (slots + 1,) of M with G, -df/dlambda; C; K; Newton matrices
+    "saddle_mass damping stiffness real_matrix complex_matrix "  # (slots + 1,): [M G^T - df/dlambda; G 0]; C; K; Newton matrices
     "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
     "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
     "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution

@@ -247,7 +247,7 @@ class CompiledScene:
     def measure(self, measure: int, q: Array) -> float:
         """Compute the value of a measure at coordinates q."""
         self._place(q)
-        return float(entry_points.measure_at(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
+        return float(entry_points.measure_at(self.tables, self.work, measure))
 
     def summary(self) -> dict[str, int]:
         """Count elements by kind (masses belong to bodies), coordinates, constraints and forces."""
