@@ -43,7 +43,7 @@ class Assembly(NamedTuple):
 def assemble(
     points: Mapping[str, Pair], links: Iterable[Any], guides: Iterable[Any] = (), near: Mapping[str, Pair] | None = None
 ) -> Assembly:
-    """Find the places of points that are determined by lengths and angles of links.
+    """Find the places of points by lengths and angles of links; raise a ValueError if these are too few or contradict each other.
 
     Parameters
     ----------
@@ -54,11 +54,6 @@ def assemble(
     near : dict of str to (float, float), optional
         Rough places [m]: the pose with the least sum of squared distances from them is taken. By default it is the pose whose
         first differing point is highest, then farthest right.
-
-    Raises
-    ------
-    ValueError
-        If lengths and angles are too few or contradict each other; in one line that names links.
     """
     links, near = list(links), near or {}
     lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}

@@ -129,10 +129,7 @@ class Mechanism(Parts):
     )
 
     def agree(self) -> None:
-        """Complete the places of points; raise a ValueError unless names are known and unique and elements fit together.
-
-        The decorator `declared` calls it after it has read the fields.
-        """
+        """Complete the places of points and check that names and elements fit together; called when all fields are read."""
         given = dict(self.points)
         found = assemble(given, self.links, self.guides, self.near)
         object.__setattr__(self, "points", Placed(carried_points(given | found.points, self.links), given))
@@ -155,14 +152,12 @@ class Mechanism(Parts):
         return dict(vars(self))
 
     def __str__(self) -> str:
-        """Return the links and the numbers of other elements, in a line."""
         links = ", ".join(f"{link.name} ({type(link.body).__name__})" for link in self.links)
         rest = [f"{len(found)} {kind}" for kind in KINDS if kind != "links" and (found := getattr(self, kind))]
         return f"Mechanism of {len(self.points)} points, links {links}" + "".join(f", {part}" for part in rest)
 
     def __repr__(self) -> str:
-        """Return the line that `str` gives: all fields of a mechanism fill pages."""
-        return f"<{self}>"
+        return f"<{self}>"  # all fields of a mechanism would fill pages
 
     def link(self, name: str) -> Link:
         """Return the link of a name; raise a KeyError if it is unknown."""

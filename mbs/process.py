@@ -51,10 +51,9 @@ CTRL_C = "Ctrl-C"
 
 
 class Interrupted(KeyboardInterrupt):
-    """End of a call by Ctrl-C, and of the script unless it catches this exception.
+    """End of a call by Ctrl-C, with the best answer so far as `result`, of the type that the call returns.
 
-    `result` is the best answer so far, of the type that the call returns. That of `simulate` is the Result of the run that got
-    farthest, with the status INTERRUPTED and no self-checks made.
+    That of `simulate` is the Result of the run that got farthest, with the status INTERRUPTED and no self-checks made.
     """
 
     def __init__(self, result: Any) -> None:
@@ -63,7 +62,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Handler:
-    """Signal handler that remembers Ctrl-C; a call returns True if it was pressed."""
+    """Signal handler that remembers Ctrl-C."""
 
     def __init__(self) -> None:
         self.is_pressed = False

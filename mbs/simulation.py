@@ -81,8 +81,7 @@ def simulate(
     Parameters
     ----------
     mechanism : Mechanism
-    duration : float
-        Time to simulate [s], positive.
+    duration : float, time to simulate [s], positive
     accuracy : float, optional
         Largest relative error of the signals in `of`, 1e-6 to 0.1. Each run of the solver is finer than the run before, until
         the error estimated from the last two is small enough; the result's `error` has the estimate of each signal. A result
@@ -98,10 +97,8 @@ def simulate(
     verify : bool
         True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. The result's `verified` is the
         largest relative difference of positions and angles; above the sum of both errors the result is SUSPECT, with SOLVERS.
-    ledger : bool
-        True to keep the energy ledger, and to mark a run whose energy balance fails as SUSPECT.
-    shapes : sequence of float
-        Times [s] at which to keep the shapes of flexible links.
+    ledger : bool, True to keep the energies over time in the result's `energy`
+    shapes : sequence of float, times [s] at which to keep the shapes of flexible links
     timeout : float, optional
         Wall-clock limit [s]; beyond it the result is TIMED_OUT: the finest run that ended, or else the beginning of the first.
     progress : bool or callable, optional

@@ -170,7 +170,7 @@ class Spectral(Setting):
     def longest(self, duration: float) -> float:
         """Return the longest step of a run, s."""
         if isinstance(self.steps, Equal):
-            return duration / self.steps.count
+            return self.steps.longest(duration)
         return self.steps.max_step or duration / LEAST_STEPS
 
 

@@ -111,13 +111,7 @@ LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")
 
 
 def parse_quantity(text: str, unit: str) -> float:
-    """Read a number with an optional unit and return it in `unit`.
-
-    Parameters
-    ----------
-    text : str, such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`
-    unit : str, unit of the result; a ValueError is raised for a unit of another dimension
-    """
+    """Read a number with or without a unit, such as `300 r/min`, and return it in `unit`; ValueError for another dimension."""
     target = parse_unit(unit)
     value, source = _read(text, target)
     if source and source.dimension != target.dimension:

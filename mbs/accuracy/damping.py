@@ -1,17 +1,13 @@
 """Errors by numerical damping, in closed form: two runs that lose the same vibration do not show it by their difference.
 
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
-amplitude of this vibration by |R(i w h)|, R the stability function of the integrator. The losses of the force's amplitude in all
+amplitude of this vibration by |R(i w h)|, R the stability function of the integrator (E. Hairer, G. Wanner, Solving ordinary
+differential equations II, Springer 1996, ch. IV.3, doi 10.1007/978-3-642-05221-7). The losses of the force's amplitude in all
 steps up to a time add up to a missing amplitude A [N]. Without it the lighter mass m errs by A/(w m) in speed and by A/(w^2 m) in
 place. The force of an impact is proportional to the speed of approach and errs by the same share; its impulse errs by A/w.
 
 The mass m is not known exactly; it is at most half of the mass M of the mechanism. The record has running means of forces over
 the longest axial period that is possible, T = 2 pi sqrt(M/k), k the axial stiffness. So w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
-
-References
-----------
-E. Hairer, G. Wanner, Solving ordinary differential equations II, 2nd ed., Springer 1996, ch. IV.3,
-doi 10.1007/978-3-642-05221-7: stability functions.
 """
 
 from collections.abc import Callable, Collection, Mapping

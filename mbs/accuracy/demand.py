@@ -19,6 +19,7 @@ from ..elements.signal import Kind
 from ..record.errors import Key, Norm
 from ..record.lookup import unknown
 from ..units import FORCE_UNITS
+from .difference import is_normal_force
 from .estimate import LEAST_ERROR
 from .trajectory import FORCE_KINDS, Trajectory
 from .words import COARSEST, PLACES, read_signals, write_signals
@@ -48,8 +49,7 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 class DeflectionLimits(NamedTuple):
     """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough.
 
-    An error of a deflection moves no place by more than itself, no angle by more than itself over the longest link. Forces and
-    rates are assumed to change by the same share as the deflection.
+    An error of a deflection moves no place by more than itself; it is assumed to change forces and rates by the same share.
     """
 
     rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite without
@@ -175,7 +175,7 @@ class Usual:
                 found[name, Norm.RMS] = max(allowed, least * length_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW_ERROR
-            elif signal.kind is Kind.CONTACT and signal.unit == "N" and not signal.group:  # components have a group
+            elif is_normal_force(signal):
                 found |= {(name, norm): USUAL_ERROR for norm in (Norm.IMPULSE, Norm.PEAK)}
         return found
 

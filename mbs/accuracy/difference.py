@@ -109,8 +109,8 @@ class Difference:
         """Return root mean squares and peaks of differences, (signals, times)."""
         means = np.sqrt(difference**2 @ weights / self.end)
         peaks = np.maximum(difference.max(axis=1, initial=0.0), -difference.min(axis=1, initial=0.0))
-        rms: dict[Key, float] = dict(zip([(name, Norm.RMS) for name in names], means.tolist(), strict=True))
-        return rms | dict(zip([(name, Norm.PEAK) for name in names], peaks.tolist(), strict=True))
+        by_norm = {Norm.RMS: means.tolist(), Norm.PEAK: peaks.tolist()}
+        return {(name, norm): value for norm, values in by_norm.items() for name, value in zip(names, values, strict=True)}
 
     @cached_property
     def _grid_of_onsets(self) -> tuple[Grid, Array]:

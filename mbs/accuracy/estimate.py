@@ -43,11 +43,7 @@ def estimate_gains(
     Fixed-point iteration solves this for q. With r = s = 8 each iteration
     reduces the error of q by the factor 8^-q; 20 iterations from 0.5 leave 1e-5 at q = 1/4 and less above.
 
-    Parameters
-    ----------
-    now, before : differences of this pair and of the one before
-    ratios : ratios of tolerances, (r, s)
-    orders : order q of each signal that is assumed of a first pair, and the least and the largest of later ones
+    `ratios` are (r, s). `orders` returns for a signal the order of a first pair, and the least and the largest of later ones.
     """
     gains, (ratio, ratio_before) = dict[Key, float](), ratios
     for key, difference in now.items():

@@ -1,11 +1,8 @@
 """Difference of the forces of one contact in two runs, impact by impact: impulses, peaks and times of onset.
 
 Impacts are not paired by number: after a graze that only one run has, all pairs would be wrong. Impulses are compared by Levy's
-distance, which hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
-
-References
-----------
-P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, Paris 1937: distance of two increasing functions.
+distance of two increasing functions (P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, 1937), which
+hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
 """
 
 from __future__ import annotations
@@ -109,12 +106,7 @@ def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> fl
         s^2 = sum (excess F)^2 / sum peak_b^4,
 
     where F is the force of b at the impact, and the first sum is over the impacts of both runs that both have. An impact half as
-    high counts a sixteenth.
-
-    Parameters
-    ----------
-    highest_b : force of b at the impacts of a [N]
-    highest_a : force of a at the impacts of b [N]
+    high counts a sixteenth. `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
@@ -136,7 +128,7 @@ def match_times(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _find_maxima(values: Array, first: Array, after: Array) -> Array:
-    """Return the largest of `values` >= 0 from each index `first` up to, without, the index `after`."""
+    """Return the largest of `values` >= 0 in each span from the index `first` to the one before `after`."""
     spans = np.stack([first, after], axis=1).ravel()  # every second span goes from `after` to the next `first`
     return np.asarray(np.maximum.reduceat(np.append(values, 0.0), spans)[::2])  # `after` may be one beyond the last index
 

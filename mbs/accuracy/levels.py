@@ -38,8 +38,7 @@ DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
 """Least tolerance over the longest link. A fifth of it would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6. But
-a modal rocker with rattling pins would take eight runs, and its peak would be known to 15 % only. With this value fewer runs show
-that its motion is one trajectory up to 0.016 s."""
+a modal rocker with rattling pins would take eight runs; with this value fewer show that it is one trajectory up to 0.016 s."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
@@ -69,6 +68,13 @@ class Orders(NamedTuple):
     largest: float  # the largest q that three runs may show
 
 
+class Truncation(NamedTuple):
+    """Last two terms of a strip's deflection, and the decay of its terms."""
+
+    excess: float = 0.0  # the larger of the last two terms over its limit
+    decay: float = 0.5  # mean ratio of successive terms; without a strip it has no effect
+
+
 class Level(NamedTuple):
     """Fineness of a run."""
 
@@ -83,7 +89,7 @@ class Levels:
     mechanism: Mechanism
     duration: float
     solver: Any
-    place_error: float = PLACE_ERROR  # error allowed of a place, over its range
+    place_error: float = PLACE_ERROR  # allowed of a place, over its range; a smaller one makes the first tolerance smaller
 
     ratio = 8.0
     """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
@@ -97,11 +103,6 @@ class Levels:
     """Degrees that one level has more than the one before."""
     damping: ClassVar[Factor | None] = None
     """Factor of the amplitude of a vibration in one step; None where levels differ in it or none is known."""
-
-    @property
-    def stricter(self) -> float:
-        """Factor of the first tolerance: 1, or less in proportion if a smaller error than usual is allowed."""
-        return min(1.0, self.place_error / PLACE_ERROR)
 
     def first(self) -> Level:
         """Return the coarsest level."""
@@ -129,13 +130,18 @@ class Levels:
         """Return the number of refinements from a level to the finest tolerance, or the most runs without one."""
         return log(level.tolerance / self.finest) / log(self.ratio) if self.finest else self.runs_at_most
 
-    def raise_degree(self, level: Level, _run: Run, _allowed: DeflectionLimits) -> Level:
-        """Return the level with the degrees at which a run shows deflections to be within their allowed errors."""
-        return level
+    def find_truncation(self, _run: Run, _limits: DeflectionLimits) -> Truncation:
+        """Find the truncation of the strip with the largest excess; none where levels do not differ in the degree."""
+        return Truncation()
 
-    def truncation(self, _run: Run, _allowed: DeflectionLimits) -> float:
-        """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
-        return 0.0
+    def raise_degree(self, level: Level, run: Run, limits: DeflectionLimits) -> Level:
+        """Return the level with the degrees that the limits of deflections need, by the decay of their terms in a run."""
+        truncation = self.find_truncation(run, limits)
+        if not truncation.excess:
+            return level
+        terms = log(max(1.0, SLOWER * truncation.excess)) / -log(truncation.decay)
+        enough = run.solver.degree + 2 * ceil(terms / 2)  # even: a symmetric deflection has every second term alone
+        return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
 
     @property
     def rattles(self) -> bool:
@@ -167,7 +173,8 @@ class SpectralLevels(Levels):
     def first(self) -> Level:
         """Return the coarsest level."""
         bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
-        return Level(FIRST * self.stricter * (STICKING if bristles else 1.0), self.solver.degree or DEGREE)
+        tolerance = FIRST * min(1.0, self.place_error / PLACE_ERROR) * (STICKING if bristles else 1.0)
+        return Level(tolerance, self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; the second level from `FIRST` has the usual longest step and contact tolerance."""
@@ -180,18 +187,9 @@ class SpectralLevels(Levels):
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
-    def raise_degree(self, level: Level, run: Run, allowed: DeflectionLimits) -> Level:
-        """Return the level with the degrees that the errors allowed of deflections need, by the decay of their terms."""
-        truncation = _find_truncation(run, allowed)
-        if not truncation.excess:
-            return level
-        terms = log(max(1.0, SLOWER * truncation.excess)) / -log(truncation.decay)
-        enough = run.solver.degree + 2 * ceil(terms / 2)  # even: a symmetric deflection has every second term alone
-        return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
-
-    def truncation(self, run: Run, allowed: DeflectionLimits) -> float:
-        """Return the larger of the last two terms of a deflection over its allowed error: the largest of all strips."""
-        return _find_truncation(run, allowed).excess
+    def find_truncation(self, run: Run, limits: DeflectionLimits) -> Truncation:
+        """Find the truncation of the strip with the largest excess."""
+        return _find_truncation(run, limits)
 
 
 class ExudynLevels(Levels):
@@ -204,7 +202,7 @@ class ExudynLevels(Levels):
         """Return the coarsest level: half the elements, or all where a strip has one."""
         bodies: list[Any] = [link.body for link in self.mechanism.links]
         fewest = min([body.count for body in bodies if body.meshed], default=2)
-        return Level(self.ratio * self.stricter, -1 if fewest > 1 else 0)
+        return Level(self.ratio * min(1.0, self.place_error / PLACE_ERROR), -1 if fewest > 1 else 0)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver; the tolerance is relative to the usual one, and each level doubles the elements."""
@@ -251,20 +249,13 @@ def _refine_mesh(mechanism: Mechanism, factor: float) -> Mechanism:
     return replace(mechanism, links=links) if factor != 1 else mechanism
 
 
-class _Truncation(NamedTuple):
-    """Last two terms of a strip's deflection, and the decay of its terms."""
-
-    excess: float = 0.0  # the larger of the last two terms over its limit
-    decay: float = 0.5  # mean ratio of successive terms; without a strip it has no effect
-
-
-def _find_truncation(run: Run, allowed: DeflectionLimits) -> _Truncation:
+def _find_truncation(run: Run, limits: DeflectionLimits) -> Truncation:
     """Find the truncation of the strip with the largest excess.
 
     Terms are coefficients normal to the chord times the largest value of their polynomial [m]. The integrated Legendre polynomial
     N_k, of degree k, is sqrt(2/pi)/(k - 1/2) at most, for large k. The decay is computed as if the largest term were the first.
     """
-    found, time = _Truncation(), run.record.time
+    found, time = Truncation(), run.record.time
     for link in run.record.mechanism.links:
         motion: Any = run.record.links.get(link.name)
         for piece in motion.pieces if motion is not None and link.body.meshed else ():
@@ -277,8 +268,8 @@ def _find_truncation(run: Run, allowed: DeflectionLimits) -> _Truncation:
             rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
             deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
             last_rms = rms[-2:].max()
-            excess = max(last_rms / allowed.rms, peak[-2:].max() / (allowed.peak * deflection))
+            excess = max(last_rms / limits.rms, peak[-2:].max() / (limits.peak * deflection))
             decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))
             decay = np.clip(decay, LEAST_DECAY, 0.9)  # at 1 no degree would be enough
-            found = max(found, _Truncation(float(excess), float(decay)))
+            found = max(found, Truncation(float(excess), float(decay)))
     return found

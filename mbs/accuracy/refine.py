@@ -63,12 +63,9 @@ class CheckedRun:
             return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
         if self.worst.ratio <= 1:
             return ""
-        off = f"is off by {_share(self.worst.error)} (relative error), allowed {_share(self.worst.allowed)}"
+        error, allowed = (f"{100 * e:.2g} %" if 1e-3 <= e < 10 else f"{e:.1e}" for e in (self.worst.error, self.worst.allowed))
+        off = f"is off by {error} (relative error), allowed {allowed}"
         return f"ACCURACY: '{self.worst.name}' {off}, after {self.count} runs; asked of {demand.words}{why}"
-
-
-def _share(error: float) -> str:
-    return f"{100 * error:.2g} %" if 1e-3 <= error < 10 else f"{error:.1e}"
 
 
 def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> CheckedRun:
@@ -81,9 +78,8 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
         fine = refinement.make(refinement.next_level(coarse, levels.ratio), end)
         return refinement.refine_further(coarse, fine)
     except _FailedError as failure:
-        failed = failure.trial.run
-        found = refinement.best() if refinement.best else CheckedRun(failed)
-        status, message = failed.failure or (Status.NOT_FINITE, "no samples")
+        found = refinement.best() if refinement.best else CheckedRun(failure.run)
+        status, message = failure.run.failure or (Status.NOT_FINITE, "no samples")
         return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
 
@@ -104,8 +100,8 @@ class _Trial:
 class _FailedError(Exception):
     """A run ended early."""
 
-    def __init__(self, trial: _Trial) -> None:
-        self.trial = trial
+    def __init__(self, run: Run) -> None:
+        self.run = run
 
 
 class _Pair:
@@ -133,10 +129,10 @@ class _Refinement:
     def make(self, level: Level, end: float) -> _Trial:
         """Make a run; _FailedError if it ends early."""
         self.count += 1
-        made = _Trial(self._run(level, end), level, end)
-        if made.run.failure is not None or len(made.run.record.time) < 2:
-            raise _FailedError(made)
-        return made
+        run = self._run(level, end)
+        if run.failure is not None or len(run.record.time) < 2:
+            raise _FailedError(run)
+        return _Trial(run, level, end)
 
     def run_first(self) -> _Trial:
         """Make the coarsest run that does not fail."""
@@ -144,8 +140,8 @@ class _Refinement:
         for _ in range(PATIENCE):
             try:
                 return self.make(level, self.duration)
-            except _FailedError as failure:
-                if failure.trial.run.failure is None or failure.trial.run.failure.status not in CURED:
+            except _FailedError as failed:
+                if failed.run.failure is None or failed.run.failure.status not in CURED:
                     raise
                 level = self.levels.finer(level, self.levels.ratio)
         return self.make(level, self.duration)
@@ -174,7 +170,7 @@ class _Refinement:
             self.best = partial(self.finish, pair, estimate)
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
             # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
-            if excess <= 1 and self.levels.truncation(pair.fine.run, limits) <= 1:
+            if excess <= 1 and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
                 answer = self.best()  # now with energies and their balance
                 excess = answer.worst.ratio
                 if excess <= 1:

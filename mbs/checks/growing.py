@@ -1,8 +1,7 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
-In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. Forces are in
-equilibrium there but for inertia: the multipliers of constraints balance them as far as they can, by least squares, and what is
-left is ignored.
+In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. The multipliers of
+constraints balance the forces as far as they can, by least squares; what is left, by inertia, is ignored.
 """
 
 from typing import Any
@@ -29,10 +28,7 @@ class Growth:
         self.problem = Problem(self.scene)
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
-        """Compute the growth rate [1/s] of each strip's bending at sample k; zero if it decays.
-
-        `forces` are the normal forces of the strips by name [N], tension positive, without their axial vibration.
-        """
+        """Compute the growth rate [1/s] of each strip's bending at sample k, from the strips' tensions [N] by name."""
         q = self._pose(k, forces)
         no_parameter = 1.0  # of a path of equilibria; here it changes no load and no constraint
         rest = self.problem.start(no_parameter)._replace(q=q)

@@ -37,8 +37,8 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     energy = result.energy or run.ledger  # a result keeps the energies (`ledger`) only if asked for
     throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # `unresolved` is a share of the throughput
     balance = float(np.abs(energy["error"]).max()) / throughput
-    dissipated = {name: values for name, values in energy.items() if name.startswith("taken_")}
-    decreases = {name: float((np.maximum.accumulate(values) - values).max()) / throughput for name, values in dissipated.items()}
+    dissipated = [name for name in energy if name.startswith("taken_")]
+    decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
     if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors of energies, which are computed when read
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]

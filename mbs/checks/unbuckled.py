@@ -14,7 +14,6 @@ from ..elements.link import Link
 from ..geometry import Array
 from ..imports import import_late
 from ..record.lookup import trapezoidal
-from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
 from .check import check, without
@@ -64,11 +63,14 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     The normal force is the mean over the last quarter of the pinned strip's first period, which removes axial vibrations.
     """
     record, time, strips = run.record, result.time, _strips(run)
-    periods = {link.name: 2 * np.pi / link.body.section.first_frequency(record.links[link.name].length) for link in strips}
-    forces = {name: recent_mean(time, result.signals[f"{name}.axial_force"], period / 4) for name, period in periods.items()}
-    unbent = {link.name: _unbent(record, result, link) for link in strips}
-    least_load = {link.name: COMPRESSED * link.body.section.euler_load(record.links[link.name].length) for link in strips}
-    compressed = {name: (-force > least_load[name]) & unbent[name] for name, force in forces.items()}
+    forces, compressed = dict[str, Array](), dict[str, Array]()  # normal force [N]; mask of samples to check
+    for link in strips:
+        name, section, length = link.name, link.body.section, record.links[link.name].length
+        period = 2 * np.pi / section.first_frequency(length)
+        forces[name] = recent_mean(time, result.signals[f"{name}.axial_force"], period / 4)
+        deflection = result.signals[f"{name}.deflection"]
+        is_unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # false for an arch that has snapped through
+        compressed[name] = (-forces[name] > COMPRESSED * section.euler_load(length)) & is_unbent
     if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
@@ -105,12 +107,6 @@ def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
     least = np.minimum(compression[poses[before]], compression[poses[after]])
     found: Array = np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0)
     return found
-
-
-def _unbent(record: Record, result: Result, link: Link) -> Array:
-    """Return True at samples at which a strip has its initial deflection, so not for an arch that has snapped through."""
-    deflection = result.signals[f"{link.name}.deflection"]
-    return np.asarray(np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length)
 
 
 def growth_exponent(time: Array, rate: Array) -> Array:
