@@ -1,8 +1,8 @@
 """Error against run time of several works: hand-tuned runs of the engine, runs of the compiled solver, runs by an accuracy.
 
 A work is a mechanism and the numbers that are computed from it; its runs form three series. `engine` is Exudyn with the best
-settings found by hand: without Buckler, but for rattling works by Buckler's classes. `once` is a single run of the compiled
-solver; for the buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which reports its error.
+settings found by hand; only its rattling works use Buckler's classes. `once` is a single run of the compiled solver, or, for the
+buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which reports its error.
 Processor times run from the description of the mechanism to the numbers, and are measured in rounds (`kit.statistics`). A second
 table lists the objects of each mechanism's scene, and what a run of it loads and compiles.
 """
@@ -62,13 +62,13 @@ class MeasuredWork:
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Compute errors, and how many times faster than the tuned run is the fastest as accurate run of each series, or nan."""
+        """Compute errors, and the tuned run's time over that of the fastest run at least as accurate of each series, or nan."""
         found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):
                 best = fastest(points, self.tuned_point.error)
                 found[f"{series}_error"] = min(point.error for point in points)
-                found[f"{series}_ratio"] = best.speedup(self.tuned_point) if best else nan  # tuned run's time over that of `best`
+                found[f"{series}_ratio"] = best.speedup(self.tuned_point) if best else nan
         return {name: Metric(value, "1") for name, value in found.items()}
 
     def wrong(self) -> list[str]:
@@ -80,8 +80,8 @@ class MeasuredWork:
 
 def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:
     """Run each setting once for its error, without timing, because first calls are slow; then measure the times."""
-    by_series = {series: [(name, setting) for name, setting in work.runs if name == series] for series in MARKERS}
-    quick = [(ENGINE, work.tuned), *(key for keys in by_series.values() for key in keys[:2])]
+    by_series = [[key for key in work.runs if key[0] == series] for series in MARKERS]  # a key is (series, setting)
+    quick = {(ENGINE, work.tuned)}.union(*(keys[:2] for keys in by_series))
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in quick}
     errors = {(series, setting): work.difference(run(), work.references[series]()) for (series, setting), run in runs.items()}
     return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
@@ -95,8 +95,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     contents = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
     metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
     if "strip" in found:
-        points = found["strip"].points.items()
-        elements, errors = zip(*((int(setting), x.error) for (series, setting), x in points if series == ONCE), strict=True)
+        once = {setting: point.error for (series, setting), point in found["strip"].points.items() if series == ONCE}
+        elements, errors = [int(setting) for setting in once], list(once.values())  # these settings are numbers of elements
         metrics["strip_order"] = Metric(-exponent(elements, errors), "1", exact=ORDER)
     series = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
     signals = {key: np.array([[x.time, x.error] for x in points]) for key, points in series.items() if points}
@@ -110,11 +110,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
-    rows = [
-        [name, *key, f"{x.error:.1e}", f"{1e3 * x.time:.3g}", f"{x.speedup(each.tuned_point):.2g}", "*" if x.front else ""]
-        for name, each in found.items()
-        for key, x in each.points.items()
-    ]
+    rows = []
+    for name, each in found.items():
+        for key, point in each.points.items():
+            numbers = [f"{point.error:.1e}", f"{1e3 * point.time:.3g}", f"{point.speedup(each.tuned_point):.2g}"]
+            rows.append([name, *key, *numbers, "*" if point.front else ""])
     headers = ["work", "series", "setting", "error", "time [ms]", "tuned run's time over this", "front"]
     works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
     front = "front: no other run of the work is as accurate and as fast"

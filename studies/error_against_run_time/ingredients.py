@@ -1,4 +1,4 @@
-"""Ingredients of a run: objects and unknowns of its scene, kernels that it compiles, modules that it loads.
+"""Ingredients of a run of a work (`works`): objects and unknowns of its scene, kernels that it compiles, modules that it loads.
 
 They show that a run has nothing that it does not need. The run is made in a new process, by `python -m
 buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only this run has loaded modules there.
@@ -21,7 +21,7 @@ FOLDERS = ("engine", "spectral", "modal", "statics", "sensitivity")
 ALWAYS_LOADED = {"buckler.mbs.modal.planar"}
 """Modules of these folders that every description of a mechanism loads."""
 SHARE = 0.01
-"""Part of the duration of a work that is run."""
+"""Part of a motion's duration that is run, to save time: what only the rest would load or compile is not listed."""
 TOTALS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
 """Entries of a scene's summary that are totals, not kinds of objects."""
 LIMIT = 600.0
@@ -90,5 +90,5 @@ def _find_kernels() -> list[str]:
 
 if __name__ == "__main__":
     motion = WORKS[sys.argv[1]]().motion
-    assert motion is not None
+    assert motion is not None  # the study asks for no ingredients of statics
     print(json.dumps(asdict(_find_ingredients(motion.mechanism, SHARE * motion.duration, sys.argv[2]))))

@@ -1,8 +1,8 @@
-"""Works written directly for the engine, as users of Exudyn write them: hand-tuned runs for comparison with Buckler's run times.
+"""Mechanisms written directly for the engine, as users of Exudyn write them: hand-tuned runs to compare with Buckler's.
 
-No result of Buckler comes from here. Reduced integration of kind 2 and the sparse solver are the best settings found for these
-works: with other kinds thin elements lock, that is, they are too stiff. Static runs have default tolerances; motions have a
-modified Newton method and the tolerances of the work.
+No result of Buckler comes from here. Reduced integration of kind 2 and the sparse solver are the best settings found: with other
+kinds thin elements lock, that is, they are too stiff. Static runs have default tolerances; motions have a modified Newton method,
+whose tolerances are arguments.
 """
 
 import os
@@ -33,7 +33,7 @@ STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
 
 
 class _System:
-    """System of the engine, with functions that add the items of all works."""
+    """System of the engine, with functions that add the items of all mechanisms."""
 
     def __init__(self) -> None:
         self.container = exu.SystemContainer()
@@ -181,8 +181,8 @@ def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]
     """Add the bowed coupler, from the crank pin along negative x, with the velocity of a rigid coupler; return its nodes."""
     body, length, radius = mechanism.link("coupler").body, mechanism.length("coupler"), mechanism.length("crank")
     assert isinstance(body, Cable) and isinstance(body.section, Section)
-    height = body.imperfection
-    turning = speed * radius / length  # angular velocity of the coupler, with its sign turned [rad/s]
+    height = body.imperfection  # bow [m]
+    turning = speed * radius / length  # angular velocity [rad/s] of the coupler, whose end at the slider is at rest
     nodes = []
     for s in np.linspace(0.0, length, body.count + 1):
         slope = height * np.pi / length * np.cos(np.pi * s / length)
@@ -216,7 +216,7 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
     job.add(eii.CoordinateConstraint(markerNumbers=[position, job.mark_coordinate(end, 0)]))
     for stop in mechanism.stops:
         assert isinstance(stop.law, KelvinVoigt)
-        options: Any = {"stiffness": 1.0, "springForceUserFunction": _stop_force(stop.law, stop.at - start)}
+        options: Any = {"springForceUserFunction": _stop_force(stop.law, stop.at - start)}
         job.add(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=[job.ground, position], **options))
 
 

@@ -1,10 +1,8 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series: `engine`, written for Exudyn by hand; `once`, single runs of the compiled solver (for the
-buckled strip, of Buckler's statics, which computes on Exudyn); `known`, runs of Buckler by an accuracy.
+The runs of one code are a series: `engine`, written for Exudyn by hand; `once`, single runs of the compiled solver, but for the
+buckled strip of Buckler's statics on Exudyn; `known`, runs of Buckler by an accuracy.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -39,49 +37,6 @@ TIMES = 401
 
 
 @dataclass(frozen=True)
-class Work:
-    """Job with its runs and references.
-
-    Attributes
-    ----------
-    about, measure : texts that describe the job and its error
-    runs : runs by series and setting, coarse to fine
-    tuned : setting, as in the keys of `runs`, of the hand-tuned run of the engine, with whose time other times are compared
-    references : function that computes the reference of each series, of the same shape as its runs
-    scale : scale of the root mean square of a difference; by default that of the reference, from its start
-    largest : true for exact references, with the largest relative error in place of a root mean square
-    motion : motion that Buckler simulates; None for statics
-    """
-
-    about: str
-    measure: str
-    runs: Mapping[tuple[str, str], Run]
-    tuned: str
-    references: Mapping[str, Run]
-    scale: float | None = None
-    largest: bool = False
-    motion: Motion | None = None
-
-    def difference(self, found: Array, exact: Array) -> float:
-        """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""
-        if self.largest:
-            return float(np.abs(found / exact - 1).max())
-        return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))
-
-    @property
-    def uncertainty(self) -> float:
-        """Difference of the references that two codes compute, below which errors are not known; 0 for exact references."""
-        once, engine = self.references[ONCE], self.references[ENGINE]
-        is_exact = once is engine or self.largest
-        return 0.0 if is_exact else self.difference(once(), engine())
-
-
-def _root_mean_square(x: Array) -> float:
-    """Compute the root mean square over times; of vectors, shape (times, components), that of their lengths."""
-    return float(np.sqrt((x**2).sum(axis=-1).mean() if x.ndim > 1 else (x**2).mean()))
-
-
-@dataclass(frozen=True)
 class Motion:
     """Motion of a mechanism with its duration [s], and the signals that are compared."""
 
@@ -110,6 +65,47 @@ class Motion:
     def accurate_runs(self, *accuracies: float) -> Runs:
         """Make the series `known`, whose settings are named by the accuracy."""
         return {(KNOWN, power(x)): partial(self.simulate, accuracy=x, of=self.signals) for x in accuracies}
+
+
+@dataclass(frozen=True)
+class Work:
+    """Job with its runs and references.
+
+    Attributes
+    ----------
+    about, measure : texts that describe the job and its error
+    runs : runs by series and setting, coarse to fine
+    tuned : setting, as in the keys of `runs`, of the hand-tuned run of the engine, with whose time other times are compared
+    references : function that computes the reference of each series, of the same shape as its runs
+    scale : divisor of the root mean square of a difference; by default the root mean square of the reference less its start
+    largest : true for exact references whose error is the largest relative one, not a root mean square
+    motion : motion that Buckler simulates; None for statics
+    """
+
+    about: str
+    measure: str
+    runs: Mapping[tuple[str, str], Run]
+    tuned: str
+    references: Mapping[str, Run]
+    scale: float | None = None
+    largest: bool = False
+    motion: Motion | None = None
+
+    def difference(self, found: Array, exact: Array) -> float:
+        """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""
+        if self.largest:
+            return float(np.abs(found / exact - 1).max())
+        return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))
+
+    @property
+    def uncertainty(self) -> float:
+        """Difference of the references of two series, below which errors are not known; 0 for exact references."""
+        return 0.0 if self.largest else self.difference(self.references[ONCE](), self.references[ENGINE]())
+
+
+def _root_mean_square(x: Array) -> float:
+    """Compute the root mean square over times; of vectors, shape (times, components), that of their lengths."""
+    return float(np.sqrt((x**2).sum(axis=-1).mean() if x.ndim > 1 else (x**2).mean()))
 
 
 def power(value: float) -> str:

@@ -5,7 +5,8 @@ problem of the element's theory, for a chain of bars the solution of Lagrange's 
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
 the result, as the difference of the two. The settings of the series `engine`, here called `hand`, are (elements, steps, relative
 and absolute tolerance of Newton's method), in rattling works (elements, tolerance). Those of the series `once`, single runs of
-the compiled solver, are (tolerance, degree of the strips or 0 without strips).
+the compiled solver, are (tolerance, degree of the strips or 0 without strips). Runs by an accuracy are the series `known`, which
+the strip, a work of statics, does not have.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,8 +37,6 @@ MASS = 0.3
 """Mass of the slider [kg]."""
 STIFFNESS = 1e5
 """Stiffness of the slider's stop [N/m], which is damped critically."""
-PIN = 5e-3
-"""Radius of the pins [m]."""
 GAP = 2.5e-4
 """Radial clearance of the joints [m]."""
 LINKS = 16
@@ -47,7 +46,7 @@ SIDE = 0.1
 
 
 def _engine() -> ModuleType:
-    """Import the runs written for the engine, and so Exudyn, only for a run of theirs: `ingredients` lists what others load."""
+    """Import `plain` only when a run needs it: the import loads Exudyn, and the study lists what each run has loaded."""
     from . import plain
 
     return plain
@@ -88,9 +87,9 @@ def slider_work(
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def run_engine(setting: HandSetting) -> Array:
-        elements, *steps = setting
+        elements, *steps_and_tolerances = setting
         cable = mbs.Cable(beam.section, elements, imperfection=beam.imperfection)
-        return _engine().slider_crank(build(cable), motion.times, *steps)[:, None]
+        return _engine().slider_crank(build(cable), motion.times, *steps_and_tolerances)[:, None]
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
@@ -133,8 +132,8 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
     motion = Motion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
-        elements, *steps = setting
-        return _engine().chain(build(elements), motion.times, *steps)
+        elements, *steps_and_tolerances = setting
+        return _engine().chain(build(elements), motion.times, *steps_and_tolerances)
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     exact = cache(partial(pendulum, motion.mechanism, motion.times))
@@ -186,7 +185,9 @@ def rattling(
     def build(elements: int | None = None) -> mbs.Mechanism:
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
-            return mbs.Clearance(point, first, second, PIN, GAP, RATTLING, AdamsFriction(static=0.3, dynamic=0.1))
+            return mbs.Clearance(
+                point, first, second, 5e-3, GAP, RATTLING, AdamsFriction(static=0.3, dynamic=0.1)
+            )  # pins of 5 mm
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
@@ -227,4 +228,6 @@ WORKS: Mapping[str, Callable[[], Work]] = {
         [(1e-2, 4), (1e-3, 4), (1e-4, 5)], "4 x 400",
     ),
 }  # fmt: skip
-"""Functions that define the works, by name; the settings of each are in the order `hand`, `once`, references, `tuned`."""
+"""Functions that define the works, by name; the settings of each are in the order `hand`, `once`, references, `tuned`.
+
+Rigid bodies and rockers of modes have no elements: their number, 1, has no effect."""

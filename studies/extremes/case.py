@@ -124,7 +124,7 @@ class Finding(NamedTuple):
     """Verdict on a case, its largest error over the allowed one, the name of that measure, and the message of the run.
 
     `wall_s` is the time of the run and its references [s], `price` the time of the run over that of one run of the compiled
-    solver. Without a comparison they are nan.
+    solver. The error is nan without a reference, both error and price for a run that failed.
     """
 
     family: str
@@ -171,7 +171,7 @@ def read(draw: Draw, result: Result) -> Measures:
     """Read the measures of a run."""
     mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
-        late = result.time > 0.999 * result.time[-1]  # a mean, because the strip vibrates
+        late = result.time > 0.999 * result.time[-1]  # a mean over 10 ms of 10 s: many periods of the strip's axial vibration
         inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # force on the guide's mass [N]
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
@@ -190,7 +190,10 @@ def read(draw: Draw, result: Result) -> Measures:
 
 
 def find_forces(result: Result) -> dict[str, str]:
-    """Find the forces and torques that are compared, each with its vector; a moving average replaces a force that vibrates."""
+    """Find the forces and torques that are compared, each with the vector (`group`) of which it is a component.
+
+    A force X that vibrates has a moving average, the signal `X.mean` with the source X, which is compared in its place.
+    """
     averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
@@ -262,7 +265,7 @@ def run_reference(draw: Draw, finer: int) -> Result | None:
     longest = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
-    steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
+    steps = Controlled(tolerance=1e-9 if finer else 1e-8, max_step=longest / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
         simulate(draw.mechanism, 1e-6 * draw.duration, solver=solver)  # compiles the solver without the time limit
@@ -278,7 +281,11 @@ def is_pressed(mechanism: Mechanism) -> bool:
 
 
 def find_load(draw: Draw) -> float:
-    """Compute the load P_cr p(u)/pi^2 of a column at the end of its travel [N]; u is travel over length, less P_cr/(E A)."""
+    """Compute the load P_cr p(u)/pi^2 of a column at the end of its travel [N].
+
+    u is the travel over the length less the compression at buckling, P_cr/(E A) = pi^2 h^2/(12 L^2), some 1e-6. After buckling
+    the compression grows with p, which changes u by about this part of u.
+    """
     (strip,), pushed, length = draw.mechanism.links, draw.mechanism.drives[0].motion, draw.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness
     return critical / np.pi**2 * float(pinned.load(pushed.position(draw.duration) / length - critical / axial))

@@ -36,7 +36,7 @@ MOST = 1 / LEAST
 
 def strike(dice: Dice) -> Run:
     """Draw a slider-crank on its stop from wide ranges of thickness, speed, stiffness, restitution, friction and damping."""
-    section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(dice.log(2e-3, 0.5), PAPER.coupler)
+    section = mbs.Section(STRIP_WIDTH, dice.log(5e-5, 1e-3)).damped(ratio=dice.log(2e-3, 0.5), length=PAPER.coupler)
     body = dice.one(mbs.Strut(section), mbs.Beam(section, elements=8), mbs.Cable(section, elements=12))
     speed, law = dice.log(0.1, 60), laws.CarvalhoMartins(dice.log(1e3, 1e8), dice.uniform(0.1, 1.0), exponent=1.0)
     mass, last_angle = 0.3, 1.12 * pi  # [kg]; crank angle at the end, past the dead centre at pi, where the slider is on its stop
@@ -56,9 +56,8 @@ def rattle(dice: Dice) -> Run:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
     gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
     law = laws.Impact(RATTLING.stiffness * factor, damping=RATTLING.damping * sqrt(factor), damping_depth=1e-5)
-    friction = dice.one(
-        laws.NoFriction(), laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2)), laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2)
-    )
+    coulomb = laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2))
+    friction = dice.one(laws.NoFriction(), coulomb, laws.AdamsFriction(static=0.9, dynamic=0.1, v_s=1e-3, v_d=1e-2))
 
     def play(point: str, pin: str, bush: str) -> mbs.Clearance:
         return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)  # pins of 5 mm radius

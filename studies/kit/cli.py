@@ -38,6 +38,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
 """Help of each command, and `module:name` of its `Command`; of a function (name, arguments, program) for those in `BY_NAME`."""
 BY_NAME = ("run", "sweep")
 """Commands whose options depend on the study or file that their first argument names."""
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, by convention of shells: 128 and the number of the signal."""
 OPTIONS = {
     "--version": ("print the versions of Buckler and of its dependencies", "kit.versions:print_versions"),
     "--schema": ("print the JSON schema of mechanism files, for editors", "own.statics:print_schema"),
@@ -64,7 +66,7 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
         return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:  # the reader of the output has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nothing may be printed at exit
         return 141

@@ -2,8 +2,9 @@
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
 returns a mechanism and the duration of the run [s]. Numbers are in SI units, points are x + i y until `place` makes them pairs.
-Of `Dice`, `uniform` and `log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments, `some` any
-number of them, `chance` a truth value. The ranges of draws are a free choice.
+Of `Dice`, `uniform` and `log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments, `some` takes
+each of them with the probability `share`, `chance` draws a truth value. The ranges of draws are a free choice. `PAPER` has the
+lengths of the published slider-crank.
 """
 
 from collections.abc import Mapping, Sequence
@@ -64,9 +65,11 @@ def _draw_chain(dice: Dice) -> Run:
         ),
         mbs.Torque(last, dice.one(dice.uniform(-0.05, 0.05), Expression(f"-{dice.uniform(1e-3, 1e-2)!r}*speed"))),
     )
+    links = [mbs.Link(name, f"P{k}", f"P{k + 1}", parts.draw_solid(dice, sizes[k])) for k, name in enumerate(names)]
+    links[-1] = replace(links[-1], carries=("R",))
     return mbs.Mechanism(
         points,
-        [mbs.Link(x, f"P{k}", f"P{k + 1}", parts.draw_solid(dice, sizes[k]), ("R",) * (x == last)) for k, x in enumerate(names)],
+        links,
         [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
         loads=[coil, *loads],
         masses=dice.some(mbs.Mass("R", dice.uniform(0.05, 0.5), dice.uniform(0, 1e-4)), share=0.5),
@@ -85,11 +88,12 @@ def _draw_grazing(dice: Dice) -> Run:
     """Draw a rigid slider that just reaches its stops, or a block that falls on one or two stops."""
     law = parts.draw_law(dice)
     if dice.chance():
-        crank, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        (crank_length, _), (start, _) = crank.points["A"], crank.points["B"]
+        mechanism, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
+        (crank_length, _), (start, _) = mechanism.points["A"], mechanism.points["B"]  # the crank starts along x, at the origin
         turning_point = start - 2 * crank_length  # least x of the slider, at crank angle pi
         face = turning_point + dice.log(1e-6, 3e-3)
-        return replace(crank, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]), duration
+        stops = [mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]
+        return replace(mechanism, stops=stops), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
     faces = [mbs.Stop("A", height, law), mbs.Stop("B", 0.1 + height + offset, law)][: dice.integers(1, 3)]
     return _make_block(dice, stops=faces, gravity=(pull, 0.0)), dice.uniform(1.5, 8) * sqrt(2 * height / pull)
@@ -118,7 +122,7 @@ def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechan
 def _draw_pressed(dice: Dice) -> Run:
     """Draw a strip or modal link compressed slowly, 20 to 1e4 times farther than at its buckling load."""
     length, duration = PAPER.coupler, 10.0
-    section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(0.5, length)
+    section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(ratio=0.5, length=length)
     bow = dice.one(0.0, 1e-5 * length)  # small compared with the deflection, so that the load is that of a straight strip
     body = dice.one(mbs.Beam(section, imperfection=bow), mbs.Cable(section, imperfection=bow), mbs.Modal(section, damping=0.5))
     share = section.euler_load(length) / section.axial_stiffness * dice.log(20, 1e4)
@@ -128,7 +132,7 @@ def _draw_pressed(dice: Dice) -> Run:
 def _draw_critical(dice: Dice) -> Run:
     """Draw a bowed column under a load near the critical one, applied slowly or suddenly."""
     length = dice.uniform(0.2, 0.4)
-    body = parts.draw_strip(dice, length, 3e-4, 1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
+    body = parts.draw_strip(dice, length, thin=3e-4, thick=1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
     load = dice.uniform(0.4, 0.99) * body.section.euler_load(length)
     duration = dice.uniform(2, 8) * 2 * pi / body.section.first_frequency(length)
     push = dice.one((load, 0.0), Components((Table((0.0, duration / 2), (0.0, load)), 0.0)))
@@ -139,7 +143,7 @@ def _draw_cantilever(dice: Dice) -> Run:
     """Draw a cantilever with a rigid arm at its tip, under a tip force, gravity and, if it is a beam, a line load."""
     length = dice.uniform(0.2, 0.4)
     end = parts.place(length + dice.uniform(0.05, 0.15) * parts.ray(dice.uniform(-pi / 2, pi / 2)))
-    strip, arm = parts.draw_strip(dice, length, 1e-3, 2e-3), parts.draw_bar(dice)
+    strip, arm = parts.draw_strip(dice, length, thin=1e-3, thick=2e-3), parts.draw_bar(dice)
     mechanism = mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": end}, [mbs.Link("strip", "A", "B", strip), mbs.Link("arm", "B", "C", arm)],
         [mbs.Weld("A", "ground", "strip"), dice.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
@@ -156,7 +160,9 @@ def _draw_cantilever(dice: Dice) -> Run:
 def _draw_landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    strip = mbs.Link("bar", "O", "A", parts.draw_strip(dice, length, 1.5e-3, 2.5e-3), carries={"M": 0.6})  # M at 60 % of it
+    strip = mbs.Link(
+        "bar", "O", "A", parts.draw_strip(dice, length, thin=1.5e-3, thick=2.5e-3), carries={"M": 0.6}
+    )  # M at 60 % of it
     bar = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",))
     link, joint = dice.one((strip, mbs.Weld), (bar, mbs.Revolute))
     return mbs.Mechanism(
@@ -169,8 +175,8 @@ def _draw_landing(dice: Dice) -> Run:
 def _draw_spinning(dice: Dice) -> Run:
     """Draw a flexible link that starts with a spin, its welded arm under a force that follows it."""
     length, turn, spin = dice.uniform(0.3, 0.5), dice.uniform(-pi, pi), dice.one(-1, 1) * dice.uniform(5, 15)
-    soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
-    body = dice.one(parts.draw_strip(dice, length, 1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
+    soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(bending=2, axial=1), damping=0.02)
+    body = dice.one(parts.draw_strip(dice, length, thin=1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
     tip, stiffness = length * parts.ray(turn), dice.uniform(0.1, 1.0)
     inner = {"M": 0.6} if body.meshed else {}  # modes carry no point between the ends
     return mbs.Mechanism(
@@ -244,8 +250,9 @@ FAMILIES: dict[str, Generator] = {
 }
 """Generator of each family.
 
-The families `any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages
-of `draw_turning` and `draw_rattling` with one kind of body, drive or joint.
+The families before `any ...` each have one difficulty of simulation, such as kinks or grazing contacts. The families `any ...`
+cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages of `draw_turning` and
+`draw_rattling` with one kind of body, drive or joint.
 """
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""

@@ -60,8 +60,8 @@ def predictable_time(speed: float) -> float:
 
 
 def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
-    """Draw a damped strip of a thickness between `thin` and `thick`; half of the strips have no number of elements."""
-    section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(dice.log(3e-3, 0.1), length)
+    """Draw a damped strip, with a thickness of `thin` to `thick` and a bow [m]; half of the strips have a number of elements."""
+    section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(ratio=dice.log(3e-3, 0.1), length=length)
     kind, fewest, most = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
     elements = int(dice.integers(fewest, most)) if dice.chance() else None
     body: mbs.Beam | mbs.Cable = kind(section, elements=elements, imperfection=bow)
@@ -81,7 +81,8 @@ def draw_solid(dice: Dice, length: float) -> mbs.Rigid:
 
 def draw_modal(dice: Dice) -> mbs.Modal:
     """Draw a bar described by vibration modes."""
-    return mbs.Modal(mbs.Section(dice.uniform(5e-3, 2e-2), dice.uniform(4e-3, 2e-2)), BarModes(2, 1), dice.uniform(0.01, 0.05))
+    section = mbs.Section(dice.uniform(5e-3, 2e-2), dice.uniform(4e-3, 2e-2))
+    return mbs.Modal(section, BarModes(bending=2, axial=1), damping=dice.uniform(0.01, 0.05))
 
 
 BODIES: dict[str, Callable[[Dice, float], Any]] = {
@@ -95,7 +96,7 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
 
 
 def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
-    """Draw the speed of a crank [rad/s]: constant `speed`, a ramp up to it, a table below it, or an oscillation for "swing"."""
+    """Draw the speed of a crank [rad/s]: constant `speed`, a ramp up to it, or a table below it; "swing" does not use `speed`."""
     if kind == "constant":
         return speed
     if kind == "ramp":
@@ -104,13 +105,13 @@ def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
         times = [0.0, *np.sort(dice.uniform(0.05, 0.9, 3)).tolist()]
         return Table([t * duration for t in times], (speed * dice.uniform(0.2, 1.0, 4)).tolist())
     frequency = 2 * pi * float(dice.integers(20, 200)) / duration  # 20 to 199 periods in a run
-    return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")
+    return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")  # the angle swings by 0.02 to 0.3 rad
 
 
 def draw_law(dice: Dice) -> Any:
     """Draw the contact law of a stop."""
     stiffness = dice.log(1e4, 1e6)
-    soft = laws.KelvinVoigt(stiffness, dice.uniform(0.05, 1.0) * sqrt(stiffness))
+    soft = laws.KelvinVoigt(stiffness, dice.uniform(0.05, 1.0) * sqrt(stiffness))  # damping ratio 0.05 to 1 for 1/4 kg
     hard = laws.CarvalhoMartins(stiffness, dice.uniform(0.2, 0.95), exponent=dice.one(1.0, 1.5))
     return dice.one(hard, soft, laws.HuntCrossley(stiffness, 0.3))
 
@@ -175,10 +176,10 @@ def draw_striking(dice: Dice, bodies: Sequence[str], friction_share: float = 0.2
 
 
 def draw_rattling(dice: Dice, bodies: Sequence[str], joints: str = "") -> Run:
-    """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones."""
+    """Draw a crank-rocker with clearance in the given joints, or in one to four drawn ones of O, A, B, C."""
     speed, joints = dice.log(5, 60), joints or "".join(dice.some(*"OABC")) or "B"
-    rocker, play = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
-    linkage = crank_rocker(rocker, speed=speed, play=play, with_play=joints, angle=dice.uniform(-pi, pi))
+    rocker, make_joint = BODIES[dice.one(*bodies)](dice, CrankRocker().rocker), draw_clearance(dice)
+    linkage = crank_rocker(rocker, speed=speed, play=make_joint, with_play=joints, angle=dice.uniform(-pi, pi))
     linkage = replace(linkage, gravity=dice.one(WEIGHT, (0.0, 0.0)))
     return linkage, dice.uniform(0.5, 1.0) * predictable_time(speed)
 
@@ -199,9 +200,10 @@ def draw_mixed(dice: Dice) -> Run:
         return replace(mechanism, links=[coupler if link.name == "coupler" else link for link in mechanism.links]), duration / 2
     if kind == 1:
         return draw_rattling(dice, ("strip", "beam"))
-    start, travel, play = float(PAPER.slider(0.0)), dice.uniform(5e-4, 3e-3), draw_clearance(dice)  # start at negative x
-    mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=start - travel)
-    return replace(mechanism, joints=[mechanism.joints[0], play("A", "crank", "coupler")]), PREDICTABLE
+    start = float(PAPER.slider(0.0))  # x of the slider at crank angle 0, its largest: from there it moves towards the stop
+    face, make_joint = start - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
+    mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=face)
+    return replace(mechanism, joints=[mechanism.joints[0], make_joint("A", "crank", "coupler")]), PREDICTABLE
 
 
 def draw_rubbing(dice: Dice) -> Run:

@@ -90,7 +90,9 @@ class Gravity(StudyParameters):
     """Size and direction of gravity in the plane of a published mechanism, which its paper does not give."""
 
     gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
-    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "angle of gravity to the frame O-C, or slider's line", "left open")
+    gravity_angle: float = quantity(
+        -pi / 2, "rad", -7, 7, "angle of gravity to the x axis, along the frame or guide", "left open"
+    )
 
     @property
     def gravity_vector(self) -> tuple[float, float]:
@@ -105,7 +107,10 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Function that makes the parameters of a case from values by path in a file; `numbers` declares them by path."""
+    """Function that makes the parameters of a case of a sweep over a mechanism's file, from values by their paths in the file.
+
+    A path, as `links.crank.length`, is given as a keyword by `**`; `numbers` declares what each path takes.
+    """
 
     make: Callable[..., StudyParameters]
     numbers: Mapping[str, Declaration]

@@ -49,7 +49,7 @@ def entry(name: str) -> Entry:
     """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
-        if "." in name or Path(name).exists():
+        if "." in name or Path(name).exists():  # an unknown file: names of mechanisms and .py do not come here
             raise ValueError(f"{name}: neither a file of a mechanism (.toml, .json) nor of a study (.py)")
         files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]
         likely = f"did you mean {files[0]}?" if files else hint(name, studies)

@@ -248,7 +248,7 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
 
-    A forecast multiplies the time of a `simulate` by `cases`, the number of similar calls; in a sweep those for each process.
+    A forecast multiplies the time of a `simulate` by `cases`, the number of similar calls that one process makes in a sweep.
     """
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:

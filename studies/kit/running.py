@@ -17,7 +17,7 @@ from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
 from . import registry
-from .cli import MECHANISMS, Parser, import_name, print_error
+from .cli import INTERRUPTED, MECHANISMS, Parser, import_name, print_error
 from .parameters import Cases, Repeated, StudyParameters, specs
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
@@ -76,7 +76,8 @@ def finish(
     name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, ending: str
 ) -> int:
     """Write and print a result, then its status and `ending`; a status that is not OK is printed even where `quiet` is set."""
-    is_allowed = options.allow and result.status in set(Status) and Status(result.status).finished
+    has_ended = result.status in set(Status) and Status(result.status).finished  # to its end, though its numbers may be doubtful
+    is_allowed = options.allow and has_ended
     try:
         text = write(result, folder, figures, is_allowed)
     except OSError as error:
@@ -91,12 +92,14 @@ def finish(
         print(f"{name}: {result.status}{' (allowed)' * is_allowed}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
-    return 0 if result.status == "OK" or is_allowed else 130 if result.status == Status.INTERRUPTED else 1
+    if result.status == Status.INTERRUPTED:
+        return INTERRUPTED
+    return 0 if result.status == "OK" or is_allowed else 1
 
 
 EPILOG = (
     "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
-    "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input."
+    "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input, 130 Ctrl-C."
 )
 
 
@@ -108,7 +111,7 @@ class Study:
     def __init__(self, name: str) -> None:
         self.module = registry.load(name)
         self.title = Path(name).stem if name.endswith(".py") else name
-        self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
+        self.description = (self.module.__doc__ or "").strip().partition("\n\n")[0]
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
         """Declare an option for each parameter that is not excluded, in the study's groups."""
@@ -142,8 +145,8 @@ def find_study(name: str) -> Study:
 
 
 def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:
-    """Make the parser of `run NAME`; `sweep NAME` excludes the names of its own options and adds these."""
-    parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.about, epilog=EPILOG)
+    """Make the parser of `run NAME`. `sweep NAME` excludes parameters whose names are options of `sweep`, which it adds."""
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.description, epilog=EPILOG)
     study.declare(parser, excluded)
     group = parser.add_argument_group("input and output")
     group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")

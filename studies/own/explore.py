@@ -74,30 +74,37 @@ class Explorer:
             raise ValueError(f"{without_slider[0]}: has no slider")
 
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
-        """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
+        """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI.
+
+        A ValueError names a number whose value in the file lies outside the range.
+        """
         now, unit = self.family.values[path], self.family.units[path]
         low, high = bounds or sorted(factor * now for factor in DEFAULT_RANGE)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         shown, factor = self._unit(path, unit)
-        value = float(number(path, now, low, high, unit))
-        return {"path": path, "value": value, "low": low, "high": high, "unit": shown, "factor": factor}
+        number(path, now, low, high, unit)
+        return {"path": path, "value": float(now), "low": low, "high": high, "unit": shown, "factor": factor}
 
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
         """Find the unit in which the file writes a number, and that unit in SI; by default `unit` and 1."""
-        with suppress(KeyError, ValueError):
+        try:
             text = get(self.written, path)
-            shown = written_unit(text) if isinstance(text, str) else ""
-            return (shown, parse_quantity(f"1 {shown}", unit)) if shown else (unit, 1.0)
-        return unit, 1.0
+        except (KeyError, ValueError):  # the file omits the entry
+            return unit, 1.0
+        shown = written_unit(text) if isinstance(text, str) else ""
+        return (shown, parse_quantity(f"1 {shown}", unit)) if shown else (unit, 1.0)
 
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI."""
+        """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI.
+
+        A `move` ends a `judge` that has the lock. A `judge` that gets the lock after it runs until the next `move` arrives.
+        """
         if name == "move":
-            self.changed.set()  # ends a `judge` that has the lock, so that this `move` need not wait for it
+            self.changed.set()
         with self.lock:
             if name == "move":
-                self.changed.clear()  # a `judge` after this `move` runs until the next one arrives
+                self.changed.clear()
             found: dict[str, Any] = ANSWERS[name](self, values)
             return found
 
@@ -210,13 +217,8 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _serve(options: argparse.Namespace, file: FileContent) -> int:
     """Serve the page of a file until Ctrl-C."""
-    document, free = file.document, dict[str, Any]()
-    for text in options.free:
-        path, bounds = read_range(document, text) if "=" in text else (text, None)
-        free[path] = bounds
-    if not free:
-        document, paths = varied_numbers(file, OMITTED)
-        free = dict.fromkeys(paths)
+    document, paths = (file.document, options.free) if options.free else varied_numbers(file, OMITTED)
+    free: dict[str, Any] = dict(read_range(document, text) if "=" in text else (text, None) for text in paths)
     changes = read_changes(file.document, options.changes)
     explorer = Explorer(options.file, file._replace(document=document), free, changes, options.timeout)
     try:

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from buckler.mbs.declare import Declaration, Quantity, Whole, declarations
+from buckler.mbs.declare import Declaration, Quantity, Spec, Whole, declarations
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
@@ -28,7 +28,7 @@ from buckler.mbs.sensitivity.reading import check as check_reading
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
 
-from ..kit.cli import Command, Parser, add_repeated
+from ..kit.cli import INTERRUPTED, Command, Parser, add_repeated
 from ..kit.parameters import Cases
 from ..kit.running import Study, add_options
 from . import study
@@ -44,7 +44,7 @@ TRIAL_DURATION = 1e-6
 """Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
-"""Options of a run, which may also stand in a file's table [run]."""
+"""Options of a run, which may also stand in a file's table [run]: those under a heading of the help."""
 SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 """Keys of a file's table [run]."""
 
@@ -96,7 +96,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
     return found
 
 
-class Typed(Anything):
+class TomlValue(Anything):
     """Any TOML value or text, for an entry that is no number."""
 
     allowed = "what the file takes there"
@@ -108,25 +108,25 @@ class Typed(Anything):
 
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     """Declare the entry at a path of a document: a count, a number with its unit, or a word; a ValueError for an unknown path."""
-    about, now, unit = find_entry(document, path)
-    doc = about.doc if about else path
-    is_count = about and isinstance(now, int) and Whole().fits(now) and not about.unit
-    if about and is_count:
-        return Declaration(about.spec, doc, bounds={}, required=True, default=None)
-    is_number = Quantity(unit).fits(now) or (about and unit and now is None)  # None: an optional number that the file omits
-    return Declaration(Quantity(unit) if is_number else Typed(), doc, bounds={}, required=True, default=None)
+    declared, now, unit = find_entry(document, path)
+    is_count = isinstance(now, int) and Whole().fits(now)
+    is_omitted = now is None and bool(unit)  # an optional number that the file does not have
+    spec: Spec = Quantity(unit) if Quantity(unit).fits(now) or (declared and is_omitted) else TomlValue()
+    if declared and is_count and not declared.unit:
+        spec = declared.spec
+    return Declaration(spec, declared.doc if declared else path, bounds={}, required=True, default=None)
 
 
 class File(Study):
     """Mechanism of a file, as a study."""
 
-    module, about = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
+    module, description = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
 
     def __init__(self, path: Path) -> None:
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`; none of them has to be excluded."""
+        """Declare the options of the run and of the solver, and `--set`; `sweep` has no options of these names to exclude."""
         texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
@@ -142,7 +142,7 @@ class File(Study):
         return parameters
 
     def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Return the maker of the cases of a sweep over the paths of `--vary`, with all other values; so none are shared."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`; it has the values that all cases share."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, numbers = change(json.loads(base["document"]), changes), {}
@@ -173,8 +173,8 @@ class File(Study):
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
 
-        An accuracy on the command line replaces the file's solver. A setting of the solver there replaces the file's accuracy and
-        its target `of`; another kind of solver there replaces all settings of the file's solver.
+        An option for an accuracy replaces the file's solver. An option of the solver replaces the file's accuracy and `of`, the
+        signals that the accuracy is asked of. An option for another kind of solver replaces all settings of the file's solver.
         """
         document, run = read_file(self.path)
         Mechanism.from_dict(document)
@@ -245,24 +245,21 @@ def file_command(
         try:
             return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
         except TimeUpError as error:
-            print(
-                f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr
-            )  # error is "timeout = ..."
-            return 1
+            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)  # "timeout = ..."
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
-            return 1
+        return 1
 
     return Command(declare_all, answer_all)
 
 
 def ask(call: Callable[..., T], options: argparse.Namespace, *arguments: Any, **named: Any) -> tuple[T, int]:
-    """Call a function with the limit `--timeout`; return its answer and 0, after Ctrl-C its best answer so far and 130."""
+    """Call a function with the limit `--timeout`; return its answer and 0, after Ctrl-C its best so far and `INTERRUPTED`."""
     try:
         return call(*arguments, **named, timeout=options.timeout, progress=True), 0
     except Interrupted as stop:
         print(f"interrupted; the best so far: {stop}", file=sys.stderr)
-        return stop.result, 130
+        return stop.result, INTERRUPTED
 
 
 def read_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
@@ -288,9 +285,10 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 
 
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
-    """Return the document and the paths of the numbers that change where none are named.
+    """Return the paths of the numbers that change where none are named, and the document to which they belong.
 
-    These are the parameters of the file, or else those of `find_numbers` whose last key is not in `omitted`.
+    These are the parameters of the file, or else those of `find_numbers` whose last key is not in `omitted`; they belong to the
+    document written in full, in which numbers are floats.
     """
     if named := free_parameters(file.document):
         return file.document, named

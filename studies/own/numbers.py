@@ -24,7 +24,7 @@ from buckler.mbs.sensitivity.fitting import fit as fit_numbers
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
 from buckler.mbs.units import parse_quantity
 
-from ..kit.cli import add_repeated
+from ..kit.cli import INTERRUPTED, add_repeated
 from ..kit.report import Table, to_json
 from ..kit.running import make_folder
 from ..kit.style import house_style, subplots
@@ -97,9 +97,10 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
     found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
-    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
+    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}  # no start of the data
     mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
-    found.plot().savefig(figure := out / "fit.png")
+    figure = out / "fit.png"
+    found.plot().savefig(figure)
     if options.json:
         print(to_json({each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}), end="")
     else:
@@ -165,7 +166,7 @@ def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
     out = make_folder(options.out / f"{options.file.stem}-ensemble")
-    found, _ = ask(
+    found, _ = ask(  # an interrupted ensemble is marked as such
         run_ensemble, options, file.mechanism, file.duration, options.members,
         vary=dict(_read_variation(file.document, text) for text in options.vary),
         of=readings, skip=options.skip, each=parse_quantity(options.each, "s") if options.each else None, seed=options.seed,
@@ -178,7 +179,7 @@ def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
             print(to_json([_summary(found, reading) for reading in readings]), end="")
         else:
             print(f"{_table(found)}\nwritten to {out}")
-    return 130 if found.interrupted else int(found.timed_out or found.failed.any())
+    return INTERRUPTED if found.interrupted else int(found.timed_out or found.failed.any())
 
 
 def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, object]:
@@ -232,7 +233,10 @@ def _write(found: Ensemble, out: Path) -> None:
         for name in ("histogram", "map") if len(lists) == 2 else ("histogram",):
             fig, axes = subplots(len(readings), 1, height=15.0 + 55.0 * len(readings), squeeze=False)
             for reading, ax in zip(readings, axes[:, 0], strict=True):
-                found.histogram(reading, ax=ax) if name == "histogram" else found.map(lists[0], lists[1], reading, ax=ax)
+                if name == "histogram":
+                    found.histogram(reading, ax=ax)
+                else:
+                    found.map(lists[0], lists[1], reading, ax=ax)
             fig.savefig(out / f"{name}.png", dpi=150)
 
 

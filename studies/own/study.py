@@ -45,7 +45,7 @@ GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
 RENAMED = {"count": "steps", "method": "integrator"}
-"""Names of settings in files, by the names of their fields, where these are unclear without the class."""
+"""Fields of solvers and steps that files and options call by another name, which is clear without the class: count, of steps."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
 KIND = Declaration(
@@ -63,7 +63,7 @@ class Setting(NamedTuple):
 
     @property
     def solvers(self) -> list[str]:
-        """Names of the solvers that have this setting themselves; none if it is one of the steps."""
+        """Names of the solvers that have this setting; none if it belongs to a class of steps."""
         return [name for name, kind in SOLVERS.items() if kind in self.classes]
 
 
@@ -94,9 +94,9 @@ class Settings(Spec):
 
     def read(self, name: str, given: object) -> tuple[tuple[str, Any], ...]:
         """Return the pairs; a ValueError names the setting that is unknown or out of its range."""
-        content = {"kind": given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping | tuple) else None
-        if content is None:
+        if not isinstance(given, str | Mapping | tuple):  # a tuple has been read before
             raise self.refusal(name, given)
+        content = {"kind": given} if isinstance(given, str) else dict(given)
         about = {"kind": KIND} | {key: setting.about for key, setting in settings().items()}
         for key in content:
             if key not in about:
@@ -112,7 +112,7 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
     """
     if not given:
         return None
-    closure_classes = {Closure, Controlled, Equal}  # of the solver and of its steps, which have a part of its settings
+    closure_classes = {Closure, Controlled, Equal}  # classes with settings of this solver: its own and those of its steps
     suits_closure = all(closure_classes.intersection(settings()[key].classes) for key in given if key != "kind")
     name = given.get("kind", "closure" if suits_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
@@ -180,7 +180,7 @@ class Parameters(StudyParameters):
         make_solver(dict(self.solver), self.mechanism())
 
     def __getattr__(self, path: str) -> Any:
-        """Return the new value of a change by its path, so that a sweep reads it like any parameter."""
+        """Return the new value of a change by its path: a sweep reads any parameter by `getattr`, also one named by a path."""
         if not path.startswith("_"):
             for changed_path, value in self.changes:
                 if changed_path == path:
@@ -244,9 +244,10 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
     for each in list_readings(result, parameters.measure):
-        relative = None if isnan(each.relative) else each.relative  # nan is an unknown error
-        absolute = each.error if relative is None and not isnan(each.error) else None
-        found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute)
+        if not isnan(each.relative):
+            found[each.name] = Metric(each.value, each.unit, error=each.relative)
+        else:  # of a value of zero only the absolute error may be known
+            found[each.name] = Metric(each.value, each.unit, absolute=None if isnan(each.error) else each.error)
     if not result.status.finished:
         return found
     if parameters.accuracy is not None:

@@ -79,7 +79,7 @@ class Assumptions(JointAssumptions):
 
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
     modal_damping: str = choice(
-        "constant", tuple(DAMPINGS), "damping ratios of modes: rocker_damping; by frequency; rocker_damping at the lowest two",
+        "constant", tuple(DAMPINGS), "damping ratios of modes: constant or Rayleigh, of size rocker_damping, or ADAMS's default",
         "left open",
     )  # fmt: skip
     modes_of: str = choice("free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "left open")
@@ -97,7 +97,7 @@ class ModalAssumptions(Assumptions):
     bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
     axial: int = integer(1, 0, 8, "axial modes of a free rocker", "left open")
     frequency_factor: float = quantity(
-        1.0, "1", 0.5, 2, "factor on the rocker's frequencies over those of a plain bar, for eyes, holes, a mesh", "left open"
+        1.0, "1", 0.5, 2, "factor on the frequencies of a plain bar, because the real rocker has ends with holes", "left open"
     )
 
     def agree(self) -> None:

@@ -100,8 +100,8 @@ def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
     """Make a modal rocker without damping, with modes of one of the `assumptions.KINDS`.
 
-    Modes of the free bar, by Timoshenko's theory with shear or by Euler-Bernoulli's without, have the numbers `bending` and
-    `axial`. Those of Craig-Bampton are all that `CraigBampton` has by default. `factor` multiplies all frequencies.
+    Of a bar, the first `bending` and `axial` modes are taken; the kind "free" has shear, by Timoshenko's theory, the kind
+    "Euler-Bernoulli" has none. Craig-Bampton has its default modes. `factor` multiplies all frequencies.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
@@ -206,7 +206,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        return super().describe() if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
+        return ModalAssumptions.describe(self) if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
 
 
 def modal_rocker(p: Any) -> Modal:

@@ -1,17 +1,17 @@
 """Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
-The paper, of unknown authors, is that on the crank-rocker (`claims`). Each option lists the values that an assumption may have,
-or the two ends of its range. A sample draws a value of each assumption by a scrambled Sobol' sequence, from ranges uniformly in
-the logarithm. A cell is a pair of a unit of c_max (the largest contact
-damping) and a gravity. Every sample runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
+The paper on the crank-rocker, of unknown authors, and its claims are those of `claims`. Each option lists the values that an
+assumption may have, or the two ends of its range. A sample draws a value of each assumption by a scrambled Sobol' sequence, from
+ranges uniformly in the logarithm. A cell is a pair of a unit of c_max (the largest contact damping) and a gravity. Every sample
+runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
-beyond that. The share of samples in which the claim holds has Wilson's confidence interval. The lower end counts samples whose
-ratio has a 95 % interval wholly below 1 - `margin`, the upper end all whose interval reaches below. A claim holds if the share's
-interval is above one half, does not hold if it is below, else it is undecided. `level` is the probability that any verdict of
-the table is wrong (Bonferroni). A claim flips in a sample where it holds with the first gravity, by default none, and not with
-the last.
+beyond that. The interval of the share of samples in which the claim holds consists of two of Wilson's intervals. Its lower end
+is that of the share of samples whose ratio has a 95 % interval wholly below 1 - `margin`. Its upper end is that of the share of
+all samples whose interval reaches below. A claim holds if the interval is above one half, does not hold if it is below, else it
+is undecided. `level` is the probability that any verdict of the table is wrong (Bonferroni). A claim flips in a sample where it
+holds with the first gravity, by default none, and not with the last.
 
 Sources: E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
 I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
@@ -53,7 +53,7 @@ class Parameters(TestedRuns):
     """Parameters of the study: values of each assumption, numbers of samples and runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
-    gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the line O-C", OPEN)
+    gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the x axis", OPEN)
     pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
     pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
     friction_thresholds: tuple[float, ...] = quantities(
@@ -65,7 +65,7 @@ class Parameters(TestedRuns):
     bending: tuple[int, ...] = counts((2, 3, 6), 1, 8, "bending modes of a free rocker", OPEN)
     axial: tuple[int, ...] = counts((1, 3), 0, 8, "axial modes of a free rocker", OPEN)
     frequency_factor: tuple[float, ...] = quantities(
-        (0.9, 1.1), "1", 0.5, 2, "factor on the rocker's frequencies, for eyes, holes or a mesh: one, or from, to", OPEN
+        (0.9, 1.1), "1", 0.5, 2, "factor on the frequencies of a plain bar: one, or from, to", OPEN
     )
     damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "units of c_max: each in turn", OPEN)
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", OPEN)
@@ -116,13 +116,16 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
     """Run all samples with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
 
     The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
+    `batch` gives the runs of each cell random starts of their own.
     """
     rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
     turns = run_turns(p, mechanisms, READINGS, batch, ideal_motion(cases[0].speed))
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
     for i, (soft, rigid) in enumerate(zip(turns[: len(cases)], turns[len(cases) :], strict=True)):
-        for k, claim in enumerate(CLAIMS if not soft.notes + rigid.notes else ()):
+        if soft.notes or rigid.notes:  # faults that make the means invalid
+            continue
+        for k, claim in enumerate(CLAIMS):
             quotient = ratio(soft.means[claim.reading], rigid.means[claim.reading])
             found[:, i, k] = quotient.value, quotient.error, quotient.half_width(ONE_END)
     return found

@@ -40,13 +40,14 @@ class Claim(NamedTuple):
 FAMILIES = {
     "velocity": ("velocity fluctuates less", "rms({place}.vx - ideal.{link}_vx)", "m/s"),
     "acceleration": ("acceleration peaks are lower", "max(abs({place}.ax))", "m/s^2"),
-    "force": ("contact force peaks are lower", FORCE, "N"),
+    "force": ("contact force peaks are lower", FORCE, "N"),  # the largest size of the force vector
     "smooth_velocity": ("velocity curve is smoother", "rms({place}.ax - ideal.{link}_ax)", "m/s^2"),
     "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }
-"""Text, reading and unit of each family of claims. `ideal` is the motion of the link with rigid bars and ideal joints: a velocity
-fluctuates by its rms difference from the ideal one, and is the smoother the smaller that difference of the accelerations is. An
-acceleration is the smoother the smaller its total variation is, the sum of the sizes of its changes in a turn."""
+"""Text, reading and unit of each family of claims. `ideal` is the motion of the link with rigid bars and ideal joints.
+
+The fluctuation of a velocity is its rms difference from the ideal velocity. Its roughness is the rms difference of the
+acceleration from the ideal one. The roughness of an acceleration is its total variation, the sum of the sizes of its changes."""
 PLACES = {
     "coupler": ("coupler", {"place": "coupler", "link": "coupler"}),
     "rocker": ("rocker, centre of mass", {"place": "rocker", "link": "rocker"}),
@@ -94,9 +95,9 @@ class Ratio(NamedTuple):
         """Metric with the relative standard error."""
         return Metric(self.value, "1", error=self.error / self.value)
 
-    def half_width(self, level: float) -> float:
-        """Return the half width of Student's confidence interval; `level` is the probability beyond each end."""
-        return float(student.isf(level, self.freedom)) * self.error if self.error else 0.0
+    def half_width(self, one_end: float) -> float:
+        """Return the half width of Student's confidence interval; `one_end` is the probability beyond each end."""
+        return float(student.isf(one_end, self.freedom)) * self.error if self.error else 0.0
 
 
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:

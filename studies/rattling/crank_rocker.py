@@ -46,8 +46,9 @@ WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints with clearance by their number, `clearance_joints`: first those whose forces the paper shows, B and C."""
 ROCKERS = {"rigid": "rigid", "beam": "flexible", "modal": "flexible"}
 """Bodies of the rocker, with the name of the variant that has them."""
+LABELS = {"ideal": "ideal joints", "rigid": "rigid rocker", "flexible": "flexible rocker"}
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
-"""Colours of curves by the name of their variant."""
+"""Labels and colours of curves by the name of their variant."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _bands(members: Sequence[Variant]) -> dict[str, Array]:
     """Compute the ends of the middle two thirds of the members for each drawn signal, (2, BAND); nothing below three members."""
-    if len(members) < 3 or (name := members[0].name) == "ideal":
+    name = members[0].name
+    if len(members) < 3 or name == "ideal":
         return {}
     arrays = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), BAND)
@@ -242,7 +244,7 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
                 if f"{case}.band.time" in s:
                     low, high = s[f"{case}.band.{signal}"]
                     ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, color=COLOURS[case], alpha=0.25, linewidth=0)
-                ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
+                ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=LABELS[case], rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)
     for ax in axes[0]:
@@ -250,10 +252,6 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
     for ax in axes[-1]:
         ax.set_xlabel("time [ms]")
     return fig
-
-
-def _name(case: str) -> str:
-    return "ideal joints" if case == "ideal" else f"{case} rocker"
 
 
 def _orbits(result: StudyResult) -> Figure:
@@ -271,7 +269,7 @@ def _orbits(result: StudyResult) -> Figure:
             ax.plot(np.cos(turn), np.sin(turn), color="#000000", linewidth=0.8)
             ax.set_aspect("equal")
             ax.label_outer()
-        line[0].set_ylabel(f"{_name(variant)}\n$y/c$")
+        line[0].set_ylabel(f"{LABELS[variant]}\n$y/c$")
     for ax, joint in zip(axes[0], joints, strict=True):
         ax.set_title(f"{joint}: {JOINTS[joint]}")
     for ax in axes[-1]:

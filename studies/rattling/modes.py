@@ -2,8 +2,8 @@
 
 The paper on the crank-rocker, of unknown authors, gives the rocker "modes four, five and six". `bars.SETS` has the four ways of
 counting them: among all modes of the free body, its flexible modes, those in the plane, or those of bending in the plane. The
-crank-rocker runs with each set on the compiled solver. A case is a pair of a unit of c_max (the largest contact damping) and a
-side of the bars in the plane.
+crank-rocker runs with each set on the compiled solver, with the default crank speed. A case is a pair of a unit of c_max (the
+largest contact damping) and a side of the bars in the plane.
 """
 
 from collections.abc import Mapping
@@ -41,6 +41,8 @@ AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Numbers in metrics.json of the comparison of a set with the largest one."""
 
+FREE_SETS = tuple(name for name in SETS if name != "craig_bampton")
+"""Sets of free modes, which run by default."""
 Case = tuple[str, float]
 """Unit in which the published c_max is read, and side of the bars in the plane [m]."""
 
@@ -49,14 +51,14 @@ Case = tuple[str, float]
 class Parameters(Assumptions, TestedRuns):
     """Parameters of the study."""
 
-    sets: tuple[str, ...] = choices(tuple(SETS)[:-1], tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
+    sets: tuple[str, ...] = choices(FREE_SETS, tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", "bars")
     damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "published unit of c_max", "contact")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-6, 2e-3, "radial clearance", "joints")
 
     def agree(self) -> None:
-        """Check that `modes_of` has its default, because the sets define the modes, and that the mechanism can be made."""
+        """Check that nobody sets the inherited `modes_of`, as the sets define the modes, and that the mechanism can be made."""
         super().agree()
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
@@ -90,7 +92,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
         mechanisms = [p.bars(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
         ideal = ideal_motion(FourBarParameters().speed)
-        turns = dict(zip(p.mode_sets, run_turns(p, mechanisms, READINGS, batch, ideal), strict=True))
+        results = run_turns(p, mechanisms, READINGS, batch, ideal)  # batch: random starts of this case's own
+        turns = dict(zip(p.mode_sets, results, strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
         for modes, each in turns.items():
             metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[BEST])
@@ -114,19 +117,22 @@ def _frequencies(depth: float) -> dict[str, Metric]:
 def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
     """Return the number of each claim for a set, its ratios to the rigid rocker and the largest set, and the comparison."""
     found: dict[str, Metric] = {}
-    level = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
+    one_end = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
     for claim in CLAIMS:
         mean, itself = turns.means[claim.reading], Ratio(1.0, error=0.0, freedom=1.0)  # without error any freedom will do
         rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
         found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
-        found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, level, p.margin)], "1")
+        found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, one_end, p.margin)], "1")
     return found
 
 
-def sameness(found: Ratio, level: float, margin: float) -> str:
-    """Return = for a confidence interval within 1 ± `margin`, else ≠ if it excludes 1, else ?; `level` lies beyond each end."""
-    half = found.half_width(level)
+def sameness(found: Ratio, one_end: float, margin: float) -> str:
+    """Return = for a confidence interval in 1 ± `margin`, else ≠ if it excludes 1, else ?.
+
+    The probability that the ratio lies beyond one end of the interval is `one_end`.
+    """
+    half = found.half_width(one_end)
     if abs(found.value - 1) + half < margin:
         return AGREES
     return DIFFERS if abs(found.value - 1) > half else UNDECIDED
@@ -170,7 +176,9 @@ def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
     """Tabulate all cases, a row for each set: the ratios in `SUMMARISED` to the rigid rocker, and their marks."""
     rows = []
-    for name in p.mode_sets[1:]:
+    for name in p.mode_sets:
+        if name == BASE:
+            continue
         cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMARISED) for case in p.cases]
         rows.append([NAMES[name], *cells])
     claims = ", ".join(PRINTED[claim] for claim in SUMMARISED)
@@ -189,7 +197,7 @@ def figure(result: StudyResult) -> Figure:
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
         for i, (claim, colour) in enumerate(zip(PRINTED, COLOURS, strict=False)):
             ratios = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
-            value, error = np.array([(m.value, m.value * (m.error or 0.0)) for m in ratios]).T
+            value, error = np.array([(m.value, m.error_in_unit or 0.0) for m in ratios]).T
             style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
             heights = np.arange(len(names)) + 0.11 * (2.5 - i)  # the claims of a set one above another
             ax.errorbar(value, heights, xerr=2 * error, label=PRINTED[claim], **style)

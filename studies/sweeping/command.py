@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kit.cli import print_error
+from ..kit.cli import INTERRUPTED, print_error
 from ..kit.parameters import specs
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import Study, find_study, finish, make_folder, make_parser
@@ -66,7 +66,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
             )  # fmt: skip
     except KeyboardInterrupt:
         print(f"interrupted; {again}", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except SweepError as error:
         print(f"{name}: {error}\n{again}", file=sys.stderr)
         return 1
