@@ -95,7 +95,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong = [f"{name} off by {error:.2g}" for name, (error, most) in errors.items() if not error <= most]
     wrong += [] if isfinite(found.settled) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
     wrong = [f"{p.model}: {line}" for line in wrong]
-    notes = f"exact: the wish. limit: share of a bound that is used.\n{p.describe()}; friction {p.friction_force:g} N."
+    notes = "exact: the wish. limit: share of a bound that is used. settled: crank angle from which the slider rests.\n"
+    notes += f"{p.describe()}; friction {p.friction_force:g} N."
     return StudyResult(
         parameters=p,
         **(status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}),
@@ -112,7 +113,8 @@ def figure(result: StudyResult) -> Figure:
     h, angle = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
     stop = d.given.lengths.slider(pi - angle / 2)
     u = np.clip(d.given.lengths.shortening(pi, stop), 0.0, 1.0)  # above 1 the limit `shortening` excludes the design
-    force = law.fast(u) * d.given.modulus * p.width * h**3 / 12 / d.given.coupler**2
+    bending_stiffness = d.given.modulus * p.width * h**3 / 12
+    force = law.fast(u) * bending_stiffness / d.given.coupler**2  # the law gives P L^2/(E I)
     is_feasible = feasible(design(Wish(force, p.impact_force, angle), d.given))
     ax.contourf(1e3 * h, np.degrees(angle), is_feasible, levels=[-0.5, 0.5], colors=["#dddddd"])
     lines = ax.contour(1e3 * h, np.degrees(angle), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")

@@ -155,7 +155,7 @@ def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
 
 
 class TurnReading(NamedTuple):
-    """Numbers of one turn of the crank; nan for an event that does not happen.
+    """Numbers of one turn of the crank; for an event that does not happen, nan, or 0 where that is the default.
 
     Attributes
     ----------
@@ -209,7 +209,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     inner = force.copy()
     inner[[0, -1]] = 0.0  # contacts across the ends of the turn are left out
     contacts, shortening = positive_ranges(inner), run.shortening[part]  # a contact: its first sample, the first one after it
-    before = slice(contacts[0, 0] + 1 if len(contacts) else None)
+    before = slice(contacts[0, 0] + 1 if len(contacts) else None)  # up to the first sample of contact, which includes its onset
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)), shortening=float(shortening.max()),
         early_shortening=float(np.ptp(shortening[before])), buckles_before_stop=bool((run.overload[part][before] > 1).any()),
@@ -231,7 +231,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
     """Count the rebounds on the inward stroke; where the slider rests, find the onset of rest and the largest contact force."""
-    inward = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]
+    inward = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # by the last sample before contact, as the onset is after it
     if not len(inward):
         return {}
     (start, free), rebounds = inward[-1], {"rebounds": len(inward) - 1}

@@ -21,17 +21,17 @@ the sum of a_n sin(n pi z/L); free of stress it has b_n instead of a_n. Bending 
     mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
 
 The q_n are the sine components of weight and of the chord's transverse acceleration, which is linear from A to B. The slider of
-mass m and friction f has the position x and obeys m x'' = -P cos(phi) + F - f sign(x'), F being the stop's force. This is the
-column of N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74, with more modes.
+mass m and friction f has the position x and obeys m x'' = -P cos(phi) + F - f sign(x'); before contact it moves to negative x.
+The stop of stiffness K has the force F = K d (1 + chi d'/v) at the depth d, with the hysteresis factor chi of `CarvalhoMartins`.
+This is the column of N. J. Hoff, The dynamics of the buckling of elastic columns, J. Applied Mechanics 18 (1951) 68-74, with more
+modes.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import isfinite, nan
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -70,10 +70,8 @@ LINEAR = 1e-3
 """Speed of the slider below which its friction is proportional to the speed in the theory [m/s]."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
-R = PAPER.crank
-"""Length of the crank [m]."""
-L = PAPER.coupler
-"""Length of the coupler [m]."""
+R, L = PAPER.crank, PAPER.coupler
+"""Lengths of crank and coupler [m]."""
 WAVE_NUMBERS = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
@@ -102,6 +100,14 @@ class Parameters(StrikeAssumptions):
         ]
 
 
+class _Forces(NamedTuple):
+    """Compression P of the strip [N], force F of the stop [N], and cos(phi)."""
+
+    compression: float
+    stop: float
+    cosine: float
+
+
 @dataclass(frozen=True)
 class SineStrip:
     """Slider-crank of a case by equations (1) and (2), with constant crank speed.
@@ -118,7 +124,7 @@ class SineStrip:
 
     @cached_property
     def stress_free(self) -> Array:
-        """Stress-free amplitudes b_n [m], positive to the left when looking from A to B."""
+        """Stress-free amplitudes b_n [m], positive to the left when looking from A to B; a positive bow is to the right."""
         return np.where(N == 1, -self.case.imperfection * L, 0.0)
 
     @cached_property
@@ -152,16 +158,16 @@ class SineStrip:
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(
             self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
-            events=distance, max_step=longest / 300,
+            events=distance, max_step=longest / 300,  # tolerances far below MOST_DIFFERENCE; steps that do not miss the contact
         )  # fmt: skip
-        largest = max(self._forces(t, y)[1] for t, y in zip(run.t, run.y.T, strict=True))
+        largest = max(self._forces(t, y).stop for t, y in zip(run.t, run.y.T, strict=True))
         return largest if largest > 0 else np.nan
 
     def balance(self, angle: float) -> tuple[Array, float]:
         """Compute amplitudes a_n in equilibrium [m] and compression [N], for a slider that moves as on a rigid coupler."""
         p, cosine = self.case, float(np.sqrt(1 - (R / L * np.sin(angle)) ** 2))
         acceleration = float(PAPER.slider_second_rate(angle)) * p.speed**2
-        load = (p.friction_force - p.mass * acceleration) / cosine
+        load = (p.friction_force - p.mass * acceleration) / cosine  # x' < 0
         q = self._transverse(angle, R * np.cos(angle) - cosine * L, acceleration)
         least = 0.1 * self.bending[0]  # a bound near the Euler load, where the strip swings and an equilibrium says nothing
         return (self.bending * self.stress_free + q) / np.maximum(self.bending - load * WAVE_NUMBERS**2, least), load
@@ -186,26 +192,26 @@ class SineStrip:
         first, last = -(self.case.speed**2) * (normal @ pin) - gravity, normal[0] * acceleration - gravity  # at A and at B
         return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
-    def _forces(self, t: float, y: Array) -> tuple[float, float, float]:
-        """Compute the compression P of the strip, the force F of the stop [N], and cos(phi)."""
+    def _forces(self, t: float, y: Array) -> _Forces:
         p, angle = self.case, self.case.speed * t
         dx, dy, depth = y[0] - R * np.cos(angle), R * np.sin(angle), PAPER_STOP - y[0]
         chord = np.hypot(dx, dy)
         load = p.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
         chi = float(CarvalhoMartins.hysteresis(p.restitution))
-        force = max(0.0, p.stop_stiffness * depth * (1 - chi * y[1] / self.impact_speed)) if depth > 0 else 0.0
-        return float(load), float(force), float(-dx / chord)
+        depth_rate = -y[1]
+        force = max(0.0, p.stop_stiffness * depth * (1 + chi * depth_rate / self.impact_speed)) if depth > 0 else 0.0
+        return _Forces(float(load), float(force), float(-dx / chord))
 
     def _rates(self, t: float, y: Array) -> Array:
         """Compute the rates of the state by equation (2) and that of the slider."""
-        load, force, cosine = self._forces(t, y)
+        forces = self._forces(t, y)
         friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
-        acceleration = (force - load * cosine - friction) / self.case.mass
+        acceleration = (forces.stop - forces.compression * forces.cosine - friction) / self.case.mass
         a, speed = np.split(y[2:], 2)
         time_constant = 2 * self.case.damping / self.frequency  # tau of equation (2)
         bend = self.bending * (a - self.stress_free + time_constant * speed)
         q = self._transverse(self.case.speed * t, y[0], acceleration)
-        modal_acceleration = (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
+        modal_acceleration = (forces.compression * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
         return np.concatenate([[y[1], acceleration], speed, modal_acceleration])
 
 
@@ -229,12 +235,13 @@ class MapPoint(NamedTuple):
     def regime(self) -> str:
         """Regime by the simulation."""
         doubled = 0.75 * (np.pi * self.case.imperfection) ** 2  # end shortening of a strip whose bow has doubled
-        if self.early > BUCKLED_FROM + doubled or not isfinite(self.peak + self.compression):
+        is_buckled = self.early > BUCKLED_FROM + doubled  # before contact, as in `impact_models`
+        if is_buckled or not isfinite(self.peak + self.compression):
             return "swing"
         return "late buckling" if self.compression > LATE else "plateau" if self.compression > SAGGING else "sagging"
 
     @classmethod
-    def of(cls, case: Case, row: Any) -> MapPoint:
+    def of(cls, case: Case, row: Any) -> Self:
         """Read the simulation from a row of the sweep, by names of `impact.TurnReading`, and compute the theory."""
         strip, euler = SineStrip(case), case.section.euler_load(L)
         peak, compression, early = (row.value(f"beam.{name}") for name in ("impact_peak", "impact_push", "early_shortening"))
@@ -279,7 +286,7 @@ def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
     for name in REGIMES:
         found[f"regime.{name.replace(' ', '_')}"] = Metric(float(sum(x.regime == name for x in points)), "1")
     late = [x for x in points if x.regime == "late buckling" and x.bend < STRAIGHT]
-    if len({x.case.speed for x in late}) > 1:
+    if len({x.case.speed for x in late}) > 1:  # s is proportional to the speed: at one speed it hardly varies
         slope = exponent([x.rate for x in late], [x.compression for x in late])
         found["late.power_of_rate"] = Metric(slope, "1", exact=0.5)
     return found

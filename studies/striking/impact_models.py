@@ -81,11 +81,11 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
-        # A remark on the mechanism: the model itself is computed without a fault.
+        # The status stays OK: the run has no fault, but the slider of this mechanism does not reach the stop again.
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
             model=model, status="OK", message=remark, time=trace.time, angle=trace.angle, force=trace.force, speed=-trace.speed,
-            shortening=trace.shortening, push=trace.push, overload=trace.load, energy_balance=trace.energy_balance,
+            shortening=trace.shortening, push=trace.push, overload=trace.overload, energy_balance=trace.energy_balance,
             work={"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
         )  # fmt: skip
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
@@ -122,7 +122,8 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
 
     A NotCalibratedError says that a run fails or has no impact, or that `TRIALS` iterations are not enough.
     """
-    slider_speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))  # at the impact [m/s]
+    crank_speed = IMPACT_SPEED  # [rad/s], at which the published impact force was measured
+    slider_speed = crank_speed * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))  # at the impact [m/s]
     if model == "stitched":
         impulse = parameters.mass * (1 + parameters.restitution) * slider_speed
         return Calibration(model, impulse / IMPACT_FORCE, IMPACT_FORCE)

@@ -45,7 +45,9 @@ MOST_COMPRESSION = 0.8
 MOST_PUSH = 0.4
 """Largest Q over S - D: up to it equation (3) holds within 1 %, and the slider rebounds before the coupler presses it."""
 MOST_RISE = 2.0
-"""Largest Q' over P_cr, at which the iteration for D keeps it: beyond it, the slider pulls the strip with more than P_cr."""
+"""Bound of Q' over P_cr, to which the iteration for D clips it: above it the slider's inertia pulls with more than P_cr.
+
+For Q' = Q + m x'' omega^2, and Q is P_cr at most."""
 LEAST_STRENGTH = 1e-3
 """Least S - D over F_i in the iteration: it keeps the speed positive where Q alone exceeds F_i, which limit `push` excludes."""
 ANGLES = 33
@@ -129,7 +131,7 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     For a wish without a solution the numbers are finite, and violate one of the `limits`.
     """
     given = Given() if given is None else given
-    lengths, (r, L) = given.lengths, given.lengths
+    lengths, r, L = given.lengths, given.crank, given.coupler
     angle = np.pi - np.asarray(wish.contact_angle) / 2
     stop = lengths.slider(angle)
     lean, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))
@@ -205,7 +207,7 @@ def binding(chosen: StrikeDesign) -> Limit:
 
 def _compression(chosen: StrikeDesign) -> Floats:
     """Find the largest compression (f - m x'' omega^2)/cos(phi) of a rigid coupler before the impact [N]."""
-    angle = np.linspace(0.0, 1.0, ANGLES).reshape(-1, *np.ones(np.ndim(chosen.angle), int)) * chosen.angle
+    angle = np.linspace(0.0, chosen.angle, ANGLES)  # the first axis is that of the angles
     lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
     inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
     return np.maximum(((chosen.given.friction - inertia) / lean).max(axis=0), 0.0)

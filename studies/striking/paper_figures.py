@@ -70,7 +70,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics[f"{key}.first"] = Metric(float(peaks[0]), "N", published=printed.published)
         metrics[f"{key}.last"] = Metric(float(peaks[-1]), "N", published=printed.published)
         metrics[f"{key}.turns"] = Metric(float(turns), "1")
-    notes = f"First and last impact of each figure. Fig. 6: grows, to 120 or 140 N; slider {p.ramp_mass:g} kg.\n{p.describe()}."
+    notes = "First and last impact of each figure. Fig. 6 in print: the impact force grows to 120 or 140 N. "
+    notes += f"Its slider: {p.ramp_mass:g} kg.\n{p.describe()}."
     return StudyResult(
         parameters=p, **worst([(run.model, run) for run in runs.values()]), metrics=metrics,
         signals={f"{key}.{what}": getattr(run, what) for key, run in runs.items() for what in ("time", "force")},

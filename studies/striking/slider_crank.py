@@ -38,7 +38,9 @@ PLATEAU = np.radians((150.0, 210.0))
 REFERENCE_VOLTAGE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times it, and 27 N at that speed."""
 MASSES = (0.01, 10.0)
-"""Range of the slider's mass in which the heaviest that rests is searched [kg]."""
+"""Range of masses [kg] in which `_heaviest` searches."""
+PUBLISHED_THICKNESS = 3e-4
+"""Thickness of the strip in the published impacts [m]."""
 MOTOR = 1.6
 """Slope of torque over speed of the assumed motor [N m s]: with it the forces are within 0.1 N of the published ones."""
 READ = {
@@ -85,7 +87,8 @@ class Parameters(ImpactParameters):
     @property
     def turns(self) -> int:
         """Turns of the ramp whose contact, up to 240 degrees, lies within the run."""
-        return int((self.ramp.position(self.duration) + 2 * pi / 3) // (2 * pi))
+        release = 4 * pi / 3
+        return int((self.ramp.position(self.duration) - release) // (2 * pi)) + 1
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -115,9 +118,9 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     """Run one turn of each model at constant speed."""
-    stops = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
+    numbers = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}  # of the stop
     duration = p.longest_time(p.until / p.speed)
-    runs = [run_model(model, p, stops[model], p.speed, duration) for model in progress(p.models, label="models")]
+    runs = [run_model(model, p, numbers[model], p.speed, duration) for model in progress(p.models, label="models")]
     readings = [read(run) for run in runs]
     metrics = {run.model: _turn_metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
     notes = [note for run, reading in zip(runs, readings, strict=True) for note in findings(run, [reading])]
@@ -128,7 +131,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
-    force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == 3e-4
+    force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == PUBLISHED_THICKNESS
     stress, exact_stress = (  # of a shortening between 0 and 1, up to which the ends of the strip do not cross
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
         for u in (reading.shortening, float(PAPER.shortening(pi, PAPER_STOP)))
@@ -220,7 +223,7 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
     for name, case in progress(cases.items(), label="cases"):
         fit = calibrate(name.partition("_")[0], case)
         strikes = [strike(fit.model, case, fit.stop, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE) for voltage in p.voltages]
-        forces = [read(run).impact_peak or nan for run in strikes]
+        forces = [read(run).impact_peak or nan for run in strikes]  # 0 without an impact
         runs += strikes
         metrics[name] = fit.metrics | {
             f"force_{voltage:g}V": Metric(force, "N", published=VOLTAGE_FORCES.get(voltage))

@@ -125,7 +125,7 @@ class Trace(NamedTuple):
     time, angle, position, speed, force, shortening : time [s]; crank angle [rad]; slider position [m] and velocity [m/s];
         force on the stop [N]; end shortening over length
     push : compression of the strip [N]
-    load : compression of the rigid coupler over the Euler load, 0 in the other modes; above 1 the strip buckles in the rigid
+    overload : compression of the rigid coupler over the Euler load, 0 in the other modes; above 1 the strip buckles in the rigid
         mode, and the model does not hold
     energy : `kinetic`, `strain`; since t = 0 dissipated in impacts (`taken_impact`) and by friction (`taken_friction`), given
         by the drive (`given_drive`), and the ledger's `error` [J]
@@ -139,7 +139,7 @@ class Trace(NamedTuple):
     force: Array
     shortening: Array
     push: Array
-    load: Array
+    overload: Array
     energy: dict[str, Array]
     held: bool
 
@@ -253,5 +253,5 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     energy["error"] = stored - stored[0] + dissipated - energy["given_drive"]
     compression = is_rigid * model.compression(angle, crank_speed, crank_acceleration)
     push = np.where(is_rigid, compression, strip_push)
-    load = compression / model.strip_force(shortening=0.0)
-    return Trace(time, angle, position, speed, force, shortening, push, load, energy, bool((modes == "held").any()))
+    overload = compression / model.strip_force(shortening=0.0)
+    return Trace(time, angle, position, speed, force, shortening, push, overload, energy, bool((modes == "held").any()))

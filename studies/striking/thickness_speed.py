@@ -132,8 +132,8 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
         is_struck = np.isin(state[i, 1:], ("pressed", "in the air"))
         if is_struck.sum() > 2:
-            (power,) = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck]).metrics()  # of the speed
-            found[f"{1e3 * h:g}mm.impact_power"] = power
+            exponents = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck]).metrics()
+            found[f"{1e3 * h:g}mm.impact_power"] = exponents[0]  # of the only variable, the speed
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 
@@ -141,7 +141,8 @@ def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
     """List the thicknesses whose force is not that of the first strip times the cube of the ratio of thicknesses."""
     lines = []
     for name, metric in metrics.items():
-        if name.startswith("cube.") and not (metric.error or 0.0) < CUBE_TO:
+        error = metric.error or 0.0  # difference from the exact cube; nan without a force
+        if name.startswith("cube.") and not error < CUBE_TO:
             ratio = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
             why = ratio if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
             lines.append(f"{name.removeprefix('cube.')} at {p.slow:g} rad/s: {why}")

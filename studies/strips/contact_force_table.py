@@ -111,10 +111,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    for h in p.thicknesses:  # PAPER_STOP is met at 120 degrees, whatever `stop_angle` is
+    for h in p.thicknesses:  # friction concerns the published mechanism: its stop, at 120 degrees, whatever `stop_angle` is
         low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
         metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
-    remark = f"YIELDS beyond {p.yield_strength / 1e6:g} MPa, so its force is overestimated: {', '.join(yields)}" * bool(yields)
+    limit = f"{p.yield_strength / 1e6:g} MPa"
+    remark = f"YIELDS beyond {limit}, so its force is overestimated: {', '.join(yields)}" if yields else ""
     notes = [
         f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
@@ -170,11 +171,11 @@ def figure(result: StudyResult) -> Figure:
     """Draw force over crank angle, and largest force over thickness, in units of E I/L^2, in which a cubic law is constant."""
     p, s = result.of(Parameters), result.signals
     fig, (left, right) = subplots(1, 2, height=85)
-    second = Press(p.thicknesses[-1], table_2_stop())
-    turn = np.linspace(PAPER.contact_angle(second.stop), np.pi, 200)
-    left.plot(np.degrees(turn), second.force(pinned.load, turn) / second.unit, "C4--", label="exact, stop of Table 2")
+    last = Press(p.thicknesses[-1], table_2_stop())  # the last strip of the list
+    turn = np.linspace(PAPER.contact_angle(last.stop), np.pi, 200)
+    left.plot(np.degrees(turn), last.force(pinned.load, turn) / last.unit, "C4--", label="exact, stop of Table 2")
     for name, style in (("exact", "C0-"), ("quartic", "C1:"), ("beam", "C2.")):
-        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(second.thickness)}.{name}"] / second.unit, style, label=name)
+        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(last.thickness)}.{name}"] / last.unit, style, label=name)
     left.set(xlabel="crank angle [deg]", ylabel="contact force $F L^2/(E I)$")
     h = np.array(sorted(p.thicknesses))
     units = np.array([Press(x, 0.0).unit for x in h])

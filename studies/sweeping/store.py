@@ -5,8 +5,6 @@ metrics, work, wall_s, provenance). Table `about` has study, versions and units.
 time; the system releases it when the process ends. SQLite's write-ahead log keeps all rows of a process that is killed.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import sqlite3
@@ -65,7 +63,7 @@ class Part(NamedTuple):
     of: int
 
     @classmethod
-    def read(cls, text: str) -> Part:
+    def read(cls, text: str) -> Self:
         """Read a part from a text such as `2/8`."""
         number, _, of = text.partition("/")
         if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
@@ -128,16 +126,17 @@ class Store:
                 self.ask("CREATE TABLE cases (number INTEGER, parameters TEXT PRIMARY KEY, status TEXT, result TEXT)")
                 self.ask(f"PRAGMA application_id = {APPLICATION}")
                 self.ask(f"PRAGMA user_version = {FORMAT}")
-        ((application,),), ((version,),) = (self.ask(f"PRAGMA {name}") for name in ("application_id", "user_version"))
-        if application != APPLICATION:
+        if self._pragma("application_id") != APPLICATION:
             raise StoreError(f"{self.path} is an SQLite file, but no sweep's store")
-        if version != FORMAT:
+        if (version := self._pragma("user_version")) != FORMAT:
             raise StoreError(f"{self.path} has format {version}, this version of Buckler reads and writes format {FORMAT}")
-        ((verdict,),) = self.ask("PRAGMA quick_check(1)")
-        if verdict != "ok":
+        if (verdict := self._pragma("quick_check(1)")) != "ok":
             raise StoreError(f"{self.path} is damaged: {verdict.splitlines()[-1]}")
         self.ask("PRAGMA journal_mode = WAL")
         self.ask("PRAGMA synchronous = NORMAL")
+
+    def _pragma(self, name: str) -> Any:
+        return self.ask(f"PRAGMA {name}")[0][0]
 
     @contextmanager
     def _transaction(self, kind: str = "") -> Iterator[None]:
@@ -156,9 +155,11 @@ class Store:
         The cases must include all that are stored; others may be added. A StoreError refuses another sweep or other versions.
         """
         texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters
-        keys = {text: number for number, text in enumerate(texts)}
-        if first := [number for number, text in enumerate(texts) if keys[text] != number]:
-            raise ValueError(f"case {first[0]} is given twice: {texts[first[0]]}")
+        keys: dict[str, int] = {}
+        for number, text in enumerate(texts):
+            if text in keys:
+                raise ValueError(f"case {keys[text]} is given twice: {text}")
+            keys[text] = number
         with self._transaction():
             self._compare(about)
             foreign = [key for (key,) in self.ask("SELECT parameters FROM cases") if key not in keys]
@@ -183,7 +184,7 @@ class Store:
                 raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
     def copy(self, path: Path, about: About) -> None:
-        """Copy the results of cases of this sweep from another store of the study, such as the store of a part."""
+        """Copy the results of cases of this sweep from another store, such as that of a part; of another study, copy nothing."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)

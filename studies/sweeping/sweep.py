@@ -112,6 +112,7 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
+            # Without a bar; the study's first `simulate` prints the time that it forecasts for the jobs of this process.
             forecast = {"progress": Progress(quiet=True, cases=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
             result = study.run(job.parameters, **forecast)
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}

@@ -40,7 +40,8 @@ CONSTANT = 1e-9
 class Axis(NamedTuple):
     """Varied parameter and its values in SI; `log` where the values are equally spaced in the logarithm.
 
-    Tables and figures show the values in `unit`, if the text of `--vary` has one (`factor` in SI), else in the parameter's unit.
+    Tables and figures show the values in the unit that the text of `--vary` has, `unit`, which is `factor` in SI. Without one
+    they show them in the parameter's unit.
     """
 
     name: str
@@ -53,7 +54,7 @@ class Axis(NamedTuple):
         """Return a value in the unit of tables and figures."""
         return float(f"{value / self.factor:.12g}") if self.unit and isinstance(value, float) else value
 
-    def label(self, units: Mapping[str, str]) -> str:
+    def shown_unit(self, units: Mapping[str, str]) -> str:
         """Return the unit of tables and figures."""
         return self.unit or units[self.name]
 
@@ -159,7 +160,10 @@ class DesignPoint(NamedTuple):
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
-    """Gather the points; a metric named after a varied value, as `strut.force` for "strut", becomes `force` in all cases."""
+    """Gather the points of the sweep.
+
+    Where a parameter such as `models` varies, the metric `strut.force` of the case "strut" becomes `force`, as in all cases.
+    """
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
         pairs = ((axis, getattr(case, axis.name)) for axis in plan.axes)
@@ -184,7 +188,7 @@ def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str
 def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """Tabulate the points of the sweep; with a column `status` where not all are OK."""
     has_status = any(point.row.status != "OK" for point in found)
-    headers = [label_with_unit(axis.name, axis.label(units)) for axis in plan.axes]
+    headers = [label_with_unit(axis.name, axis.shown_unit(units)) for axis in plan.axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * has_status
     cells = [[*point.values, *(_cell(point.metric(name)) for name in shown), point.row.status] for point in found[:MOST_LINES]]
     lines = [line if has_status else line[:-1] for line in cells]
@@ -227,7 +231,7 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
         labels[:] = ""  # a single series without a legend
     else:
         x = np.array([point.values[plan.axes.index(across)] for point in found], float)
-        ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.label(units)))
+        ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.shown_unit(units)))
         if across.log:
             ax.set_xscale("log")
         else:
@@ -263,7 +267,7 @@ def _legend(ax: Any, failed: bool, suspect: bool) -> None:
 def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
     if isinstance(value, str):
         return value
-    unit = axis.label(units)
+    unit = axis.shown_unit(units)
     return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if unit == '1' else unit}".rstrip()
 
 

@@ -35,9 +35,9 @@ def test_values_of_a_grid(text, values):
 
 def test_values_are_shown_in_the_unit_in_which_they_were_written():
     length, speed, plain = (parse(text, Parameters) for text in ("length=0.1mm:0.3mm:3", "speed=12rpm,24rpm", "speed=1,2"))
-    assert ([length.show(value) for value in length.values], length.label({})) == ([0.1, 0.2, 0.3], "mm")
-    assert ([speed.show(value) for value in speed.values], speed.label({})) == ([12.0, 24.0], "rpm")
-    assert (plain.show(1.0), plain.label({"speed": "rad/s"})) == (1.0, "rad/s")
+    assert ([length.show(value) for value in length.values], length.shown_unit({})) == ([0.1, 0.2, 0.3], "mm")
+    assert ([speed.show(value) for value in speed.values], speed.shown_unit({})) == ([12.0, 24.0], "rpm")
+    assert (plain.show(1.0), plain.shown_unit({"speed": "rad/s"})) == (1.0, "rad/s")
 
 
 @pytest.mark.parametrize(
