@@ -28,8 +28,6 @@ ORDER = 4
 """Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains."""
 MOST_UNCERTAIN = 1e-2
 """Largest relative difference of the two references of a work: above it one of the two codes is wrong."""
-SOLVERS = ("Spectral", "Exudyn")
-"""Solvers whose runs are in the second table, of `ingredients`."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -91,7 +89,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure every work, then find the ingredients of its runs."""
     found = {name: measure(WORKS[name](), p, progress, name) for name in p.works}
     motions = [name for name in p.works if p.scenes and found[name].work.motion]  # not the strip, which is a work of statics
-    scenes = [(work, solver) for work in motions for solver in SOLVERS]
+    scenes = [(work, solver) for work in motions for solver in ("Spectral", "Exudyn")]
     contents = {key: ingredients(*key) for key in progress(scenes, label="scenes")}
     metrics = {f"{name}_{key}": metric for name, each in found.items() for key, metric in each.metrics().items()}
     if "strip" in found:

@@ -24,8 +24,6 @@ SHARE = 0.01
 """Part of a motion's duration that is run, to save time: what only the rest would load or compile is not listed."""
 TOTALS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
 """Entries of a scene's summary that are totals, not kinds of objects."""
-LIMIT = 600.0
-"""Longest time of the process [s], which may have to compile the solver."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Ingredients:
 def ingredients(work: str, solver: str) -> Ingredients:
     """Run a short part of a work by a solver in a new process; a RuntimeError has the last output of a process that fails."""
     command = [sys.executable, "-m", __name__, work, solver]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=600.0, check=False)  # [s]; it may compile the solver
     if run.returncode:
         raise RuntimeError(f"{work} by {solver}: {run.stderr.strip()[-400:]}")
     return Ingredients(**json.loads(run.stdout.splitlines()[-1]))

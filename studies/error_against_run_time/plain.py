@@ -127,8 +127,8 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
         return -length * (span[0] + (span[1] - span[0]) * t)
 
     constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)
-    kind = exu.OutputVariableType.Force
-    force = job.system.AddSensor(eii.SensorObject(objectNumber=constraint, outputVariableType=kind, writeToFile=False))
+    output = {"outputVariableType": exu.OutputVariableType.Force, "writeToFile": False}
+    force = job.system.AddSensor(eii.SensorObject(objectNumber=constraint, **output))
     job.system.Assemble()
     settings = _settings()
     settings.staticSolver.verboseMode = 0

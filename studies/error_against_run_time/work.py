@@ -30,10 +30,6 @@ KNOWN = "known"
 """Name of the series of runs with an error estimate, by accuracy."""
 STEPS = 100_000_000
 """Largest number of steps of a run: fine runs take more than the default."""
-LIMIT = 300.0
-"""Longest time of a run [s]."""
-TIMES = 401
-"""Number of equally spaced times at which motions are compared."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +42,12 @@ class Motion:
 
     @property
     def times(self) -> Array:
-        """Times at which signals are compared [s]."""
-        return np.linspace(0.0, self.duration, TIMES)
+        """Equally spaced times at which signals are compared [s]."""
+        return np.linspace(0.0, self.duration, 401)
 
     def simulate(self, **options: Any) -> Array:
         """Simulate the motion; return the signals, shape (times, signals), nan after the end of the run."""
-        result = simulate(self.mechanism, self.duration, timeout=LIMIT, **options)
+        result = simulate(self.mechanism, self.duration, timeout=300.0, **options)  # [s]
         return np.stack([result.at(name, self.times, outside=np.nan) for name in self.signals], axis=1)
 
     def run_compiled(self, tolerance: float, degree: int) -> Array:

@@ -41,8 +41,6 @@ GAP = 2.5e-4
 """Radial clearance of the joints [m]."""
 LINKS = 16
 """Number of links of a chain."""
-SIDE = 0.1
-"""Length of a chain's link [m]."""
 
 
 def _engine() -> ModuleType:
@@ -123,7 +121,7 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
 
     def build(elements: int | None = None) -> mbs.Mechanism:
         body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
-        points = {f"P{k}": (SIDE * k, 0.0) for k in range(LINKS + 1)}
+        points = {f"P{k}": (0.1 * k, 0.0) for k in range(LINKS + 1)}  # links of 0.1 m
         links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(LINKS)]
         joints = [mbs.Revolute(f"P{k}", f"link{k - 1}" if k else "ground", f"link{k}") for k in range(LINKS)]
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))

@@ -4,8 +4,6 @@ A setting of a solver, such as its tolerance, is a field of the solver's class o
 stand in the table `solver`, on the command line each is an option.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re
@@ -15,7 +13,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from math import isnan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from buckler.mbs.accuracy.demand import key_of
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, read_signals, write_signals
@@ -24,6 +22,7 @@ from buckler.mbs.declare.spec import Anything, Choice, Text
 from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
+from buckler.mbs.record.result import Result
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.sensitivity.measures import list_readings
 from buckler.mbs.sensitivity.reading import check
@@ -35,9 +34,6 @@ from buckler.mbs.view.report import page
 from ..kit.parameters import Repeated, StudyParameters
 from ..kit.report import QUIET, Metric, Progress, StudyResult
 from ..kit.style import Figure, subplots
-
-if TYPE_CHECKING:
-    from buckler.mbs.record.result import Result
 
 MOST_DRAWN = 6
 """Largest number of signals in the figure: with more the panels are too flat."""

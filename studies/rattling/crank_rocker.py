@@ -26,7 +26,7 @@ from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
-from .turns import STEPS_A_TURN, draw_offset, force_on_second
+from .turns import draw_offset, force_on_second
 
 BAND = 2001
 """Number of times at which the band of the members is drawn."""
@@ -119,7 +119,8 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
-    longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)  # ten steps at least
+    time_of_half_a_degree = 2 * pi / p.speed / 720
+    longest = min(time_of_half_a_degree, p.duration / 10)
     engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
     solver = engine if with_play else closure
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)

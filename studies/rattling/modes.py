@@ -43,8 +43,6 @@ MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 
 FREE_SETS = tuple(name for name in SETS if name != "craig_bampton")
 """Sets of free modes, which run by default."""
-Case = tuple[str, float]
-"""Unit in which the published c_max is read, and side of the bars in the plane [m]."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +68,8 @@ class Parameters(Assumptions, TestedRuns):
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
     @property
-    def cases(self) -> dict[str, Case]:
-        """Cases by their names in metrics.json."""
+    def cases(self) -> dict[str, tuple[str, float]]:
+        """Cases by their names in metrics.json: unit in which c_max is read, and side of the bars in the plane [m]."""
         return {f"c_max[{unit}].h{1e3 * h:g}mm": (unit, h) for unit, h in product(self.damping_unit, self.in_plane_depth)}
 
     def damped_rocker(self, depth: float, modes: str) -> Modal | None:

@@ -25,8 +25,6 @@ LOOSE = 1e-6
 """Tolerance from which on implicit steps may be chosen: stability, not accuracy, limits explicit ones at stiff damping."""
 START_OFFSET = 1e-9
 """Standard deviation of the crank's angle at the start of a run of the study `crank-rocker` [rad]: far below all errors."""
-STEPS_A_TURN = 720
-"""Smallest number of steps in a turn of the crank in the study `crank-rocker`: half a degree a step."""
 FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
 """Reading of the largest force [N] in the joint at the point `place`."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
