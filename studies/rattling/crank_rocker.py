@@ -97,6 +97,7 @@ class Parameters(PlayParameters, Assumptions):
         if rocker == "beam":
             return Beam(bar.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
         modal = Modal(bar, damping=self.rocker_damping)
+        # Three modes of the bar, as many as the solid has by default.
         others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
         modal = replace(modal, modes=others[self.modes_of]) if self.modes_of in others else modal
         return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)

@@ -100,14 +100,6 @@ class Parameters(StrikeAssumptions):
         ]
 
 
-class _Forces(NamedTuple):
-    """Compression P of the strip [N], force F of the stop [N], and cos(phi)."""
-
-    compression: float
-    stop: float
-    cosine: float
-
-
 @dataclass(frozen=True)
 class SineStrip:
     """Slider-crank of a case by equations (1) and (2), with constant crank speed.
@@ -158,9 +150,9 @@ class SineStrip:
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(
             self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
-            events=distance, max_step=longest / 300,  # tolerances far below MOST_DIFFERENCE; steps that do not miss the contact
+            events=distance, max_step=longest / 300,  # short, because the peak is read off the steps
         )  # fmt: skip
-        largest = max(self._forces(t, y).stop for t, y in zip(run.t, run.y.T, strict=True))
+        largest = max(self._stop_force(y) for y in run.y.T)
         return largest if largest > 0 else np.nan
 
     def balance(self, angle: float) -> tuple[Array, float]:
@@ -192,26 +184,30 @@ class SineStrip:
         first, last = -(self.case.speed**2) * (normal @ pin) - gravity, normal[0] * acceleration - gravity  # at A and at B
         return np.asarray(-self.case.section.mass_per_length * 2 / (N * np.pi) * (first - (-1.0) ** N * last))
 
-    def _forces(self, t: float, y: Array) -> _Forces:
-        p, angle = self.case, self.case.speed * t
-        dx, dy, depth = y[0] - R * np.cos(angle), R * np.sin(angle), PAPER_STOP - y[0]
+    def _compression(self, t: float, y: Array) -> tuple[float, float]:
+        """Compute the compression P of the strip [N], and cos(phi)."""
+        angle = self.case.speed * t
+        dx, dy = y[0] - R * np.cos(angle), R * np.sin(angle)
         chord = np.hypot(dx, dy)
-        load = p.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
-        chi = float(CarvalhoMartins.hysteresis(p.restitution))
-        depth_rate = -y[1]
-        force = max(0.0, p.stop_stiffness * depth * (1 + chi * depth_rate / self.impact_speed)) if depth > 0 else 0.0
-        return _Forces(float(load), float(force), float(-dx / chord))
+        load = self.case.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
+        return float(load), float(-dx / chord)
+
+    def _stop_force(self, y: Array) -> float:
+        depth, depth_rate = PAPER_STOP - y[0], -y[1]
+        chi = float(CarvalhoMartins.hysteresis(self.case.restitution))
+        force = self.case.stop_stiffness * depth * (1 + chi * depth_rate / self.impact_speed)
+        return max(0.0, float(force)) if depth > 0 else 0.0
 
     def _rates(self, t: float, y: Array) -> Array:
         """Compute the rates of the state by equation (2) and that of the slider."""
-        forces = self._forces(t, y)
+        load, cosine = self._compression(t, y)
         friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
-        acceleration = (forces.stop - forces.compression * forces.cosine - friction) / self.case.mass
+        acceleration = (self._stop_force(y) - load * cosine - friction) / self.case.mass
         a, speed = np.split(y[2:], 2)
         time_constant = 2 * self.case.damping / self.frequency  # tau of equation (2)
         bend = self.bending * (a - self.stress_free + time_constant * speed)
         q = self._transverse(self.case.speed * t, y[0], acceleration)
-        modal_acceleration = (forces.compression * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
+        modal_acceleration = (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
         return np.concatenate([[y[1], acceleration], speed, modal_acceleration])
 
 

@@ -39,8 +39,6 @@ REFERENCE_VOLTAGE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times it, and 27 N at that speed."""
 MASSES = (0.01, 10.0)
 """Range of masses [kg] in which `_heaviest` searches."""
-PUBLISHED_THICKNESS = 3e-4
-"""Thickness of the strip in the published impacts [m]."""
 MOTOR = 1.6
 """Slope of torque over speed of the assumed motor [N m s]: with it the forces are within 0.1 N of the published ones."""
 READ = {
@@ -131,7 +129,7 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
-    force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == PUBLISHED_THICKNESS
+    force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == Parameters.thickness  # the default
     stress, exact_stress = (  # of a shortening between 0 and 1, up to which the ends of the strip do not cross
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
         for u in (reading.shortening, float(PAPER.shortening(pi, PAPER_STOP)))
