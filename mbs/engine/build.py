@@ -16,6 +16,8 @@ from .loads import attach
 from .placed import EngineBody
 from .scene import EngineScene
 
+exu.config.printToConsole = False
+
 BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], EngineBody | None]] = {
     elements.Rigid: rigid.add,
     elements.Beam: strip.add,
@@ -61,9 +63,6 @@ def connect(scene: EngineScene) -> None:
         if function is None and not all(list(element.rows(scene.mechanism)) for element in named.values()):
             raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
         (function or rows.connect)(scene, named)
-
-
-exu.config.printToConsole = False
 
 
 def build(mechanism: Mechanism) -> EngineScene:

@@ -102,9 +102,10 @@ class EngineScene:
         return np.asarray(places[0])
 
     def _motion(self, body: str) -> MovingBody:
-        """Return the motion of a body at the present time alone, of which only positions and angles are valid."""
+        """Return the motion of a body at the present time alone, as if it was at rest."""
         q = self.system.systemData.GetODE2Coordinates()[None]
-        return self.placed[body].motion(EngineStates(q=q, q_t=q, q_tt=q))
+        rest = np.zeros_like(q)
+        return self.placed[body].motion(EngineStates(q=q, q_t=rest, q_tt=rest))
 
     def add_reader(self, element: str, channel: str, reader: Reader) -> None:
         """Add the function that computes an element's channel after the run."""

@@ -134,7 +134,8 @@ class _StopSteps:
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
-        if not self.contact.is_touching and self.contact.state(q, q)[0] > 0:  # rates are not used
+        depth, _ = self.contact.state(q, np.zeros_like(q))
+        if not self.contact.is_touching and depth > 0:
             duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return REJECTED if h > 2 * duration / self.resolution else 0.0
         if self.contact.last_force == 0 or h <= self.shortest:

@@ -49,11 +49,11 @@ class ReducedModel:
     def table(self) -> list[tuple[int, float, str, float, bool]]:
         """Return a row for each mode: number, frequency [Hz], dominant motion, its share of energy, True if in the plane."""
         shares = self.participation.max(axis=1, initial=0.0)
-        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, plane_part(self.participation), strict=True)
+        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, moves_in_plane(self.participation), strict=True)
         return [(int(n), float(f), kind, float(share), bool(planar)) for n, f, kind, share, planar in rows]
 
 
-def plane_part(shares: Array) -> Array:
+def moves_in_plane(shares: Array) -> Array:
     """Return the mask (modes,) of the modes in the plane: the first two of `MOTIONS` have half or more of their energy."""
     return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
 
@@ -84,11 +84,11 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     kind: Any = modal.modes  # not None: a link with a mesh has modes
     omega, modes = _all_modes(solid, kind, interfaces)
     shares = participation(solid, modes)
-    chosen, damping = _choose(modal, plane_part(shares), omega, solid.rigid)
+    chosen, damping = _choose(modal, moves_in_plane(shares), omega, solid.rigid)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
     sections = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
-    is_planar = plane_part(shares)
+    is_planar = moves_in_plane(shares)
     numbers, frequency, damping = chosen[is_planar] + 1, omega[is_planar], damping[is_planar]
     plane = _make_planar(solid, sections, modes[is_planar], numbers=numbers, frequency=frequency, damping=damping)
     return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, plane.mass, solid.centre, plane)
@@ -133,7 +133,7 @@ def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[A
     count += 2  # the last mode may be one of several of equal frequency
     while True:
         omega, modes = free_modes(solid, min(count, most))
-        found = plane_part(participation(solid, modes)).sum() if kind.counting == "in-plane" else count
+        found = moves_in_plane(participation(solid, modes)).sum() if kind.counting == "in-plane" else count
         if found >= highest or count >= most:
             return omega, modes
         count *= 2

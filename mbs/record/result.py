@@ -132,7 +132,7 @@ class Result:
     def energy_balance(self) -> float:
         """Largest error of the energy balance over the run, relative to the throughput; nan without a ledger."""
         if not self.energy:
-            return float("nan")
+            return nan
         return float(np.abs(self.energy["error"]).max() / max(self.energy["throughput"][-1], np.finfo(float).tiny))
 
     def suspect(self, reason: str) -> Result:

@@ -114,13 +114,17 @@ def resolves(time: Array, period: float) -> bool:
 
 
 BALANCE = 1e-2
-"""Error of the energy balance, relative to the throughput, beyond which a run is suspect."""
+"""Error of the energy balance, relative to the throughput, beyond which a run is suspect: a convention."""
 AT_REST = 1e-6
 """Displacement in a run, over the longest link, below which a mechanism counts as at rest."""
 STRETCH = 1e-5
-"""Axial strain of a strip below which steps need not resolve its axial vibration, whose energy the balance may then lack."""
+"""Axial strain, in steel 2 MPa, below which steps need not resolve a strip's axial vibration; the balance may lack its energy.
+
+Ten times more would let the balance lack 100 times the energy."""
 BRISTLE = 1e-4
-"""Amplitude of a slider on the bristles of its friction, over the longest link, below which steps need not resolve it."""
+"""Deflection of the bristles of a slider, over the longest link, below which steps need not resolve its vibration on them.
+
+Ten times more would let the balance lack ten times the energy."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
@@ -183,7 +187,7 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energy [J] of sliders' bristles that are hardly bent; the deflection is 2 energy / force."""
+    """Return the largest energy [J] of sliders' bristles whose deflection, 2 energy / force, stays below `BRISTLE`."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):

@@ -10,7 +10,7 @@ pytest.importorskip("skfem")
 from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, Modal, reduced
-from buckler.mbs.modal.reduction import plane_part
+from buckler.mbs.modal.reduction import moves_in_plane
 from buckler.mbs.modal.solid import free_modes, participation, rigid_motions
 
 NO_CONTRACTION = replace(STEEL, poisson=0.0)
@@ -89,7 +89,7 @@ def test_torsion_frequency_is_saint_venants():
     shear_modulus = 207e9 / 2.58
     assert model.kinds == ["torsion"] and model.participation[0, 3] > 0.99
     assert model.omega[0] == pytest.approx(pi / LENGTH * sqrt(shear_modulus * torsion_constant / (7850 * polar)), rel=1e-2)
-    assert not plane_part(model.participation).any()
+    assert not moves_in_plane(model.participation).any()
 
 
 # --- statics of the Craig-Bampton modes -------------------------------------------------------------------------------

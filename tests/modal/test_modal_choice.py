@@ -11,7 +11,7 @@ from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE, solid_bar
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import Box, CraigBampton, FreeModes, MeshFile, Modal, PinHole, reduced
-from buckler.mbs.modal.reduction import plane_part
+from buckler.mbs.modal.reduction import moves_in_plane
 from buckler.mbs.modal.solid import rigid_motions
 
 # --- choosing modes ---------------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def test_energies_and_momenta_are_those_of_the_whole_mesh(modes):
     solid = solid_bar(THIN, WIDE, Box().elements)
     planar = model.plane
     q, v, _ = random_state(planar)
-    shapes = model.modes[plane_part(model.participation)]
+    shapes = model.modes[moves_in_plane(model.participation)]
     strain = []
     for row, rate in zip(q, v, strict=True):
         c, s = np.cos(row[2]), np.sin(row[2])

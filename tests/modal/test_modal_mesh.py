@@ -15,7 +15,7 @@ from scipy.spatial import Delaunay
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, BarModes, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
 from buckler.mbs.modal.mesh import KINDS, grid_of, read_mesh
-from buckler.mbs.modal.reduction import plane_part
+from buckler.mbs.modal.reduction import moves_in_plane
 from buckler.mbs.modal.solid import assemble, free_modes, rigid_motions
 
 START, END = (0, 0, 0), (LENGTH, 0, 0)
@@ -178,7 +178,7 @@ def test_a_planar_mesh_is_a_bar_in_plane_stress(kind, tmp_path):
     mesh = written(tmp_path / "plate.vtu", kind, points, cells)
     model = reduced(Modal(TALL, FreeModes((1, 2, 3)), mesh=mesh), LENGTH)
     assert model.mass == pytest.approx(7850 * LENGTH * WIDE * THIN, rel=1e-12)
-    assert model.kinds == ["in-plane bending"] * 2 + ["axial"] and plane_part(model.participation).all()
+    assert model.kinds == ["in-plane bending"] * 2 + ["axial"] and moves_in_plane(model.participation).all()
     exact = Modal(TALL, BarModes(2, 1)).frequencies(LENGTH)
     np.testing.assert_allclose(model.omega, 2 * pi * exact, rtol=3e-3)
     seventh = reduced(Modal(TALL, FreeModes((3, 4), counting="free"), mesh=mesh), LENGTH)
