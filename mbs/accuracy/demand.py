@@ -34,7 +34,7 @@ STRUCK_PLACE_ERROR = 5e-3
 LAW_ERROR = COARSEST
 """Error allowed of a journal's place, over its clearance, and of states of loads: the laws of such forces are known no better."""
 USUAL_ERROR = 0.05
-"""Error allowed of impulses and peaks of contacts, of energies: restitution is measured no better."""
+"""Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
 ENERGIES = (
     "energy.kinetic", "energy.strain", "energy.contact", "energy.weight", "energy.spring", "energy.taken_contact",
     "energy.taken_damping", "energy.taken_resistance", "energy.given_drive", "energy.given_load", "energy.given_motor",

@@ -20,8 +20,8 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 SEPARATED = 0.1
-"""Difference of places, over their range, beyond which runs are separate. A tenth of it would be the usual error allowed, and at
-ten times as much hardly any runs would separate: two motions within one range differ by the range at most."""
+"""Difference of places, over their range, beyond which runs are separate. A tenth of it is the usual error allowed; ten times as
+much is the most by which two motions within one range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5

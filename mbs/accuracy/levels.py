@@ -13,9 +13,9 @@ errors of places are limited, the root mean square of the terms is compared with
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil, log, pi, sqrt
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -90,6 +90,7 @@ class Levels:
     duration: float
     solver: Any
     place_error: float = PLACE_ERROR  # allowed of a place, over its range; a smaller one makes the first tolerance smaller
+    damping: Factor | None = field(default=None, init=False)  # by a step; None if unknown or different in levels
 
     ratio = 8.0
     """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
@@ -101,8 +102,6 @@ class Levels:
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
     """Degrees that one level has more than the one before."""
-    damping: ClassVar[Factor | None] = None
-    """Factor of the amplitude of a vibration in one step; None where levels differ in it or none is known."""
 
     def first(self) -> Level:
         """Return the coarsest level."""
@@ -236,7 +235,7 @@ KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLev
 
 
 def _shorten_steps(step: float, factor: float) -> Controlled:
-    """Return steps that are shorter by a factor than a given step [s], and within a contact than the usual ones."""
+    """Return steps that are shorter by a factor than a given step [s], and within a contact shorter than the usual ones."""
     resolution = max(1, min(10_000, round(Controlled().contact_resolution * factor)))  # limits of the setting
     return Controlled(max_step=step / factor, contact_resolution=resolution)
 

@@ -116,7 +116,7 @@ class _Pair:
 
 
 class _Refinement:
-    """State of one refinement: the number of runs and the best answer so far, and what is known of the pair of runs before."""
+    """State of one refinement: the number of runs, the best answer so far, and the differences of the pair of runs before."""
 
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
@@ -184,8 +184,9 @@ class _Refinement:
             pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
-        """Return the status with which refinement ends; None if it goes on. SUSPECT: runs do not separate, but errors are large.
+        """Return the status with which refinement ends at too large an error; None if it goes on.
 
+        SUSPECT: no finer run is left; SENSITIVE: nor is one, and the last two separate; CHAOTIC: finer runs would hardly help.
         `is_smaller` is True if the last refinement reduced the difference of the signal whose error is worst.
         """
         separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
@@ -195,7 +196,7 @@ class _Refinement:
         return Status.CHAOTIC if self.is_out_of_reach(pair) or (separates_at_times and not is_smaller) else None
 
     def complete(self, pair: _Pair) -> _Pair:
-        """Return the pair with both runs made to the end of the motion."""
+        """Return the pair, of which runs of a part of the motion are made again to its end."""
         if pair.coarse.end == pair.fine.end == self.duration:
             return pair
         ends = [run if run.end == self.duration else self.make(run.level, self.duration) for run in (pair.coarse, pair.fine)]
@@ -205,10 +206,9 @@ class _Refinement:
         """Make finer runs: return the answer of a chaotic motion, else the first pair that separates late enough."""
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
-            start, refinements_left = last.separation.start, max(1.0, self.levels.refinements_to_go(last.fine.level))
-            required = (
-                start + (self.duration - start) / refinements_left
-            )  # separation [s] after which the others delay it to the end
+            start = last.separation.start
+            delay = (self.duration - start) / max(1.0, self.levels.refinements_to_go(last.fine.level))
+            required = start + delay  # time [s] to which the next refinement has to delay the separation
             # no separation is found in the last windows of a run, which therefore goes so much beyond the required time
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
@@ -307,6 +307,7 @@ class _Refinement:
         averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces with a running mean
         watched = [*allowed, *places, *averaged]
         known, sizes = errors(watched)
+        # forces with a large error, whose vibration the steps do not resolve
         vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > USUAL_ERROR)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""

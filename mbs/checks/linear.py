@@ -44,7 +44,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
         length = record.mechanism.length(name)
         omega_1 = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        quarter_period = np.pi / (2 * omega_1)  # shorter peaks of the load bend the link little
+        quarter_period = np.pi / (2 * omega_1)  # of the lateral vibration; the mean removes axial ones
         load_ratio = recent_mean(result.time, compression, quarter_period)
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
