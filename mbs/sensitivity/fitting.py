@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import f as fisher
 from scipy.stats import qmc
 from scipy.stats import t as student
 
@@ -201,30 +200,30 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
     """Compute the profile likelihood of a number at its best value and at four values on each side."""
     i = problem.names.index(name)
     width = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))  # 3 standard deviations, or half the range
-    squares = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
+    sums = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
     for side in (-1, 1):
         x = best.copy()
         for fraction in (0.25, 0.5, 0.75, 1.0):
             x[i] = np.clip(best[i] + side * fraction * width, 0.0, 1.0)
             x = _solve(problem, x, fixed=i)
-            squares[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
-    at, cost = np.array([*zip(*sorted(squares.items()), strict=True)])
+            sums[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
+    at, squares = np.array([*zip(*sorted(sums.items()), strict=True)])
     values = problem.low[i] + at * (problem.high[i] - problem.low[i])
-    return ProfileLikelihood(values, 0.5 * cost, 0.5 * float(cost.min()) * _square_ratio(problem))
+    least = float(squares.min())
+    variance = 1.0 if problem.has_errors else least / problem.freedom
+    return ProfileLikelihood(values, 0.5 * squares, 0.5 * (least + variance * _quantile(problem) ** 2))
 
 
-def _square_ratio(problem: FitProblem) -> float:
-    """Return the sum of squares at the ends of a number's 95 % interval over the least sum, by the F distribution."""
-    freedom = max(1, problem.count - len(problem.names))
-    return 1.0 + float(fisher.ppf(LEVEL, 1, freedom)) / freedom
+def _quantile(problem: FitProblem) -> float:
+    """Return the half width of a 95 % interval in standard deviations: by Student's t unless these were given."""
+    return float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else problem.freedom))
 
 
 def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:
     """Make the result at the best point, with intervals by linearisation and Student's t distribution."""
     names, covariance = problem.names, problem.covariance(best)
     deviation = np.sqrt(np.diag(covariance))
-    quantile = float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else max(1, problem.count - len(best))))
-    half_widths, values = quantile * deviation * (problem.high - problem.low), problem.values(best)
+    half_widths, values = _quantile(problem) * deviation * (problem.high - problem.low), problem.values(best)
     intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(names, values, half_widths, strict=True)}
     correlation = covariance / np.outer(deviation, deviation)
     notes = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
@@ -259,7 +258,7 @@ def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     rms, notes = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        by_chance = _square_ratio(problem)  # increase of squares that a 95 % test of one number still allows
+        by_chance = 1 + _quantile(problem) ** 2 / problem.freedom  # increase of squares that a 95 % interval still allows
         if rms[name] ** 2 > by_chance * np.var(x) + 1e-7 * np.mean(x**2):  # 1e-7 is for a signal that hardly changes
             notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     for experiment in problem.experiments if TIME_ZERO not in problem.names else ():

@@ -94,6 +94,11 @@ class FitProblem:
         signals = [x for experiment in self.experiments for x in experiment.signals.values()]
         return sum(int(np.isfinite(x).sum()) for x in signals) + sum(len(each.readings) for each in self.experiments)
 
+    @property
+    def freedom(self) -> int:
+        """Number of residuals less that of free numbers, at least 1."""
+        return max(1, self.count - len(self.names))
+
     def values(self, x: Array) -> Array:
         """Compute the numbers at a point of the cube."""
         return np.asarray(self.low + x * (self.high - self.low))
@@ -166,7 +171,7 @@ class FitProblem:
         """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""
         jacobian, r = self.jacobian(x), self.residuals(x)
         _, s, vh = np.linalg.svd(jacobian, full_matrices=False)
-        variance = 1.0 if self.has_errors else float(r @ r) / max(1, len(r) - len(x))
+        variance = 1.0 if self.has_errors else float(r @ r) / self.freedom
         has_influence = s > DEPENDENT * max(s[0], 1e-300)
         deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), UNKNOWN)
         return np.asarray(variance * (vh.T * deviations**2) @ vh)

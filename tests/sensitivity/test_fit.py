@@ -56,6 +56,15 @@ def test_a_profile_gives_the_interval_where_it_is_asked_for():
     assert np.interp([low, high], profile.at, profile.cost) == pytest.approx([profile.level, profile.level], rel=3e-3)
 
 
+def test_profiles_with_known_errors_are_as_wide_as_these_say():
+    """Without noise the least cost is zero, and the interval of a number still has the width of the known errors."""
+    time, h = np.linspace(0, 0.5, 101), 1e-6
+    data = Experiment(time, {"O.x": exact(time)}, errors={"O.x": 2e-4})
+    low, high = fit(block(), data, free={K: (100.0, 400.0)}, starts=1, profiles=[K]).intervals[K]
+    slope = (exact(time, 200 * (1 + h)) - exact(time)) / (200 * h)
+    assert high - low == pytest.approx(2 * 1.96 * 2e-4 / np.linalg.norm(slope), rel=0.05)
+
+
 def test_a_run_that_fails_beside_the_best_point_does_not_end_the_fit():
     """Beyond the true number no mechanism can be made: the difference is that to the other side."""
 
