@@ -268,9 +268,11 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
         cut_steps.add(k)
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())
     cuts += [(arc[k] + arc[k + 1]) / 2 for k in changes - cut_steps]
+    is_regular = ~np.isin(arc, cuts[2:])  # not a critical point itself
     curve, pieces = CubicSpline(arc, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()
     for start, end in pairwise(sorted(cuts)):
-        inside = stable[(arc > start) & (arc < end)]
-        opposite = not (pieces and pieces[-1][1])  # for a piece without equilibria: stability changes at a cut
-        pieces.append((curve(np.linspace(start, end, 200)).T, bool(inside.all() if len(inside) else opposite)))
+        equilibria = stable[(arc >= start) & (arc <= end) & is_regular]
+        # a piece without equilibria lies between two critical points: its stability is not that of the piece before
+        is_stable = bool(equilibria.all()) if len(equilibria) else not pieces[-1][1]
+        pieces.append((curve(np.linspace(start, end, 200)).T, is_stable))
     return pieces

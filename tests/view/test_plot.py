@@ -3,6 +3,7 @@
 import re
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,6 +36,15 @@ def test_a_mechanism_is_drawn_with_its_names(make):
     assert left < places[:, 0].min() and right > places[:, 0].max() and low < places[:, 1].min() and high > places[:, 1].max()
     assert axes.get_aspect() == 1.0
     assert min(text.get_fontsize() for text in axes.texts) >= 7
+
+
+def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_and_after_the_last():
+    """Four unstable equilibria, with a critical point in the first interval and one in the last: no part is stable."""
+    parameter = np.arange(4.0)
+    criticals = [SimpleNamespace(rest=SimpleNamespace(q=np.zeros(1), parameter=at)) for at in (0.4, 2.6)]
+    path = SimpleNamespace(parameter=parameter, q=np.zeros((4, 1)), stable=np.zeros(4, dtype=bool), points=criticals)
+    pieces = plot._pieces(path, parameter)
+    assert [stable for _, stable in pieces] == [False, False, False]
 
 
 def test_signals_are_drawn_by_unit():
