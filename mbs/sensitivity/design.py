@@ -4,7 +4,7 @@ The free numbers are scaled to the unit cube: a point x of it has one coordinate
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from typing import NamedTuple
 
@@ -108,7 +108,7 @@ def optimise(
     family = Family.of(mechanism, free)
     count, budget = whole("starts", starts, 1, 10**9), whole("budget", budget, 1, 10**9)
     others = qmc.Halton(len(free), rng=np.random.default_rng(0)).random(count - 1)
-    search = Search(family, used, minimise, constraints, dict(free), duration, solver or replace(SOLVER, degree=8), budget)
+    search = Search(family, used, minimise, constraints, dict(free), duration, solver or SOLVER, budget)
     watching.get().most = budget  # number of runs for the display of progress
     return _answer(search, [_first(free, start or {}), *others])
 

@@ -14,7 +14,7 @@ from ..record.run import Run
 from ..solvers import Controlled, Spectral
 from ..spectral.recording import record_of
 from ..spectral.run import integrate
-from ..spectral.scene import CompiledScene
+from ..spectral.scene import DEGREE, CompiledScene
 from ..validate import as_tuple, short
 from .curve import Smooth
 from .reading import RunFailedError, check, parse_frequency, read_number
@@ -34,7 +34,7 @@ class Readings(NamedTuple):
 def scale_tolerances(solver: Spectral, factor: float, degrees: int = 0) -> Spectral:
     """Return a solver with tolerances multiplied by a factor, and with `degrees` added to the degree of strips."""
     steps = replace(solver.steps, tolerance=solver.tolerance * factor) if isinstance(solver.steps, Controlled) else solver.steps
-    degree = solver.degree + degrees if solver.degree else None
+    degree = (solver.degree or DEGREE) + degrees if degrees else solver.degree
     contact_tolerance = min(1.0, solver.contact_tolerance * factor)  # relative; a solver takes at most 1
     return replace(solver, steps=steps, contact_tolerance=contact_tolerance, degree=degree)
 

@@ -25,6 +25,7 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
+from buckler.mbs.sensitivity.runs import scale_tolerances
 from buckler.mbs.spectral.run import once
 
 G = 9.81
@@ -40,6 +41,10 @@ def pendulum(length=0.5, start=1.0):
         masses=[Mass("A", 1.0)],
         gravity=(0.0, -G),
     )
+
+
+def test_finer_runs_raise_the_degree_of_a_solver_that_names_none():
+    assert scale_tolerances(Spectral(), 1 / 32, 4).degree == scale_tolerances(Spectral(degree=8), 1 / 32, 4).degree == 12
 
 
 def test_period_of_a_pendulum_by_its_length():
