@@ -26,6 +26,11 @@ def number(field: Declaration) -> Quantity | None:
     return next((form for form in forms if isinstance(form, Quantity)), None)
 
 
+def test_ranges_name_their_open_ends():
+    assert Quantity("1", 0.0, 1.0, open_high=True).allowed == "0 to below 1"
+    assert Quantity("1", high=1.0, open_high=True).allowed == "< 1"
+
+
 def sound(name):
     """The least that a kind is made of."""
     own = {
