@@ -82,9 +82,8 @@ class Quantity(Spec):
         if self.nonzero:
             self.allowed = "not zero"
         elif self.low > -inf and self.high < inf:
-            self.allowed = (
-                f"{'above ' if self.open_low else ''}{self.low:.12g} to {'below ' if self.open_high else ''}{self.high:.12g}"
-            )
+            lowest = f"{'above ' if self.open_low else ''}{self.low:.12g}"
+            self.allowed = f"{lowest} to {'below ' if self.open_high else ''}{self.high:.12g}"
         elif self.low > -inf:
             self.allowed = f"{'>' if self.open_low else '>='} {self.low:.12g}"
         elif self.high < inf:

@@ -14,8 +14,6 @@ from ..declare.spec import did_you_mean
 
 PARAMETERS = "parameters"
 """Name of the table of named numbers; the path `d` is short for `parameters.d`."""
-TABLES = ("points", "links", "velocities", "run", PARAMETERS)
-"""Tables that are always written on several lines, as links are."""
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
@@ -41,8 +39,8 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
 def _is_table(name: str, each: object) -> bool:
     """Return True for a table that is written on several lines, and for a list of tables."""
     if isinstance(each, Mapping):
-        is_link = "body" in each
-        return name in TABLES or is_link or len(_inline(each)) + len(name) > 100  # characters, a convention
+        is_always_long = name in ("points", "links", "velocities", "run", PARAMETERS) or "body" in each  # `body` is in a link
+        return is_always_long or len(_inline(each)) + len(name) > 100  # characters, a convention
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
 

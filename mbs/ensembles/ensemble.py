@@ -41,8 +41,6 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members in a task of the executor: enough to hide its cost, few enough to keep all cores busy and lose little at Ctrl-C."""
-STATES_WITHIN = 3
-"""Number of states that are interpolated within each implicit step of joints with clearance, to find peaks of impacts."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
 
@@ -129,10 +127,10 @@ def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
 
 
 def add_states(scene: CompiledScene, before: Output | None, block: Output) -> Output:
-    """Add interpolated states within the steps of a block of output, and within the step from the block before, if any."""
+    """Add three interpolated states in each step of a block of output, and in the step from the block before, if any."""
     last_row = [] if before is None else [Output(*(column[-1:] for column in before))]
     joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, block, strict=True)))
-    return refine_times(scene, joined, STATES_WITHIN) if len(joined.time) > 1 else joined
+    return refine_times(scene, joined, 3) if len(joined.time) > 1 else joined
 
 
 @watch("members")

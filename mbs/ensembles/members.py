@@ -69,7 +69,6 @@ class Members:
         return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cell_values)), members), grid, seed)
 
     def __len__(self) -> int:
-        """Return the number of members."""
         return len(self.numbers)
 
     def mechanism_index(self, k: int) -> int:

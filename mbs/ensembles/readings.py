@@ -53,7 +53,6 @@ class Formula:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
 
         def call(name: str, arguments: Sequence[ast.expr]) -> Any:
-            """Compute a function of values."""
             return POINTWISE[name](evaluate(arguments[0], signals, call))
 
         return np.asarray(evaluate(self.tree, signals, call))
@@ -91,7 +90,7 @@ class StatisticReading:
         return tuple(dict.fromkeys(_signals(self.tree)))
 
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
-        """Compute the reading in windows of some lengths [s] from sums, (windows, formulas in an order, kinds of sum)."""
+        """Compute the reading in windows of `lengths` [s] from `sums` (windows, formulas in `order`, kinds of sum)."""
 
         def call(name: str, arguments: Sequence[ast.expr]) -> Any:
             """Compute a statistic of a formula of signals, or a function of such statistics."""

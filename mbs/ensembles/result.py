@@ -16,6 +16,8 @@ from scipy.special import stdtrit
 
 from ..geometry import Array
 from ..record.errors import LEVEL
+from ..sensitivity.numbers import Family
+from ..units import label_with_unit
 from .members import Members
 
 if TYPE_CHECKING:
@@ -131,7 +133,8 @@ class Ensemble:
         ax = ax or subplots(layout="constrained")[1]
         mesh = ax.pcolormesh(grid[0], grid[1], means, shading="nearest")
         ax.figure.colorbar(mesh, ax=ax, label=f"mean of {reading}")
-        ax.set(xlabel=x, ylabel=y)
+        units = Family.of(self.members.sources[0], (x, y)).units
+        ax.set(xlabel=label_with_unit(x, units[x]), ylabel=label_with_unit(y, units[y]))
         ax.ticklabel_format(scilimits=(-3, 4))
         return ax
 
@@ -181,9 +184,8 @@ class Ensemble:
         target = Path(path)
         incomplete = target.with_name(f".{target.name}.part.npz")
         np.savez_compressed(
-            incomplete, values=self.values, done=self.done, said=np.array(self.reasons), edges=self.edges,
-            readings=np.array(self.readings),
-            paths=np.array(self.members.paths), numbers=self.members.numbers, seed=self.members.seed,
+            incomplete, values=self.values, done=self.done, said=np.array(self.reasons), edges=self.edges, seed=self.members.seed,
+            readings=np.array(self.readings), paths=np.array(self.members.paths), numbers=self.members.numbers,
         )  # fmt: skip
         incomplete.replace(target)
         return target

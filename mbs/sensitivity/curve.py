@@ -12,8 +12,6 @@ from numpy.polynomial import Polynomial
 
 from ..geometry import Array
 
-SLOPE_SAMPLES = 5
-"""Number of samples from which a slope is computed: the error of the slope is of the fourth order."""
 JUMP_TIME = 1e-11
 """Interval over the duration of the run below which its two samples are those of a jump: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
@@ -131,10 +129,10 @@ class Smooth(Curve):
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:
-        """Compute slopes at samples k by the polynomial through the five nearest samples, or through all of a shorter piece."""
+        """Compute slopes at samples k, to fourth order by the five nearest samples, or by all samples of a shorter piece."""
         piece = np.searchsorted(self._pieces, k, side="right") - 1
         first, end, slopes = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
-        size = np.minimum(end - first, SLOPE_SAMPLES)
+        size = np.minimum(end - first, 5)
         for m in {*size.tolist()} - {1}:  # polynomials through m samples, all at once; a piece of one sample has the slope 0
             of_size = size == m
             nearest = np.clip(k[of_size] - m // 2, first[of_size], end[of_size] - m)[:, None] + np.arange(m)

@@ -130,7 +130,6 @@ def _table(text: str) -> tuple[list[Column], Rows]:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    """Split a line into cells."""
     return line.split() if separator == " " else [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
 
 
@@ -142,7 +141,6 @@ def _value(cell: str) -> float | None:
 
 
 def _is_unit(text: str) -> bool:
-    """Return True if a text is a unit."""
     with suppress(ValueError):
         parse_unit(text)
         return True
@@ -227,8 +225,7 @@ def _find(columns: Sequence[Column], name: str) -> Column:
 
 def _factor(column: Column, expected: str) -> float:
     """Return the factor from a column's unit to SI; ValueError unless it is a unit, with the dimension of `expected` if given."""
-    one = f"1 {column.unit}"
     try:  # `expected` is '' for signals: their dimension is known when a run has ended
-        return parse_quantity(one, expected) if expected else float(measured(one))
+        return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

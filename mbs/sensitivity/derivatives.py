@@ -87,7 +87,6 @@ class Sensitivities:
     spreads: Mapping[str, float]
 
     def __getitem__(self, key: tuple[str, str]) -> Derivative:
-        """Return the derivative of a reading by a number."""
         for row in self.rows:
             if (row.reading, row.number) == key:
                 return row
@@ -258,8 +257,7 @@ def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, 
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    # the gap is nan where one side failed: then noise is not estimated, and no kink is found
-    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0
+    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # one side failed: no noise or kink is known
     error = abs(value - coarse) + noise
     least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
     reason = ""

@@ -53,8 +53,8 @@ class Design:
         lines = [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}" for name, value in self.values.items()]
         lines += [f"{name:{width}}  {value:.6g}{unit_suffix(self.units, name)}  (finer run: {self.changes[name]:+.1e})"
                   for name, value in self.readings.items()]  # fmt: skip
-        lines += [f"binding: {', '.join(self.binding) or 'nothing'}"]
-        return "\n".join([*lines, *([self.message] if self.message else [])])
+        binding = f"binding: {', '.join(self.binding) or 'nothing'}"
+        return "\n".join(filter(None, [*lines, binding, self.message]))
 
 
 @watch("runs")

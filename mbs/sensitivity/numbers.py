@@ -91,10 +91,7 @@ def _find_declaration(document: Mapping[str, object], path: str) -> Declaration 
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism.
-
-    A family of a function has the values of `arguments`, none if they were not given.
-    """
+    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism."""
 
     make: Callable[[Mapping[str, float]], Mechanism]
     values: dict[str, float]
@@ -102,7 +99,7 @@ class Family:
 
     @classmethod
     def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
-        """Make the family of a mechanism by paths of numbers, or of a function by names and values of `arguments`."""
+        """Make the family of a mechanism by paths of numbers, or of a function by names and, if given, values of `arguments`."""
         if not isinstance(mechanism, Mechanism | Mapping):
             function = mechanism
             present = {} if arguments is None else {name: float(arguments[name]) for name in names}

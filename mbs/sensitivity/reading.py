@@ -97,7 +97,6 @@ def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | N
     number = int(match[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
-        """Compute the natural frequency [Hz] and its error."""
         from ..statics.vibration import frequencies  # loads the compiled solver
 
         answer = frequencies(mechanism, count=number)
@@ -126,7 +125,6 @@ def parse_reading(
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
     def replace(match: re.Match[str]) -> str:
-        """Replace the name of a signal by its short name."""
         names[short[match[0]]] = match[0]
         return short[match[0]]
 

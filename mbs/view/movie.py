@@ -145,10 +145,6 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     return line, bend / length, axial
 
 
-CIRCLE = np.exp(2j * pi * np.arange(48) / 48)
-"""Points of the unit circle, as complex numbers."""
-
-
 @dataclass(frozen=True, eq=False)
 class Movie:
     """Frames, bent lines and marks of a mechanism over time.
@@ -192,7 +188,8 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
             left = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-300)
             return np.asarray(a + points[:, :1] * along + points[:, 1:] * left)
         case Disc():
-            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([CIRCLE.real, CIRCLE.imag])
+            circle = np.exp(2j * pi * np.arange(48) / 48)  # as complex numbers
+            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([circle.real, circle.imag])
         case Label():
             local = [mark.place]
         case Outline():

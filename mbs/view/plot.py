@@ -187,7 +187,6 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
     clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
 
     def draw(k: int) -> Array:
-        """Draw picture number k."""
         for artist in artists:
             artist.move(movie, k)
         clock.set_text(f"t = {movie.time[k]:.3f} s")

@@ -25,8 +25,6 @@ MOTION = 190_000
 """Largest size of the quantised motion [bytes], a convention: with `SIGNALS`, and a third for base64, it makes 0.5 MB."""
 SIGNALS = 180_000
 """Largest size of the quantised signals [bytes]."""
-BINS = (40, 800)
-"""Least and largest number of bins, equal intervals of time in each of which the page shows the extremes of a signal."""
 LEVELS = 65534
 """Largest quantised value; the one above it stands for values that are not finite."""
 
@@ -165,14 +163,14 @@ def _round(value: object) -> Any:
 
 
 def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[str, Any]:
-    """Store each signal at the edges of bins, equal intervals of time, with its least and largest value in each bin."""
+    """Store each signal at the edges of bins, 40 to 800 equal intervals of time, with least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
     time = result.time
     if len(time) < 2 or not rows:
         return {"bins": 0, "rows": []}
     bytes_per_bin = 6  # value at the edge, least, largest, of two bytes each
-    bins = int(np.clip(SIGNALS / bytes_per_bin / len(rows), *BINS))
+    bins = int(np.clip(SIGNALS / bytes_per_bin / len(rows), 40, 800))
     edges = np.linspace(time[0], time[-1], bins + 1)
     samples = np.array([values for _, values, _ in rows], dtype=float)
     samples[~np.isfinite(samples)] = np.nan

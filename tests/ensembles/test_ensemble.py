@@ -176,6 +176,7 @@ def test_a_map_over_two_lists():
     assert len(cells) == 6 and {cell.values["gravity[1]"] for cell in cells} == {-9.0, -10.0}
     drawn = found.map("gravity[1]", "links.bar.body.mass", "max(A.vx)")
     assert drawn.collections[0].get_array().shape == (3, 2)
+    assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("gravity[1] [m/s^2]", "links.bar.body.mass [kg]")
 
 
 @pytest.mark.parametrize(
