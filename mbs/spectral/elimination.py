@@ -48,7 +48,10 @@ class _Front(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a matrix whose first unknowns are `coordinates`; its nonzeros are the slots (row, col) if `filled`."""
+    """Return the fronts of a matrix with so many `unknowns`, of which the first are its `coordinates`, the others constraints.
+
+    The nonzeros of the matrix are its slots (row, col), arrays (slots,), where `filled` (slots,) is true.
+    """
     pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
     return _build_fronts(*pattern, coordinates, unknowns)
 

@@ -242,8 +242,8 @@ def _add_push_tangents(tables, work, k, q):
     markers.add_geometric(tables, work, a, q, (-fx, -fy, -_compute_moment(tables, work, k, fx, fy)), work.block_stiffness, 0)
     h[:] = 0.0
     has_line = tables.data[tables.forces[k, Forces.NUMBERS] + PushData.HAS_LINE]  # 1 or 0
-    h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _compute_moment(tables, work, k, -fy, fx)
-    h[2, 0], h[2, 1] = -has_line * fy, has_line * fx
+    h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _compute_moment(tables, work, k, -fy, fx)  # by the angle of b, with which it turns
+    h[2, 0], h[2, 1] = -has_line * fy, has_line * fx  # its moment by x and y of a
     markers.add_pair(tables, work, (a, b, 0), h, -1.0, work.jacobian, work.block_stiffness)
 
 

@@ -24,17 +24,17 @@ EXPONENT = 1 / 4
 FORCE_TOLERANCE = 2.0
 """Relative error allowed of a contact's force, over that allowed of its depth."""
 LEAST_FORCE = 1e-2
-"""Least force with which the error of a force is compared, over the contact's largest. With 1 its end would not count."""
+"""Least force with which the error of a contact's force is compared, over its largest; with 1 its last forces would not count."""
 SHORTEST = 1e-12
 """Shortest step, over the end of the run."""
 SAFETY = 0.85
-"""Safety factor of the length of a step."""
+"""Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 SHORTER = 0.9
 """Ratio of lengths above which a shorter step is not taken, as the old length needs no new matrices."""
 LONGER = 1.4
 """Ratio of lengths below which a longer step is not taken, for the same reason."""
 RELEASE_ERROR = 20.0
-"""Error over the tolerance assigned to a step in which a contact releases: it is repeated with a shorter length."""
+"""Error over the tolerance assigned to a step in which a contact releases: it is repeated at 0.4 of its length."""
 LEAST_MOVE = 1e-2
 """Least shift of the end of a step to an onset, over the shortest step; at a smaller one the step is accepted."""
 

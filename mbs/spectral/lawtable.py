@@ -172,7 +172,7 @@ def differentiate_along(tables, k, now, value, rate, reaction):
         return 0.0, -differentiate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
     by_value, h = 0.0, 0.0
     if kind == ForceKind.LAW:
-        h = 1e-6 * max(abs(value), 1e-3)
+        h = 1e-6 * max(abs(value), 1e-3)  # 1e-3: m or rad, as the argument may be 0
     elif kind == ForceKind.STRUT:  # relative to the shortening, at least a hundredth of the one at the critical load
         length, compliance, critical = p[0], p[3], p[4]
         h = 1e-4 * max(abs(value - length), 1e-2 * compliance * critical * length)
