@@ -7,7 +7,7 @@ import numpy as np
 
 from ..declare import declared, field, names, quantity
 from ..functions import Argument, Called
-from ..functions.breaks import evaluate, search
+from ..functions.breaks import evaluate, search_between
 from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
@@ -28,9 +28,8 @@ def potential(law: Law, values: Array) -> Array:
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
-    # `search` finds the edges of a function of time from 0 on: the value above `low` takes the place of the time
-    edges = low + np.array(search(lambda x: evaluate(law, low + x, np.zeros_like(x)), high - low).times)
-    both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # an edge is the last value before a jump
+    edges = search_between(low, high, lambda x: evaluate(law, x, np.zeros_like(x)))
+    both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # the search returns the last value before a jump
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
 
     def integrate(starts: Array, ends: Array) -> Array:

@@ -33,7 +33,7 @@ DEGREE = 8
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
-"""Largest error of a polynomial over the range of the function; its integral may err by the same share of that of the run."""
+"""Largest error of a polynomial over the range of the function, and of its integral over the run's of |value - median|."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -63,6 +63,11 @@ def breaks(function: Callable[..., object], duration: float) -> Edges:
     return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * count_others(function)), duration)
 
 
+def search_between(low: float, high: float, values_at: Values, width: float = WIDTH) -> Array:
+    """Find the edges of a function of another variable than time in (low, high), as `search` finds times from 0 on."""
+    return low + np.array(search(lambda x: values_at(low + x), high - low, width).times)
+
+
 def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
     """Find the edges in (0, duration) [s] of a function of an array of times; none if it fails or is not finite.
 
@@ -85,9 +90,9 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     if len(outstanding) > MOST:
         return Edges(capped=True)
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
-    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # samples
+    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # first samples at or after edges
     integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of |value - median|/range [samples]
-    # samples a and b are the first at or after two neighbouring edges: the function is smooth from a + 1 to b - 1
+    # sample a may be the last time before a jump, and b - 1 is before the next edge: the function is smooth from a + 1 to b - 1
     pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
     quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
     quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
@@ -171,7 +176,7 @@ def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: A
 
 
 def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
-    """Locate kinks by repeated halving: keep the half of each interval that has the largest second difference."""
+    """Locate kinks, to rounding, by repeated halving: keep the half of each interval with the largest second difference."""
     for _ in range(HALVINGS if len(start) else 0):
         middle = (start + end) / 2
         if not ((start < middle) & (middle < end)).any():
@@ -219,8 +224,8 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
 def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
     """Yield the samples between polynomial pieces of a smooth interval from sample `first` to `last`, by recursive halving.
 
-    `allowed` is the largest allowed error of the integral of scaled values [samples], over a piece or `PIECE` samples of it: only
-    shorter pieces are quick changes.
+    A polynomial fits a piece if its error is at most `MISFIT`, and at most `allowed` [samples] if it is summed over the piece.
+    In a piece longer than `PIECE`, which is no quick change, the error is summed over `PIECE` samples only.
     """
     length = last - first
     if length < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(length, PIECE)):

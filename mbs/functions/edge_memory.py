@@ -2,6 +2,7 @@
 
 Edges of a function of time are known before the run. Edges of a function of states are found along the run, with the states
 interpolated by cubics between the samples. If the function depends on one state only, its edges are values of that state.
+Values of functions are arrays (times, components), values of states (times,).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .breaks import WIDTH, Edges, breaks, evaluate, search
+from .breaks import WIDTH, Edges, breaks, evaluate, search, search_between
 
 ON_SAMPLE = 1e-9
 """Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
@@ -23,7 +24,7 @@ MISFIT = 0.1
 MISFIT_SHARE = 0.01
 """Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
 CLOSE = 0.025
-"""Distance of two edges, over the run, below which one step may pass both: the longest step is as long."""
+"""Distance of two edges, over the run, below which one step may pass both: the longest step of the coarsest level is as long."""
 STOP_DISTANCE = 1e-5
 """Distance from an edge to the ends of steps before and after it, over the distance of two edges: a short step crosses the edge.
 Finer runs halve this distance, so that the difference of runs shows its effect."""
@@ -94,7 +95,7 @@ class _Known(NamedTuple):
     def of(cls, state: int, course: Array, values: Array) -> _Known | None:
         """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None for too many.
 
-        Edges of the state `MEASURE` are counted as distinct values, those of another state as passages, each with a step.
+        Steps end at distinct values of the state `MEASURE`, and at each passage of values of another state: these are counted.
         """
         low, high, values = float(course.min()), float(course.max()), np.sort(values)
         distinct = values[np.diff(values, prepend=-np.inf) > ON_SAMPLE * (high - low)]
@@ -114,12 +115,17 @@ class _Known(NamedTuple):
 
 
 class EdgeMemory:
-    """Edges [s] found along the runs of one call, and the times shortly before and after them at which steps end."""
+    """`edges` [s] found along the runs of one call, and `stops` [s], shortly before and after them, at which steps end.
+
+    Edges of a function are searched in each run until they are known: as values of one state, or as equal times in two runs. Once
+    edges have settled, all functions are searched anew, which confirms the known edges for later runs. Located edges are known
+    values of the state `MEASURE` at which the solver itself ends its steps.
+    """
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
         self._distance = STOP_DISTANCE  # of stops from an edge, over its distance from the next one
-        self._confirmed = False  # True once settled edges were searched anew and did not shift
+        self._confirmed = False
         # functions have numbers, by their order in a run
         self._known: dict[int, _Known] = {}
         self._names: list[str] = []  # of the element of each function
@@ -147,23 +153,24 @@ class EdgeMemory:
         for name, (function, arguments) in functions:
             self._names.append(name)
             every_function.append((function, [each.curve(time, first) for each in arguments]))
-        found, too_many = self._find(time, every_function)
+        found, too_many = self._find_all(time, every_function)
         if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
             self._known = {}  # known edges have settled: a search in this run confirms them, once for all runs
-            found, too_many = self._find(time, every_function)
+            found, too_many = self._find_all(time, every_function)
         shift, every, spacing = self._compare(time, found)
         self._located = {}
         passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
         settled = shift <= SETTLED and not len(passed)
         self._confirmed = self._confirmed or settled
         self._distance /= 2 if settled else 1
-        self.edges, self.stops = every, np.unique([every - self._distance * spacing, every + self._distance * spacing])
-        if not len(every):  # none, or too many to step beside each: steps end on those that were passed
-            self.stops = passed
+        distance = self._distance * spacing
+        self.edges = every
+        # `every` is empty if there are too many edges: then steps end on those that the run passed
+        self.stops = np.unique([every - distance, every + distance]) if len(every) else passed
         return Passed(passed, shift, too_many)
 
-    def _find(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
-        """Find the edges [s] of each function along a run; return them, and True if a function has too many to locate."""
+    def _find_all(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
+        """Find the edges [s] of each function along a run, without located ones, and whether one has too many to be resolved."""
         end, found, too_many = float(time[-1]), [], False
         for k, (function, curves) in enumerate(called):
             if k in self._known and self._known[k].covers(time, curves):
@@ -173,18 +180,15 @@ class EdgeMemory:
             times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
             found.append(times)
             before, self._times_before[k] = self._times_before.get(k), times
-            if edges.capped:  # too many to be known
+            if edges.capped:
                 too_many = too_many or not _is_resolved(function, time, curves)
                 continue
-            probes = times[:: 1 + len(times) // MOST_EDGES]
-            state = _only_state(function, time, curves, probes)
-            if state is None and len(times) and _has_fixed_edges(function, time, curves, probes):
-                state = MEASURE  # the function has other arguments, but they do not shift its edges
+            state = _state_of_edges(function, time, curves, times)
             known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
             if known is not None:
                 self._known[k] = known
             elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
-                self._known[k] = _Known(TIME, times)  # the same in two runs
+                self._known[k] = _Known(TIME, times)
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
         capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
@@ -245,13 +249,13 @@ def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve])
         values = curve(time)
         low, high = float(values.min()), float(values.max())
 
-        def along_state(x: Array, k: int = k, low: float = low) -> Array:
+        def along_state(x: Array, k: int = k) -> Array:
             """Evaluate the function at values of one state."""
             others = [np.zeros_like(x)] * len(curves)
-            return evaluate(function, np.zeros_like(x), *others[:k], low + x, *others[k + 1 :])
+            return evaluate(function, np.zeros_like(x), *others[:k], x, *others[k + 1 :])
 
-        edges = search(along_state, high - low, SCANNED) if high > low else Edges()
-        found.append(low + np.array(edges.times) if len(edges.times) <= MOST_EDGES else np.empty(0))
+        edges = search_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
+        found.append(edges if len(edges) <= MOST_EDGES else np.empty(0))
     return found
 
 
@@ -261,6 +265,15 @@ def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> 
     found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
+
+
+def _state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
+    """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
+    probes = edges[:: 1 + len(edges) // MOST_EDGES]
+    state = _only_state(function, time, curves, probes)
+    if state is None and len(edges) and _has_fixed_edges(function, time, curves, probes):
+        return MEASURE
+    return state
 
 
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:

@@ -14,7 +14,7 @@ from .values import Components, Expression
 
 
 class Callables(Spec):
-    """Specification of a function: a Python function, a formula, or a callable object such as a Table."""
+    """Specification of a function: Python function, formula, or callable object, in files a document (table) with its kind."""
 
     words = "a formula such as '2*sin(3*t)'"
 
@@ -39,7 +39,7 @@ class Callables(Spec):
 
     def write(self, name: str, value: object) -> Any:
         """Return the formula or the document of a function."""
-        if isinstance(value, Expression) and self.fits(value.text):
+        if isinstance(value, Expression) and self.fits(value.text):  # not the formula '2', which is read as a number
             return value.text
         if type(value) not in _callable_kinds().values():
             raise nameless(name, value)
@@ -97,7 +97,7 @@ class Function(Callables):
                 raise ValueError(f"{name} = {error}") from None
         zeros = [0.0] * len(names)
         at = f"{name} at {self.variables} = 0"
-        value = call_checked(name, function, *zeros)(*zeros)
+        value = call_checked(name, function, *zeros)(*zeros)  # the first call is a trial, whose exception becomes a message
         result: Spec = Quantity(self.unit) if self.size == 1 else Vector(self.unit)  # two components, the largest `size`
         result.read(at, value)
 

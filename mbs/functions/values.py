@@ -38,13 +38,13 @@ EXACT = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Return the kinks [s] of a function of time: the times of a table, or the edges that `breaks` finds by sampling.
+    """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.breaks` finds.
 
-    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions that it consists of. Sampling
-    needs the duration of the run [s]; without the duration, other functions have no kinks.
+    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions it consists of. The search
+    needs the duration of the run [s], without which other functions have no kinks. An `Integral` divides it into pieces.
     """
     if isinstance(function, Integral) and duration < inf:
-        function.span(duration)  # the run's duration: now it divides the integral into pieces
+        function.span(duration)
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
     if hasattr(function, "made_of"):
@@ -54,7 +54,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
         return tuple(t for t in times if 0 < t < duration) if duration < inf else times
     if not callable(function) or not 0 < duration < inf:
         return ()
-    memory = current_memory(default=EdgeMemory())  # in a call, each function is searched once
+    memory = current_memory(default=EdgeMemory())  # that of the running `simulate`, which searches each function once
     return memory.of_time(function, duration).times
 
 
@@ -257,9 +257,9 @@ class Components(UserFunction, Declared):
 
 
 def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """Return one scalar function of variables for each component of a function; a Python function has `size` components.
+    """Return the numbers that a function gives, each as a function of the variables that returns a float.
 
-    A formula of other variables raises ValueError.
+    A Python function gives `size` numbers. A formula of other variables raises ValueError.
     """
     if isinstance(function, Components):
         return [each for part in function.parts for each in numbers_of(part, variables)]
