@@ -126,9 +126,9 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    is_function = isinstance(thing, types.FunctionType)
     has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
-    if not is_function and (has_equality or callable(thing) or isinstance(thing, types.ModuleType)):
+    is_its_own_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
+    if is_its_own_key and not isinstance(thing, types.FunctionType):
         try:
             hash(thing)
         except TypeError:
@@ -136,7 +136,8 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return type(thing), thing
     if depth == DEEPEST or not hasattr(thing, "__dict__"):
         raise _UnknownError
-    head, parts = (thing.__code__, _values_used(thing)) if is_function else (type(thing), thing.__dict__.items())
+    head: object = thing.__code__ if isinstance(thing, types.FunctionType) else type(thing)
+    parts = _values_used(thing) if isinstance(thing, types.FunctionType) else thing.__dict__.items()
     return (head, *(_make_key(part, depth + 1) for part in parts))
 
 
