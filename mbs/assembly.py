@@ -99,7 +99,7 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
     for link in links:
         if link.start not in found or link.end not in found:
             continue  # the check of the link names the missing point
-        for point, (x, y) in link.inner(found[link.start], found[link.end]).items():
+        for point, (x, y) in link.locate_carried(found[link.start], found[link.end]).items():
             distance = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
             if distance > AGREE * abs(_vector(link, found)):
                 right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"

@@ -47,6 +47,7 @@ class Flexible(Body):
     carried_point_forms: ClassVar[tuple[str, ...]] = ("fraction",)  # of the length
     force_rounding: ClassVar[float] = 5e-12  # over the axial stiffness: ten times the rounding of the elements' forces
     elements: int | None
+    nodes: int
     imperfection: float
     shape: Shape | None
 
@@ -63,7 +64,7 @@ class Flexible(Body):
     @property
     def step(self) -> int:
         """Nodes from one element to the next."""
-        return 1
+        return self.nodes - 1
 
     def curve(self, chord: float) -> CurvedLine:
         """Return the stress-free shape for a length of the chord [m]."""
@@ -105,11 +106,6 @@ class Beam(Flexible):
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
-    @property
-    def step(self) -> int:
-        """Nodes from one element to the next."""
-        return self.nodes - 1
-
 
 @declared
 class Cable(Flexible):
@@ -126,6 +122,7 @@ class Cable(Flexible):
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
+    nodes: ClassVar[int] = 2  # type: ignore[misc]
     has_angles: ClassVar[bool] = False  # nodes have slopes
 
 

@@ -91,7 +91,7 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
         found, point = self._contact(name, record), self.point
-        changes = find_sign_changes(record.time, found.depth, found.rate)
+        changes = find_sign_changes(record.time, found.depth, found.rate)  # a comparison of runs needs them in one signal only
         yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=changes)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
@@ -143,6 +143,7 @@ class Clearance(Joint):
         by_friction = work("tangential", "sliding") - (bristle - bristle[0])
         yield Energy("dissipated", "contact", by_damping)
         yield Energy("dissipated", "friction", by_friction)
+        # of this joint alone; the dissipated energies above are added to those of other elements
         yield Energy("part", f"{self.point}.taken_contact", by_damping)
         yield Energy("part", f"{self.point}.taken_friction", by_friction)
 
@@ -201,14 +202,14 @@ def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time
 
     `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.
     """
-    place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
-    depth, rate, sliding, nx, ny = locate_contact(joint.pin, joint.gap, place, speed, (pin.spin, bush.spin))
+    place, velocity = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
+    depth, rate, sliding, nx, ny = locate_contact(joint.pin, joint.gap, place, velocity, (pin.spin, bush.spin))
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
     friction, mean_speed = as_bristle_law(joint.friction), 0.5 * (memory[:, SLIDING] + sliding)
     bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean_speed, time - memory[:, SINCE]), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
-    fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx
+    fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx  # on the pin, whose surface slides along (-ny, nx)
     return PinContact(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 

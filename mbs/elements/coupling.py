@@ -7,7 +7,7 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carrier_place, check_link, check_moments, check_reference, distance, holder_reference
+from .references import carrier_place, check_link, check_no_strut, check_reference, distance, holder_reference
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
@@ -26,7 +26,7 @@ class Coupling(Element):
         yield from (self.first, self.second)
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless bodies and carrier differ, can take a moment, and have the points."""
+        """Raise a ValueError unless bodies and carrier differ, have the points, and are no struts."""
         carrier = self.carrier
         if carrier != GROUND:
             check_link(mechanism, carrier, self.where)
@@ -37,7 +37,7 @@ class Coupling(Element):
         bodies = [place(at).body for at in self.turning()]
         if bodies and len({carrier, *bodies}) != 1 + len(bodies):
             raise ValueError(f"{self.where}: two different bodies are needed, and another carrier")
-        check_moments(mechanism, (carrier, *bodies), self.where)
+        check_no_strut(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
         """Return the multiplier of the row: force or torque on the first body."""
@@ -93,7 +93,7 @@ class Gear(Coupling):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque of the teeth on the second gear about its centre [N m]."""
         apart = distance(record.mechanism, self.first, self.second)
-        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
+        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)  # coefficient of turn_2 in the row: 1, or a - r
         yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
 
 
@@ -153,7 +153,7 @@ class Belt(Coupling):
     'belt.motor-drum'
     """
 
-    sense: ClassVar[float] = -1.0
+    sense: ClassVar[float] = -1.0  # a positive force drives the second pulley, and turns the first pulley back
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
     second: str = names(doc="the other pulley and its centre")
@@ -185,7 +185,7 @@ class Rope(Coupling):
     'rope.A-B'
     """
 
-    sense: ClassVar[float] = -1.0
+    sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
     second: str = names(doc="point reference of the other end")
@@ -194,8 +194,9 @@ class Rope(Coupling):
     def path(self, mechanism: Parts) -> list[Place]:
         """Return the references of ends and pulleys in order, each on the body that carries the point."""
         path = [place(holder_reference(mechanism, at)) for at in (self.first, *self.over, self.second)]
+        bodies = {GROUND, *(link.name for link in mechanism.links)}
         for body, point in path:
-            if body not in (GROUND, *(link.name for link in mechanism.links)):
+            if body not in bodies:  # a guide's block, to which the end of a strut is pinned
                 raise ValueError(f"{self.where}: '{point}' is the end of a strut on a guide's block; name a link with mass")
         return path
 
@@ -219,7 +220,7 @@ class Rope(Coupling):
         yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the name of the tension."""
+        """Yield the name of the tension, which must not be negative; a rope has no depth."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -80,7 +80,8 @@ class Motion(Declared):
             if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + SPEED_ERROR**2 * largest + 1e-12:  # 1e-12: at rest
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in self.kinks(duration):
-            before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in (t, float(np.nextafter(t, inf))))
+            sides = t, float(np.nextafter(t, inf))  # `kinks` returns the last time before a jump
+            before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in sides)
             if abs(after - before) > SPEED_ERROR * largest:
                 raise ValueError(
                     f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: all that it moves would take an impulse "

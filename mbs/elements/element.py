@@ -227,7 +227,7 @@ class GuideBase(Element):
 class Parts(Declared):
     """Base of mechanisms: the fields and methods that elements use."""
 
-    in_files = False
+    in_files = False  # no element of a file is a mechanism
 
     points: Mapping[str, Pair]
     links: Sequence[LinkBase]

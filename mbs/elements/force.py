@@ -31,12 +31,12 @@ class Force(Stateful):
 
     title: ClassVar[str] = "force on '{point}'"
     label: ClassVar[str] = "force.{point:point}"
-    law: ClassVar[Law] = Law("t", "N", size=2)
+    signature: ClassVar[Law] = Law("t", "N", size=2)
     variables_with_states: ClassVar[str] = "t, x, y, vx, vy"
 
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
-        Either((Vector("N"), law)),
+        Either((Vector("N"), signature)),
         "the force, or a function of the time t (in s); its jumps and kinks are searched at every 1e-5 of a run, and shorter "
         "pulses may be missed",
     )
@@ -78,7 +78,7 @@ class Force(Stateful):
         """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
-        components = self.functions()[: self.law.size]  # the rates of the states follow
+        components = self.functions()[: self.signature.size]  # the rates of the states follow
         fx, fy = (component(*self.start_arguments(mechanism)) for component in components)
         return fx, fy
 
@@ -130,12 +130,12 @@ class Torque(Stateful):
 
     title: ClassVar[str] = "torque on '{link}'"
     label: ClassVar[str] = "torque.{link:body}"
-    law: ClassVar[Law] = Law("t, angle, speed", "N m")
-    variables_with_states: ClassVar[str] = law.variables
+    signature: ClassVar[Law] = Law("t, angle, speed", "N m")
+    variables_with_states: ClassVar[str] = signature.variables
 
     link: str = names(doc="any but a Strut; on a flexible link the torque acts at the start; 'beam:B' names another point")
     value: float | Callable[..., float] = field(
-        Either((Quantity("N m"), law)),
+        Either((Quantity("N m"), signature)),
         "counter-clockwise, or a function of time (s), angle at that point since t = 0 (rad) and rate of the angle (rad/s)",
     )
     states: States | None = part(States, doc="states of the law: `value` is then a function of them, too", default=None)

@@ -72,8 +72,8 @@ class Guide(GuideBase):
     0.3
     """
 
-    title: ClassVar[str] = "guide of '{point}'"
-    label: ClassVar[str] = "guide {point}"
+    title: ClassVar[str] = "guide of '{point}'"  # in messages
+    label: ClassVar[str] = "guide {point}"  # in names of signals
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link that the point belongs to, as an end or a carried point")

@@ -6,7 +6,7 @@ from typing import ClassVar
 from ..declare import declared, direction, names
 from ..geometry import Array, rotate
 from .element import GROUND, JointBase, Parts, Recorded
-from .references import check_known, check_link, check_moments, check_point_of
+from .references import check_known, check_link, check_no_strut, check_point_of
 from .rows import Row, yield_angle, yield_line, yield_pin
 from .signal import Kind, Signal, vector
 
@@ -53,7 +53,7 @@ class Revolute(Joint):
         return yield_pin(self.point, self.first, self.second)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the force on the second body [N]."""
+        """Return the force on the second body [N], (times, 2): the multipliers are the force on the first."""
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -80,9 +80,9 @@ class Weld(Joint):
     second: str = names(doc="a link or 'ground'; a Strut has no moment to be clamped by")
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless both bodies have the point and can take a moment."""
+        """Raise a ValueError unless both bodies have the point and neither is a strut."""
         super().check(mechanism)
-        check_moments(mechanism, (self.first, self.second), self.where)
+        check_no_strut(mechanism, (self.first, self.second), self.where)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the rows of a common point and of a constant angle."""
@@ -128,7 +128,7 @@ class Slot(Joint):
             check_link(mechanism, self.second, where)
             if mechanism.link(self.second).body.flexible:
                 check_point_of(mechanism, self.second, self.point, where)
-        check_moments(mechanism, (self.first, self.second), where)
+        check_no_strut(mechanism, (self.first, self.second), where)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row that keeps the point on the line."""
@@ -142,7 +142,8 @@ class Slot(Joint):
         """Return the travel along the line since t = 0 [m], shape (times,)."""
         origin = f"{self.second}:{self.point}"
         separation = record.point(f"{self.first}:{self.point}")[0] - record.point(origin)[0]
-        travel: Array = (separation * rotate(record.turn(origin)[0], self.along)).sum(axis=1)
+        angle, _ = record.turn(origin)
+        travel: Array = (separation * rotate(angle, self.along)).sum(axis=1)
         return travel
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -105,11 +105,12 @@ class Link(LinkBase):
 
     def agree(self) -> None:
         """Raise a ValueError for carried points that the body cannot have."""
-        carried: Any = self.carries
+        carried: Any = self.carries  # a mapping, which `Carried` has read
         kind = type(self.body).__name__
         if carried and not self.body.carried_point_forms:
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
-        if "place" not in self.body.carried_point_forms and not all(isinstance(at, float) for at in carried.values()):
+        are_fractions = all(isinstance(at, float) for at in carried.values())
+        if "place" not in self.body.carried_point_forms and not are_fractions:
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
@@ -127,7 +128,7 @@ class Link(LinkBase):
         """Names of all points on the link: start, end, carried points."""
         return (self.start, self.end, *self.carries)
 
-    def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
+    def locate_carried(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
         """Return the places [m] of carried points in the plane from the places of both ends; none for points without a place."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
         if chord == 0:

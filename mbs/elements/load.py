@@ -60,7 +60,7 @@ class States(Declared):
     """
 
     rates: Callable[..., object] = field(
-        Rates("t"),  # the load, which knows all arguments, checks the rates
+        Rates("t, ..."),  # `Stateful.check_states` checks the rates, as the load has the arguments that follow t
         "of the states, 1/s: functions of the load's arguments, or one function that returns all rates",
     )
     initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
@@ -69,11 +69,11 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
-    `law` is the signature of a function without states: variables, unit and number of components. With states the function has
+    `signature` has the variables of a function without states, its unit and number of components. With states the function has
     the arguments `variables_with_states`, then the states.
     """
 
-    law: ClassVar[Law]
+    signature: ClassVar[Law]
     variables_with_states: ClassVar[str]
 
     value: Any
@@ -84,7 +84,7 @@ class Stateful(Load):
         if self.states is not None and not callable(self.value):
             raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
         if self.states is None and callable(self.value):
-            self.law.check_call(f"{self.where}: value", self.value)
+            self.signature.check_call(f"{self.where}: value", self.value)
 
     @property
     def has_states(self) -> bool:
@@ -97,7 +97,7 @@ class Stateful(Load):
         return tuple(sorted({*kinks(self.value, duration), *of_rates}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the load on the body, with the motion of the samples; the functions of time are evaluated at `times` [s]."""
+        """Return the load on the body for the motion at the samples; functions of time are evaluated at `times` [s]."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
@@ -118,24 +118,25 @@ class Stateful(Load):
         raise NotImplementedError
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
-        """Return the measures of the motion that are arguments of the function, each (times,)."""
+        """Return the arguments between time and states, each (times,): all coordinates, then their rates in the same order."""
         raise NotImplementedError
 
     @property
     def variables(self) -> list[str]:
         """Names of the arguments of the function and of the rates."""
         if self.states is None:
-            return self.law.variables.split(", ")
+            return self.signature.variables.split(", ")
         return [*self.variables_with_states.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start_arguments(self, mechanism: Parts) -> list[float]:
-        """Return all arguments of the functions at t = 0, at rest; a force without states has the argument t alone."""
-        states = () if self.states is None else self.states.initial
-        return [*self.start_motion(mechanism), *states][: len(self.variables)]
+        """Return all arguments of the functions at t = 0, at rest."""
+        if self.states is None:  # then a force has the argument t alone, a torque t, angle and speed
+            return self.start_motion(mechanism)[: len(self.variables)]
+        return [*self.start_motion(mechanism), *self.states.initial]
 
     def functions(self) -> list[Callable[..., float]]:
         """Return the components of the load, then the rates of the states, each a function of `variables`."""
-        components = numbers_of(self.value, self.variables, self.law.size)
+        components = numbers_of(self.value, self.variables, self.signature.size)
         if self.states is None:
             return components
         return components + numbers_of(self.states.rates, self.variables, len(self.states.initial))
@@ -145,18 +146,19 @@ class Stateful(Load):
         if self.states is None:
             return
         start = self.start_arguments(mechanism)
-        self._check("value", self.value, start, self.law.size, self.law.unit)
+        self._check("value", self.value, start, self.signature.size, self.signature.unit)
         self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
 
     def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
         """Raise a ValueError unless a function of the arguments `start` returns `size` numbers of a unit; `key` is its field."""
-        name, is_formula = f"{self.where}: {key}", isinstance(function, Expression | Components)
+        name, label = f"{self.where}: {key}", f"{self.where}: {key} at t = 0"
+        is_formula = isinstance(function, Expression | Components)  # it is made a function of all arguments
         try:
             parts: list[Any] = numbers_of(function, self.variables) if is_formula else [function]
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from None
-        values = [call_checked(name, part, *start)(*start) for part in parts]
-        value, label = values[0] if len(values) == 1 else values, f"{name} at t = 0"
+        values = [call_checked(name, part, *start)(*start) for part in parts]  # a trial call, then the call for the value
+        value = values[0] if len(values) == 1 else values
         if np.shape(value) != ((size,) if size > 1 else ()):
             raise ValueError(f"{label} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
         for each in np.ravel(value).tolist():
@@ -166,9 +168,15 @@ class Stateful(Load):
         """Evaluate the function at `times` with the motion and states of the samples, (times,) or (times, components)."""
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
-        columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
-        values = np.column_stack([sample(each, *columns) for each in self.functions()[: self.law.size]])
-        return values[:, 0] if self.law.size == 1 else values
+        states, _ = self._read_states(name, record)
+        components = self.functions()[: self.signature.size]
+        values = np.column_stack([sample(each, times, *self.measures(record), *states) for each in components])
+        return values[:, 0] if self.signature.size == 1 else values
+
+    def _read_states(self, name: str, record: Recorded) -> tuple[Array, Array]:
+        """Return the states and their rates, each (states, times); none without states."""
+        columns = record.channel(name, "states").T
+        return columns[: len(columns) // 2], columns[len(columns) // 2 :]
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield the functions with the arguments that follow the time; none for a function of time alone: its edges are known."""
@@ -177,19 +185,15 @@ class Stateful(Load):
         if not callable(self.value) or (is_of_time_alone and self.states is None):
             return
         measures = self.measures(record)
-        half = len(measures) // 2  # coordinates, then their rates
+        half = len(measures) // 2
         coordinates, rates = measures[:half], measures[half:]
         arguments = [*map(Argument, coordinates, rates), *map(Argument, rates)]
-        if self.states is not None:
-            columns, count = record.channel(name, "states").T, len(self.states.initial)
-            arguments += map(Argument, columns[:count], columns[count:])
+        arguments += map(Argument, *self._read_states(name, record))
         for function in self.functions() if self.states is not None else (self.value,):
             yield function, arguments
 
     def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the states and their rates."""
-        columns = record.channel(name, "states").T
-        count = len(columns) // 2
-        for k, (x, rate) in enumerate(zip(columns[:count], columns[count:], strict=True), 1):
+        for k, (x, rate) in enumerate(zip(*self._read_states(name, record), strict=True), 1):
             yield Signal(f"{name}.state{k}", x, "", Kind.STATE, rate=f"{name}.rate{k}", scale=float(np.abs(x).max()))
             yield Signal(f"{name}.rate{k}", rate, "1/s", Kind.RATE, scale=float(np.abs(rate).max()))

@@ -86,7 +86,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes with rigid interfaces: `fixed` vibrations and 6 static modes (12 motions of interfaces, 6 rigid)."""
+    """Craig-Bampton modes with rigid interfaces: `fixed` vibrations, and 12 motions of interfaces less 6 rigid ones."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",
@@ -142,7 +142,7 @@ class Interfaces(Part):
     """Specification of an interface: `EndFace`, `PinHole` or an `Interface` function."""
 
     def fits(self, raw: object) -> bool:
-        """Return True for an interface or its document, and for a user's function, which is no class."""
+        """Return True for an interface, the mapping of one in a file, or a user's function, which is no class."""
         return super().fits(raw) or (callable(raw) and not isinstance(raw, type))
 
 

@@ -30,7 +30,7 @@ def check_known(kind: str, name: str, names: Iterable[str], where: str) -> None:
 
 
 def check_link(mechanism: Parts, name: str, where: str) -> None:
-    """Raise a ValueError if no link has a name."""
+    """Raise a ValueError if no link has this name."""
     check_known("link", name, {link.name for link in mechanism.links}, where)
 
 
@@ -38,7 +38,7 @@ def check_point_of(mechanism: Parts, name: str, point: str, where: str) -> None:
     """Raise a ValueError if a link is unknown or does not have a point."""
     check_link(mechanism, name, where)
     if point not in mechanism.link(name).points:
-        raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(mechanism.link(name).points)}")
+        raise ValueError(f"{where}: link '{name}' does not reach '{point}'; its points: {', '.join(mechanism.link(name).points)}")
 
 
 def check_reference(mechanism: Parts, at: str, where: str) -> None:
@@ -49,8 +49,8 @@ def check_reference(mechanism: Parts, at: str, where: str) -> None:
         check_point_of(mechanism, body, point, where)
 
 
-def check_moments(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
-    """Raise a ValueError if one of the named links is massless: a force between two points takes no moment."""
+def check_no_strut(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of the named links is a strut, a mere force between two points: it has no angle and no moment."""
     for link in mechanism.links:
         if link.name in names and link.body.massless:
             kind = type(link.body).__name__
@@ -102,7 +102,7 @@ def check_turning(mechanism: Parts, at: str, where: str) -> None:
     check_link(mechanism, body, where)
     if colon:
         check_point_of(mechanism, body, point, where)
-    check_moments(mechanism, (body,), where)
+    check_no_strut(mechanism, (body,), where)
 
 
 def carrier_place(mechanism: Parts, carrier: str, point: str = "") -> Place:

@@ -151,7 +151,7 @@ class Section(SlenderSection, Declared):
 class Profile(SlenderSection, Declared):
     """A section of any shape and material, given by its stiffnesses and masses per length.
 
-    Drawings and stresses assume a square bar with the same bending and axial stiffness.
+    Drawings and stresses assume a square bar with the same bending and axial stiffness; its shear plays no part.
 
     Examples
     --------

@@ -59,8 +59,9 @@ class Trait(NamedTuple):
 class Signal(NamedTuple):
     """A named series of `values` (times,); see `Trait` for the fields from kind to source.
 
-    `onsets` (contacts,) are the times at which a contact closes or opens [s]: its force jumps or has a kink there. The force of a
-    stop also has the `depth` (times,) [m] of its contact, negative if open, and `elastic`, the elastic force [N] of depths [m].
+    `onsets` (n,) [s] are the times at which a contact closes, and also those at which it opens: its force jumps or has a kink
+    there. The force of a stop also has the `depth` (times,) [m] of its contact, negative if open, and `elastic`, the force [N] of
+    the elastic part of the law at depths [m].
     """
 
     name: str
@@ -102,7 +103,7 @@ class Energy(NamedTuple):
 
 
 class Depth(NamedTuple):
-    """Largest allowed depth of a contact [m], and the name of the depth's signal; a message reads '`what` is 0.001 m `where`'."""
+    """Largest allowed depth [m], name of the depth's signal, `what` is too deep and `where`, as "pin 'B'" and "in its bush"."""
 
     signal: str
     allowed: float

@@ -10,7 +10,7 @@ from ..declare import declared, direction, names, part, quantity
 from ..geometry import Array, cross, find_sign_changes, rotate, rotate_left
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
-from .references import check_known, check_link, check_moments, check_point_of
+from .references import check_known, check_link, check_no_strut, check_point_of
 from .signal import Depth, Energy, Kind, Signal
 
 NEAREST = 1e-9
@@ -84,7 +84,7 @@ class Stop(Element):
                 )
             return
         check_point_of(mechanism, self.body(mechanism), self.point, where)
-        check_moments(mechanism, (self.body(mechanism), self.carrier), where)  # neither may be a strut
+        check_no_strut(mechanism, (self.body(mechanism), self.carrier), where)
         if self.carrier == GROUND:
             return
         check_link(mechanism, self.carrier, f"{where}: on")

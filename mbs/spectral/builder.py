@@ -286,7 +286,7 @@ class Builder:
             self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
             self.elastic.append((i, STATE, group, -1, -1, -1, -1))
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
-        numbers = (column, load.law.size, len(initial), offset)
+        numbers = (column, load.signature.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(

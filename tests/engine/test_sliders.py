@@ -130,10 +130,10 @@ WRONG = {
     "strut clamped": ([mbs.Weld("A", "ground", "strut")], "Weld|weld at 'A': link 'strut' is a Strut"),
     "welded to itself": ([mbs.Weld("A", "bar", "bar")], "joins 'bar' to itself"),
     "welded twice": ([mbs.Weld("A", "bar", "ground"), mbs.Revolute("A", "ground", "bar")], "twice"),
-    "out of reach": ([mbs.Weld("C", "bar", "ground")], "'bar' does not reach it"),
+    "out of reach": ([mbs.Weld("C", "bar", "ground")], "'bar' does not reach"),
     "ground slides": ([mbs.Slider("A", "ground", "bar")], "first = 'ground': the point must be a link's; swap the bodies"),
     "line of a stranger": ([mbs.Slider("A", "bar", "arm")], "unknown link 'arm'"),
-    "line off a beam": ([mbs.Slider("A", "bar", "beam")], "link 'beam' does not reach it"),
+    "line off a beam": ([mbs.Slider("A", "bar", "beam")], "link 'beam' does not reach"),
     "slot in a strut": ([mbs.Slot("A", "bar", "strut")], "'strut' is a Strut"),
 }
 
