@@ -208,9 +208,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         part = slice(e * body.step, (e + 1) * body.step + 1)  # nodes of the element
         objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
-    return PlacedStrip(
-        system, link.name, body, tuple(nodes), tuple(objects), reference, ends, pieces=grid.pieces, at=grid.at
-    )  # fmt: skip
+    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, pieces=grid.pieces, at=grid.at)
 
 
 def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:

@@ -69,10 +69,6 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
     return found
 
 
-STEPS_PER_PERIOD = 4
-"""Least number of steps in a period of axial vibration with which a run resolves it."""
-
-
 def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
     """Yield the signals `F.mean` of vibrating forces and moments; none without flexible links."""
     period = Scene.of(mechanism).axial_period
@@ -109,7 +105,7 @@ def resolves(time: Array, period: float) -> bool:
     it.
     """
     steps = np.diff(time)
-    long_steps = steps[STEPS_PER_PERIOD * steps > period]
+    long_steps = steps[4 * steps > period]
     return not float(long_steps.sum()) > period
 
 
