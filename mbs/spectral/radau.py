@@ -60,7 +60,8 @@ MOST_EXTRAPOLATION = 100.0
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control.
 
-    A vector (x, y) of `elastic` has components along and across its chord, each with a unit; its x and y have the inverse unit 0.
+    A row of `elastic` is an inner coordinate i, or a vector of two, (i, j), of a strip's piece. The latter is resolved along and
+    across the piece's chord, with a unit for each component; the inverse units of i and j alone are 0. For the former j < 0.
     """
     worst = 0.0
     for i in range(u.size):
@@ -153,9 +154,10 @@ def estimate_error(tables, orders, state, h):
         d_q[k] = state.v[k] + _combine_nodes(state.node_q, state.q, k) / h
         sum_of_defects[k] = state.a[k] + d_q[k] / k1 + _combine_nodes(state.node_v, state.v, k) / h
     multiply_mass(tables, state.q, sum_of_defects, error[:n])
-    for k in range(tables.row.size):
-        if tables.row[k] < n and tables.col[k] < n:
-            error[tables.row[k]] += state.damping[k] * d_q[tables.col[k]]
+    for k in range(tables.row.size):  # C d_q, by the nonzeros of C
+        row, column = tables.row[k], tables.col[k]
+        if row < n and column < n:
+            error[row] += state.damping[k] * d_q[column]
     for i in range(n):
         error[i] *= k1 * k1
     for k in range(r):
@@ -168,8 +170,10 @@ def estimate_error(tables, orders, state, h):
 def project(tables, orders, work, state, t, h):
     """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations by (5).
 
-    Without strips, multipliers at all nodes are corrected, too. At the end M a - f + G^T lam, with M a - f as it was before the
-    projection, then has no part along the constraints. With strips the residuals of their stresses would spoil this correction.
+    The change of a by M^-1 G^T mu and that of lam by -mu leave the residual M a - f + G^T lam as it was. Newton's method may end
+    with a part of it along the constraints: G^T nu, where M x + G^T nu is the residual and G x = 0. Without strips nu is
+    subtracted from lam at the end, and from lam at each node the fraction of nu that the node is of the step. With strips the
+    residuals of their stresses would be a part of nu.
     """
     n, q, v, a, lam = state.q.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if lam.size == 0:
@@ -182,20 +186,21 @@ def project(tables, orders, work, state, t, h):
         for i in range(n):
             residual[i] -= state.force[i]
     _project_coordinates(tables, orders, work, state, t)
+    if corrects_multipliers:
+        add_reactions(tables, state.jacobian, lam, residual)
     compute_changes(tables, work, t, JUST_BEFORE, state.change)
     factor_saddle(tables, orders, work, state, q, state.jacobian)
     _project_rates(tables, orders, state, state.speed, v)
-    lam_change = _project_rates(tables, orders, state, state.change, a)
-    if corrects_multipliers:
-        add_reactions(tables, state.jacobian, lam, residual)
+    mu = _project_rates(tables, orders, state, state.change, a)
     for k in range(lam.size):
-        lam[k] -= lam_change[k]
+        lam[k] -= mu[k]
     if corrects_multipliers:
         residual[n:] = 0.0
         solve(orders.mass, state.saddle_factors, state.saddle_swaps, residual, state.front_work)
+        nu = residual[n:]
         for k in range(lam.size):
             for i in range(3):
-                state.node_lam[i, k] -= NODES[i] * residual[n + k]
+                state.node_lam[i, k] -= NODES[i] * nu[k]
 
 
 @kernel_function
@@ -235,10 +240,7 @@ def _project_rates(tables, orders, state, target, y):
 
 @kernel_function
 def measure_deformation(state, elastic, k):
-    """Return the inner coordinate of row k of `elastic` or, of a vector, its component across the chord of the strip's piece.
-
-    The chord's direction is stored in state.chord.
-    """
+    """Return the inner coordinate of row k of `elastic`; of a vector the component across the chord. Update state.chord."""
     i, j = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND]
     if j < 0:
         return state.q[i]

@@ -30,7 +30,10 @@ UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
 
 @inline
 def compute_acceleration(tables, work, m, component, a):
-    """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates."""
+    """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates.
+
+    It is the marker's Jacobian times a, plus the second rate at a = 0, which the state has from column AX on.
+    """
     total, first = work.state[m, State.AX + component], tables.markers[m, Markers.FIRST]
     for j in range(first, first + tables.markers[m, Markers.COUNT]):
         total += work.jacobian[component, j] * a[tables.dofs[j]]
@@ -66,7 +69,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and body.model is None:  # a rigid link; one with a model is modal
             frames[link.name] = _add_centre_frame(scene, link, body)
-    scene.refresh()
+    scene.refresh()  # packs the markers just added into the tables
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
     reported_times = 0 if np.isin(kinds, UNREPORTED).all() else len(out.time)
@@ -85,9 +88,8 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _record_strip(scene, body, out)
     blocks = {point: _record_block(mechanism, point, traces[marker]) for point, marker in guides.items()}
-    return Record(
-        mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected_trapezoidal, scene.source.undetermined
-    )
+    channels, undetermined = _channels(scene, out, reports), scene.source.undetermined
+    return Record(mechanism, out.time, links, blocks, channels, rule=corrected_trapezoidal, undetermined=undetermined)
 
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
@@ -136,15 +138,15 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         is_of_element = name in elements  # not if it is within a link, as between the pieces of a strip
         channels[name] = dict(elements[name].reactions(loads) or {}) if is_of_element else {}
     for i, name in enumerate(scene.force_names):
-        kind = scene.tables.forces[i, Forces.KIND]
+        kind, marker, number = scene.tables.forces[i, [Forces.KIND, Forces.B, Forces.NUMBERS]]
         found = channels.setdefault(name, {})
         if kind in (ForceKind.JOURNAL, ForceKind.FRICTION):
             found["memory"] = out.memory[:, i]
         elif kind == ForceKind.CONTACT:
             found["force"] = np.abs(reports[:, i, [Report.VALUE]])
         elif kind == ForceKind.STATEFUL:
-            first = scene.tables.markers[scene.tables.forces[i, Forces.B], Markers.OFFSET]
-            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, Forces.NUMBERS] + StatefulData.STATES]))
+            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[number + StatefulData.STATES])
+            columns = slice(first, first + count)  # coordinates whose rates are the law's states (`stateful`)
             found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
         else:
             found["value"] = reports[:, i, [Report.VALUE]]

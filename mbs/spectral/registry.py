@@ -52,23 +52,24 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     """Add the contact of a point with a face, and friction along it; the point stays on the side on which it starts."""
     mechanism = builder.mechanism
-    side, face, across = stop.side(mechanism), stop.distance_to_face(mechanism), stop.face_normal(mechanism)
+    across = stop.face_normal(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
     b = builder.marker(origin.body, origin.point)
     arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
-    start = arm[0] * across[0] + arm[1] * across[1]  # distance of the point from the origin, across the face, at t = 0
+    start = arm[0] * across[0] + arm[1] * across[1]  # distance of the point from the origin b, across the face, at t = 0
+    face = start + stop.distance_to_face(mechanism)  # distance of the face from the origin b
 
     def add_distance(direction: tuple[float, float]) -> int:
-        """Add the distance from the origin along a direction that turns with the face."""
+        """Add as a measure the point's distance from the origin b along a direction that turns with the face."""
         if stop.carrier == GROUND:
             return builder.add_measure(MeasureKind.FIXED, a, b, direction)
         return builder.add_measure(MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, direction))
 
-    law = add_normal(builder, stop.law)
-    contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=(side, start + face))
+    law, numbers = add_normal(builder, stop.law), (stop.side(mechanism), face)
+    contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=numbers)
     if stop.friction_at:
-        friction = add_friction(builder, stop.friction)
-        builder.add_force(name, ForceKind.FRICTION, add_distance((-across[1], across[0])), contact, friction=friction)
+        friction, along = add_friction(builder, stop.friction), add_distance((-across[1], across[0]))
+        builder.add_force(name, ForceKind.FRICTION, along, b=contact, friction=friction)  # the contact gives the normal force
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
@@ -76,13 +77,13 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
-        builder.add_stateful(name, load, a, State.X, 0.0)
+        builder.add_stateful(name, load, a, column=State.X, offset=0.0)
         return
     b = builder.add_ground(ORIGIN) if turns is None else marker_at(builder, turns)
-    line_of_action = [] if load.through is None else [1.0, *load.through]
+    line_of_action = [] if load.through is None else [1.0, *load.through]  # 1: there is a point through which it goes
     law, components = -1, [0.0, 0.0]
     if callable(load.value):
-        parts = [function_pointer(each, 1) for each in numbers_of(load.value, ["t"], 2)]
+        parts = [function_pointer(component, 1) for component in numbers_of(load.value, ["t"], size=2)]  # x and y, by time
         law = builder.add_law(None, ForceKind.PRESCRIBED, (), parts, f"the function of {name}")
     else:
         components = [float(x) for x in load.value]
@@ -111,15 +112,16 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, a function of time, angle since t = 0 and speed, or a law with states."""
     marker = marker_at(builder, load.at(builder.mechanism))
     if load.states is not None:
-        builder.add_stateful(name, load, marker, State.ANGLE, builder.angle_of(marker))
+        builder.add_stateful(name, load, marker, column=State.ANGLE, offset=builder.angle_of(marker))
         return
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     if not callable(load.value):
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
-    pointer = function_pointer(numbers_of(load.value, TURN)[0], 3)
+    pointer = function_pointer(numbers_of(load.value, TURN)[0], len(TURN))  # of time, angle and speed
     law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(0.0, 0.0, builder.angle_of(marker)))
+    numbers = (0.0, 0.0, builder.angle_of(marker))  # 0: of time, too; 0, not used; the angle at t = 0
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=numbers)
 
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
@@ -149,7 +151,7 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
         return
     pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
     row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: without time; 0 is not used
+    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: not of time; 0, not used
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:

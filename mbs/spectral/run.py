@@ -30,10 +30,10 @@ from .tables import ForceKind, Forces, Memory, State
 NEWTON_SHARE = 1e-4
 """Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above. Below, it falls as tol^(1/4).
 
-Errors of Newton's method add up over the run as tol^(1/2), those of steps as tol^(3/4). With a fixed share a double pendulum,
-whose errors grow, is off by 3e-3 after 10 s at any tolerance below 1e-8. A tenth of the share costs a tenth more iterations."""
+Errors left by Newton's method add up alike in runs of different tolerance, so that their difference does not show them. They
+must be small beside those of the steps even in the finest runs. A tenth of the share costs a tenth more iterations."""
 NEWTON_TOLERANCE = 1e-5
-"""Tolerance above which the last Newton step is a fixed share of it: errors of coarser runs are larger by far."""
+"""Tolerance above which the last Newton step is a fixed share of it."""
 NEWTON_EQUAL = 1e-12
 """Last Newton step, in units of coordinates, of steps of equal length, which have no error control."""
 END_ROUNDING = 1.1e-12
@@ -133,18 +133,17 @@ def integrate(
     whose force begins smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-    scene.work.state[:, State.ANGLE] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
+    # from here on the solver counts the whole turns of each marker's angle
+    scene.work.state[:, State.ANGLE] = scene.turns() if state.turns is None else state.turns
     start = balance(scene, state.q, state.v, state.time, state.memory)
-    controls = _set_controls(scene, state.time, end, solver)
+    controls = _set_controls(scene, state.time, end, solver, ends)
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
-    step_ends = _find_step_ends(scene, state.time, end, controls.longest if not controls.fixed and ends is None else None)
+    step_ends = _find_step_ends(scene, state.time, end, None if controls.fixed else controls.longest)
+    if ends is not None:
+        step_ends = np.unique(np.concatenate([step_ends, ends]))
     run, model, shortest = _choose_integrator(scene, solver, state, start)
     controls.stops_at_all_onsets = take is None or run is implicit.run_implicit
     controls.shortest, controls.every = shortest * end, every
-    if ends is not None:
-        step_ends = np.unique(np.concatenate([step_ends, ends]))
-        controls.first_step, controls.longest, controls.fixed = end, end, True  # only step ends and onsets limit steps
-        controls.newton_share = NEWTON_EQUAL / solver.tolerance
     controls.writes_within_steps = every == 1 and not controls.fixed
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
@@ -173,8 +172,8 @@ def integrate(
 
 
 def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
-    """Find the step ends [s]: kinks of functions of time, the end, and times by which `subdivide` divides short intervals."""
-    factor = scene.tables.time_factor[0]
+    """Find the step ends [s]: kinks of functions of time, the end and, if `longest` is given, times that `subdivide` adds."""
+    factor = scene.tables.time_factor[0]  # functions of time are taken at factor * t
     with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
@@ -208,16 +207,17 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
     return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 
 
-def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectral) -> output.Record:
-    """Set the options of the integrator, `output.CONTROLS`, but the shortest step and the steps per row."""
-    out, are_equal, duration = output.blank(output.CONTROLS), not solver.steps.adaptive, end - start
+def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectral, ends: Array | None) -> output.Record:
+    """Set the options of the integrator, `output.CONTROLS`, but the shortest step and those of rows; `ends` as in `integrate`."""
+    out, duration = output.blank(output.CONTROLS), end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
-    out.longest = longest = solver.longest(duration)
-    out.first_step = longest if are_equal else FIRST_STEP * min(longest, duration / COARSEST)
-    out.max_steps, out.fixed = solver.steps.max_steps, are_equal
+    out.max_steps, out.fixed = solver.steps.max_steps, ends is not None or not solver.steps.adaptive
+    out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
+    out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / COARSEST)
     out.least_onset = SLOWEST_ONSET
+    # finer runs allow slower onsets, so that the difference of two runs shows what `GRAZE` changes
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
-    if are_equal:
+    if out.fixed:
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)

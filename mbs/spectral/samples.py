@@ -2,7 +2,8 @@
 
 Within a step coordinates follow the polynomial of fifth degree with the values, rates and accelerations of both ends.
 Multipliers follow the cubic through the step's start and nodes. Rows are close enough for linear interpolation between them.
-Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` an `Output`.
+Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` an `Output`, `counts` are
+`output.COUNTS`, of which `samples` is the number of rows so far.
 """
 
 import numpy as np
@@ -12,11 +13,14 @@ from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
 LINE_EXPONENT = 0.75
-"""Exponent of the tolerance in the error allowed of linear interpolation between rows; errors of runs go as tol^(3/4)."""
+"""Exponent of the tolerance in the error of linear interpolation between rows: with 1 they would be far denser than a run is
+accurate, as its error falls more slowly than its tolerance."""
 MOST_SAMPLES = 40
-"""Largest number of rows in a step: room for so many must be left in the output when a step begins."""
+"""Largest number of parts of a step with a row each. A step begins only if the output has room for them."""
 JUMP = 0.1
 """Time between a jump of accelerations and the row beside it, over the shortest step."""
+END = 2
+"""Index of the node at the end of a step."""
 
 
 @kernel_function
@@ -25,17 +29,15 @@ def write(state, out, counts, t, start):
     row = counts.samples
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
-    _write_memory(state, out, row, start)
-    for k in range(state.start_memory.shape[0]):
-        out.memory[row, k, Memory.ONSET] = state.memory[k, Memory.ONSET]
+    _write_memory(state, state.memory, out, row, start)
     counts.samples += 1
 
 
 @kernel_function
 def write_after_jump(state, clock, controls, out, counts):
-    """Write a row `JUMP` after an event, at which accelerations and multipliers jumped, from an Euler step."""
+    """Write a row `JUMP` after an event, with the accelerations and multipliers that it left; the rest by Euler's method."""
     moment = JUMP * controls.shortest
-    if clock.time >= controls.end - 2.0 * moment:  # the end has a row of its own
+    if clock.time >= controls.end - 2.0 * moment:  # the end has a row of its own, to which one moment must be left
         return
     write(state, out, counts, clock.time + moment, clock.time)
     row = counts.samples - 1
@@ -53,21 +55,21 @@ def write_at_face(state, out, counts, t, h, moment):
     row, is_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam
     if is_end:
-        q, v, a, lam = state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
+        q, v, a, lam = state.node_q[END], state.node_v[END], state.node_a[END], state.node_lam[END]
     out.time[row] = t + (h if is_end else 0.0) + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
         out.q[row, i] = q[i] + moment * v[i]
-    _write_memory(state, out, row, t)
+    _write_memory(state, state.start_memory, out, row, t)
     counts.samples += 1
 
 
 @kernel_function
-def _write_memory(state, out, row, start):
-    """Write to this row the memories that forces had at the start of the step, and the time of this start."""
+def _write_memory(state, onset_memory, out, row, start):
+    """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s]."""
     for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
-        m[Memory.ONSET], m[Memory.STEP_START] = state.start_memory[k, Memory.ONSET], start
+        m[Memory.ONSET], m[Memory.STEP_START] = onset_memory[k, Memory.ONSET], start
         m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
 
 
@@ -75,13 +77,14 @@ def _write_memory(state, out, row, start):
 def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
-    A quantity deviates from its chord by at most h^2/8 times its second derivative. `depth_deviation` is this deviation of a
-    contact's depth, over the depth.
+    In a step of length h a quantity deviates from the line between its ends by at most h^2/8 times its second derivative, in k
+    parts by 1/k^2 of this. `depth_deviation` is this deviation of a contact's depth, over the depth.
     """
+    of_coordinates = state.dq[0]  # used as work space
     for i in range(state.q.size):
-        state.dq[0, i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[2, i]))
-    coordinates = measure_change(state, elastic, state.dq[0]) / controls.tolerance**LINE_EXPONENT
-    deviation = max(coordinates, depth_deviation / controls.contact_tolerance**LINE_EXPONENT)
+        of_coordinates[i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[END, i]))
+    size = measure_change(state, elastic, of_coordinates)  # in units of the error control
+    deviation = max(size / controls.tolerance**LINE_EXPONENT, depth_deviation / controls.contact_tolerance**LINE_EXPONENT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
 
 
@@ -91,9 +94,9 @@ def write_between(state, out, counts, t, h, parts):
     for part in range(1, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
-            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.node_v[2, i], h * h * state.node_a[2, i]
+            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.node_v[END, i], h * h * state.node_a[END, i]
             # q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5
-            d0, d1, d2 = state.node_q[2, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+            d0, d1, d2 = state.node_q[END, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
             c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
             out.q[row, i] = state.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
             out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
@@ -103,5 +106,5 @@ def write_between(state, out, counts, t, h, parts):
             factor, lam = evaluate_lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
             for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]
-        _write_memory(state, out, row, t)
+        _write_memory(state, state.start_memory, out, row, t)
         counts.samples += 1

@@ -3,8 +3,8 @@
     M(q) a = f(q, v, lambda, t) - G(q)^T lambda,    g(q, t) = 0.
 
 Coordinates q (n,), rates v, accelerations a; multipliers lambda (r,); G = dg/dq (r, n). Differentiated in time, g = 0 gives
-G v = speed and G a = change. Slots are the nonzeros that M, C, K and G can have; arrays over them have one entry more, which
-is not used. C = -df/dv and K = -df/dq + d(G^T lambda)/dq.
+G v = speed, which drives have, and G a = change, the terms without a on the right. Slots are the nonzeros that M, C, K and G can
+have; arrays over them have one entry more, which is not used. C = -df/dv and K = -df/dq + d(G^T lambda)/dq.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class CompiledScene:
         for link in mechanism.links:
             builder.bodies[link.name] = add_body(builder, link)
         struts = [body for body in builder.bodies.values() if isinstance(body, StrutBody)]
-        for _ in struts:  # again: a strut pinned to a strut needs the marker that the other has found
+        for _ in struts:  # in a chain of struts, each pinned to the next, every pass finds the marker of one more
             for body in struts:
                 find_hosts(builder, body)
         for body in struts:
@@ -88,10 +88,9 @@ class CompiledScene:
         )  # fmt: skip
         scene._reset_turns()
         for r, row in enumerate(builder.rows):
-            if row.value is None:  # that at t = 0
-                factors = {i: builder.measure_numbers[i][MeasureNumber.FACTOR] for i in row.measures}
-                row.value = sum(factor * scene.measure(i, scene.q0) for i, factor in factors.items())
-                tables.values[r] = row.value
+            if row.value is None:  # the sum keeps the value that it has at t = 0
+                terms = (tables.measure_numbers[i, MeasureNumber.FACTOR] * scene.measure(i, scene.q0) for i in row.measures)
+                row.value = tables.values[r] = sum(terms)
         return scene
 
     @property
@@ -106,7 +105,7 @@ class CompiledScene:
 
     @cached_property
     def edge_memory(self) -> EdgeMemory:
-        """Edges of functions of time, found once for all runs of the scene outside of `simulate`."""
+        """Edges of functions of time, found once for all runs of the scene; `simulate` has a memory of its own for its scenes."""
         return EdgeMemory()
 
     @property
@@ -121,10 +120,9 @@ class CompiledScene:
         return np.array([units.get(i, length) for i in range(self.size)])
 
     @cached_property
-    def strip_dofs(self) -> list[tuple[Array, Array]]:
-        """Indices of the coordinates x and y of each polynomial piece of the strips."""
-        bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
-        return [(element.dofs[0], element.dofs[1]) for body in bodies for element in body.elements]
+    def strips(self) -> list[StripBody]:
+        """Bodies of the strips."""
+        return [body for body in self.builder.bodies.values() if isinstance(body, StripBody)]
 
     @cached_property
     def fronts(self) -> Fronts:
@@ -138,13 +136,14 @@ class CompiledScene:
         return self.find_mass_fronts(constant=False)
 
     def find_mass_fronts(self, constant: bool) -> Fronts:
-        """Find the order of elimination of [M G^T; G 0]; if `constant`, of M without the part that modes change."""
+        """Find the order of elimination of [M G^T; G 0]; if `constant`, with the part of M that never changes."""
         row, col, n, unknowns = self.tables.row, self.tables.col, self.size, self.size + len(self.tables.rows)
-        filled = (self.tables.mass[:-1] != 0.0) | (row >= n) | (col >= n)
-        for first, modes, _ in [] if constant else self.tables.modal:
-            last = first + 3 + modes
-            filled |= (first <= row) & (row < last) & (first <= col) & (col < last)
-        return fronts_of(row, col, n, unknowns, filled)
+        is_in_jacobian = (row >= n) | (col >= n)
+        can_be_nonzero = (self.tables.mass[:-1] != 0.0) | is_in_jacobian
+        for first, modes, _ in [] if constant else self.tables.modal:  # columns of `Modal`
+            last = first + 3 + modes  # x, y, angle, modes: M changes between all of them
+            can_be_nonzero |= (first <= row) & (row < last) & (first <= col) & (col < last)
+        return fronts_of(row, col, n, unknowns, can_be_nonzero)
 
     def mass_entries(self, q: Array) -> Array:
         """Compute the entries of the mass matrix, (slots + 1,)."""
@@ -159,10 +158,7 @@ class CompiledScene:
 
     def full_matrix(self, values: Array) -> Array:
         """Build the matrix of all unknowns from its entries, (slots + 1,), of shape (n + r, n + r)."""
-        unknowns = self.size + len(self.tables.rows)
-        out = np.zeros((unknowns, unknowns))
-        out[self.tables.row, self.tables.col] = values[:-1]
-        return out
+        return np.asarray(self.sparse_matrix(values).toarray())
 
     def sparse_matrix(self, values: Array) -> csr_array:
         """Build the matrix of all unknowns from its entries as a sparse one."""
@@ -171,7 +167,7 @@ class CompiledScene:
         return csr_array((values[:-1], self.tables.col, first), shape=(unknowns, unknowns))
 
     def memory(self) -> Array:
-        """Return the memories of forces at the start, shape (forces, 4): columns of `Memory`."""
+        """Return the memories of forces at the start, (forces, 4): columns of `Memory`; laws divide by the onset speed."""
         out = np.zeros((len(self.tables.forces), 4))
         out[:, Memory.ONSET] = out[:, Memory.FASTEST] = SLOWEST_ONSET
         return out
@@ -191,8 +187,9 @@ class CompiledScene:
         """Compute the terms of `assemble` at an instant, which may be later than the bristles of its memory."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((4, len(self.tables.mass)))
-        entry_points.assemble(self.tables, self.work, now, matrices if tangents else matrices[3:], force, sides)  # [3]: G, G^T
-        return Equations(force, sides[0], sides[1], sides[2], matrices, self.sparse_matrix if sparse else self.full_matrix)
+        filled = matrices if tangents else matrices[3:]  # for G and G^T alone the kernel computes no tangents
+        entry_points.assemble(self.tables, self.work, now, filled, force, sides)
+        return Equations(force, *sides, matrices, self.sparse_matrix if sparse else self.full_matrix)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda of redundant constraints is 0."""
@@ -214,7 +211,7 @@ class CompiledScene:
         laws = {self.force_names[k]: k for k in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
         for name, arguments in locate([*laws]).items():
-            offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] + 2]  # measure at argument 0
+            _, _, offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] :][:3]  # measure at argument 0
             found.append(np.column_stack([np.full(len(arguments), float(laws[name])), arguments + offset]))
         return np.concatenate(found)
 
@@ -230,19 +227,14 @@ class CompiledScene:
         return MarkerMotion(state[:2].copy(), state[3:5].copy(), float(state[State.ANGLE]), float(state[State.SPIN]))
 
     def _place(self, q: Array, v: Array | None = None) -> Array:
-        """Compute the states of all markers, (markers, 11)."""
+        """Compute the states of all markers, (markers, columns of `State`)."""
         entry_points.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         return self.work.state
 
-    def turns(self, q: Array) -> Array:
-        """Compute the angles of markers with whole turns, (markers,), at the last row of q (times, n), which begins at t = 0.
-
-        Only the angles of Kirchhoff strips depend on the other rows: no turn from row to row may reach pi.
-        """
+    def turns(self) -> Array:
+        """Compute the angles of markers at t = 0, (markers,), from which whole turns are counted."""
         self._reset_turns()
-        for each in q if (self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE).any() else q[-1:]:
-            self._place(each)
-        return self.work.state[:, State.ANGLE].copy()
+        return self._place(self.q0)[:, State.ANGLE].copy()
 
     def measure(self, measure: int, q: Array) -> float:
         """Compute the value of a measure at coordinates q."""

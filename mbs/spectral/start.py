@@ -18,7 +18,7 @@ from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
 ROUNDING = 1e-12
 """Violation of G v = speed, over the largest speed, below which start rates are not corrected: rounding."""
 MOST_ITERATIONS = 20
-"""Largest number of iterations in `balance`: enough for 1e-12 if each reduces the change to a quarter."""
+"""Number of iterations after which `balance` returns the last: enough for 1e-12 if each reduces the change to a quarter."""
 LEAST_RATE = 1e-3
 """Least scale of errors of rates in the explicit method, in units of coordinates [1/s]: at rest no rate gives a scale."""
 
@@ -43,13 +43,13 @@ def start_rates(scene: CompiledScene) -> Array:
             v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
         if isinstance(body, StripBody) and name in found.bends:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
-    for first, link, point, is_rotor in scene.builder.separate_masses:
+    for dof, link, point, is_rotor in scene.builder.separate_masses:  # masses with coordinates of their own; dof of the first
         if is_rotor:
-            v[first] = found.rates[found.linkage.index[link], 2]
+            v[dof] = found.rates[found.linkage.index[link], 2]
         else:
-            v[first : first + 2] = found.velocity(link, point)
-    for i, rate in scene.builder.state_rates.items():
-        v[i] = rate
+            v[dof : dof + 2] = found.velocity(link, point)
+    for dof, state in scene.builder.state_rates.items():
+        v[dof] = state  # of a law, which is the rate of a coordinate (`stateful`)
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)
     missing = equations.speed - equations.jacobian @ v
     if np.abs(missing).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
@@ -98,10 +98,13 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4); sizes as in `output`."""
+    """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4).
+
+    `output` tells the fields with their shapes, in the sizes n, r, k, e, p; m unknowns, g entries of G. z makes zeros.
+    """
     tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
-    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)  # z(shape): zeros
+    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     return RadauState(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
@@ -123,7 +126,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
     """Allocate the data of an explicit run that starts from this state; `memory` (forces, 4)."""
     tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
-    order = scene.find_mass_fronts(constant=free_modes)
+    order = scene.find_mass_fronts(constant=free_modes)  # free modes are solved for apart, see `kernel.couple_modes`
     n, r, k, g, z = len(q), len(lam), len(memory), _count_jacobian_entries(tables), np.zeros
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))

@@ -22,9 +22,9 @@ SMALL = 1e-3
 
 @kernel_function
 def _read_counts(tables, k):
-    """Return the column of its marker, x or angle, on which force k acts first; numbers of these columns and of states."""
-    number = tables.forces[k, Forces.NUMBERS]
-    return int(tables.data[number]), int(tables.data[number + StatefulData.COUNT]), int(tables.data[number + StatefulData.STATES])
+    """Return the first column of its marker's state on which force k acts, the count of columns, that of its states."""
+    d = tables.forces[k, Forces.NUMBERS]  # index of its first number
+    return int(tables.data[d]), int(tables.data[d + StatefulData.COUNT]), int(tables.data[d + StatefulData.STATES])
 
 
 @kernel_function
@@ -39,7 +39,7 @@ def _evaluate(tables, work, k, r, count):
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Return, of a component of p, its marker, the column of the marker's state, and its first row in the force's block."""
+    """Return of a component of p its marker, the column of its state (row of work.jacobian), its first index in the block."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0
@@ -86,7 +86,7 @@ def add_stateful_tangents(tables, work, k, t, q):
     for c in range(count + count + states):
         is_coordinate = c < count  # arguments: `count` coordinates, their rates, states, which are rates of extra coordinates
         component = c if is_coordinate else c - count
-        mc, column, across = _find_coordinate(tables, k, first, count, component)
+        marker_c, column_c, first_c = _find_coordinate(tables, k, first, count, component)
         x = arguments[1 + c]
         h = STEP * max(abs(x), SMALL)
         for r in range(count + states):
@@ -94,16 +94,16 @@ def add_stateful_tangents(tables, work, k, t, q):
             slope = _evaluate(tables, work, k, r, count)
             arguments[1 + c] = x - h
             slope = (slope - _evaluate(tables, work, k, r, count)) / (2.0 * h)
-            mr, row, down = _find_coordinate(tables, k, first, count, r)
-            for i in range(tables.markers[mr, Markers.COUNT]):
-                push = slope * work.jacobian[row, tables.markers[mr, Markers.FIRST] + i]
-                for j in range(tables.markers[mc, Markers.COUNT]):
-                    at = tables.markers[mc, Markers.FIRST] + j
+            marker_r, column_r, first_r = _find_coordinate(tables, k, first, count, r)
+            for i in range(tables.markers[marker_r, Markers.COUNT]):
+                push = slope * work.jacobian[column_r, tables.markers[marker_r, Markers.FIRST] + i]
+                for j in range(tables.markers[marker_c, Markers.COUNT]):
+                    at = tables.markers[marker_c, Markers.FIRST] + j
                     if is_coordinate:
-                        work.block_stiffness[down + i, across + j] -= push * work.jacobian[column, at]
+                        work.block_stiffness[first_r + i, first_c + j] -= push * work.jacobian[column_c, at]
                     else:
-                        work.block_damping[down + i, across + j] -= push * work.jacobian[column, at]
-                        work.block_stiffness[down + i, across + j] -= push * work.jacobian_rate[column, at]
+                        work.block_damping[first_r + i, first_c + j] -= push * work.jacobian[column_c, at]
+                        work.block_stiffness[first_r + i, first_c + j] -= push * work.jacobian_rate[column_c, at]
         arguments[1 + c] = x
     moment = out[Report.VALUE] if count == 1 else 0.0
     opposite = -out[Report.FX], -out[Report.FY], -moment  # as the stiffness is -df/dq

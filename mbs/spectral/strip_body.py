@@ -19,7 +19,7 @@ from .basis import basis, fit, gauss
 from .builder import Attached, Builder
 from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, reissner
-from .tables import MarkerKind, MeasureKind, StripKind
+from .tables import MarkerKind, Markers, MeasureKind, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 """Function from fractions of the arc (points,) to x, y and tangent angle there."""
@@ -29,13 +29,11 @@ Line = Callable[[Array], tuple[Array, Array, Array]]
 class StripBody:
     """Strip: its polynomial pieces, and the arc lengths of its points."""
 
-    offset: int  # first coordinate
-    kind: int  # REISSNER or KIRCHHOFF
+    kind: int  # of `StripKind`
     elements: list[Piece]
     stations: dict[str, float]  # arc length from the start to each point of the strip [m]
     length: float  # stress-free arc length [m]
     start: Array  # place of its start at t = 0 [m], (2,)
-    rigid: Array  # rates of its coordinates for unit rates of start and angle, (coordinates, 3)
     section: Section | Profile
 
     def marker(self, builder: Builder, point: str) -> int:
@@ -56,28 +54,40 @@ class StripBody:
             slope = basis(degree, x, 1)[0] / element.jacobian
             return builder.add_marker(MarkerKind.CURVE, 0, degree + 1, element.dofs.ravel().tolist(), [*value, *slope])
         used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all polynomials but one are zero
-        places = element.dofs[:, used].ravel().tolist()
-        return builder.add_marker(MarkerKind.LINEAR, 0, len(used), places, np.tile(value[used], 3))
+        dofs = element.dofs[:, used].ravel().tolist()
+        return builder.add_marker(MarkerKind.LINEAR, 0, len(used), dofs, np.tile(value[used], 3))
 
     def rigid_motion(self, builder: Builder) -> Array:
-        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle."""
-        out = np.zeros((len(builder.q), 3))
-        out[self.offset : self.offset + len(self.rigid)] = self.rigid
+        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle, at t = 0.
+
+        The first two coefficients of a polynomial are its values at the ends of the piece; the others do not move with the start.
+        """
+        out, q = np.zeros((len(builder.q), 3)), np.array(builder.q)
+        for element in self.elements:
+            x_dofs, y_dofs, *angle_dofs = element.dofs
+            x, y = q[x_dofs], q[y_dofs]
+            x[:2] -= self.start[0]
+            y[:2] -= self.start[1]
+            out[x_dofs[:2], 0] = out[y_dofs[:2], 1] = 1.0
+            out[x_dofs, 2], out[y_dofs, 2] = -y, x
+            for dofs in angle_dofs:
+                out[dofs[:2], 2] = 1.0
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
         """Return the rates of all coordinates (n,) by which the initial velocities of the mechanism bend the strip."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
-        abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
+        abscissae = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}  # along the chord
         for element in self.elements:
-            for i, places in enumerate(element.dofs):
+            for i, dofs in enumerate(element.dofs):
 
-                def bending_speed(x: Array, i: int = i, element: Piece = element) -> Array:
-                    """Return component i of the bending speed at x of the piece."""
-                    return start.bending(link, abscissae, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
+                def interpolate(xi: Array, i: int = i, element: Piece = element) -> Array:
+                    """Interpolate component i of the bending velocity (vx, vy, spin) of the link's points at xi of the piece."""
+                    x, _, _ = line((element.start + (xi + 1) * element.jacobian) / arc)
+                    return start.bending(link, abscissae, x)[:, i]
 
-                out[places] = fit(element.degree, bending_speed, tuple(bending_speed(np.array([-1.0, 1.0]))))
+                out[dofs] = fit(element.degree, interpolate, tuple(interpolate(np.array([-1.0, 1.0]))))
         return out
 
 
@@ -87,34 +97,29 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     line, arc, fractions = shape_of(link, chord)
     breaks = sorted({0.0, 1.0, *fractions.values()})
     fields = 3 if kind == StripKind.REISSNER else 2
-    degree = builder.degree if len(breaks) == 2 else max(3, builder.degree - 2)  # shorter pieces need less
-    elements, first, rigid = [], len(builder.q), []
-    c, s = np.cos(angle), np.sin(angle)
+    has_one_piece = len(breaks) == 2
+    degree = builder.degree if has_one_piece else max(3, builder.degree - 2)  # two less for shorter pieces, however many
+    elements, c, s = [], np.cos(angle), np.sin(angle)
     shared: list[int] = []  # coordinates of the end of the piece before
     for left, right in pairwise(breaks):
-        values = _fit_strip(line, left, right, degree, kind)
+        values = _fit_strip(line, left, right, degree, fields)
         placed = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
         placed[:2, :2] += start[:, None]  # the first two coefficients are the values at the ends
         if fields == 3:
             placed[2, :2] += angle
-        places = np.zeros((fields, degree + 1), dtype=int)
+        dofs = np.zeros((fields, degree + 1), dtype=int)
         for i in range(fields):
-            for j in range(degree + 1):
-                if j == 0 and shared:
-                    places[i, j] = shared[i]
-                    continue
-                places[i, j] = builder.add_coordinates((placed[i, j],))
-                x, y = placed[:2, j] - (start if j < 2 else 0.0)
-                rate = float(j < 2)  # only values at an end move with the start
-                if i == 2:
-                    builder.set_angle_units(int(places[i, j]))
-                rigid.append([[rate, 0, -y], [0, rate, x], [0, 0, rate]][i])
-        shared = places[:, 1].tolist()
-        x_inner, y_inner = places[:2, 2:].tolist()
-        builder.group_deformations(x_inner, y_inner, chord=places[:2, :2].T.ravel().tolist())
-        elements.append(Piece(left * arc, right * arc, places))
+            own = placed[i, 1:] if shared else placed[i]
+            first = builder.add_coordinates(own)
+            dofs[i] = [*shared[i : i + 1], *range(first, first + len(own))]
+        if fields == 3:
+            builder.set_angle_units(*dofs[2].tolist())
+        shared = dofs[:, 1].tolist()
+        x_inner, y_inner = dofs[:2, 2:].tolist()
+        builder.group_deformations(x_inner, y_inner, chord=dofs[:2, :2].T.ravel().tolist())
+        elements.append(Piece(left * arc, right * arc, dofs))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
-    body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
+    body = StripBody(kind, elements, stations, arc, start, link.body.section)
     for i, element in enumerate(elements):
         _tabulate(builder, body, element)
         if i and kind == StripKind.KIRCHHOFF:
@@ -148,10 +153,12 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     return line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner}
 
 
-def _fit_strip(line: Line, start: float, end: float, degree: int, kind: int) -> Array:
-    """Fit the coefficients of x, y (and angle) on a piece, in the link's frame; shape (fields, degree + 1)."""
-    ends, fields = line(np.array([start, end])), range(3 if kind == StripKind.REISSNER else 2)
-    return np.array([fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i])) for i in fields])  # noqa: B023
+def _fit_strip(line: Line, start: float, end: float, degree: int, fields: int) -> Array:
+    """Fit the coefficients of x, y and, with 3 fields, angle on a piece, in the link's frame; shape (fields, degree + 1)."""
+    ends = line(np.array([start, end]))
+    return np.array(
+        [fit(degree, lambda x, i=i: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i])) for i in range(fields)]
+    )
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
@@ -177,22 +184,22 @@ def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
         material.bending_damping, material.axial_damping, w * jacobian, *free_strains, *values,
     )  # fmt: skip
-    builder.strips.append((body.kind, degree + 1, points, len(builder.dofs), data))
+    builder.strips.append((body.kind, degree + 1, points, len(builder.dofs), data))  # columns of `StripColumn`
     builder.dofs += element.dofs.ravel().tolist()
 
 
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
     """Add a mass at a point: as a body of its own if it has inertia and the marker is not linear, else to the mass matrix."""
     marker = body.marker(builder, each.point)
-    kind, _, size, first, _, data, _ = builder.markers[marker]
+    kind, size, first, data = (builder.markers[marker][c] for c in (Markers.KIND, Markers.SIZE, Markers.FIRST, Markers.DATA))
     if kind != MarkerKind.LINEAR and each.inertia:
         add_separate_mass(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity
     for i, amount in enumerate((each.mass, each.mass, each.inertia)):
-        places = builder.dofs[first + i * size : first + (i + 1) * size]
+        dofs = builder.dofs[first + i * size : first + (i + 1) * size]
         if amount:
-            builder.add_mass(places, amount * np.outer(value, value))
+            builder.add_mass(dofs, amount * np.outer(value, value))
             if i < 2:
-                builder.add_weight(places, amount * gravity[i] * value)
+                builder.add_weight(dofs, amount * gravity[i] * value)

@@ -6,8 +6,9 @@ stresses n = (N, Q, M) are axial force, shear force, moment. In the mixed form s
 docs/theory-spectral.md. B0, in work.kept_gradients, is the B of the state at which its matrices were last computed.
 
 Local names: nb basis functions, ng Gauss points, g one of them, p its index among those of all strips; `lag`, damping times [s]
-of N, Q, M. Numbers of a strip begin at index d of tables.data, see `StripData`. An argument is a sum of nb functions: `block`
-has the index of its first coefficient among the strip's coordinates, `order` the order of the functions' derivative.
+of N, Q, M. Dofs of a strip begin at index `first` of tables.dofs, its numbers at index d of tables.data: `StripData` has their
+order; `weights`, `free_strains`, `functions` are indices there, too. An argument is a sum of nb functions: `block` has the index
+of its first coefficient among the strip's coordinates, `order` the order of the functions' derivative.
 """
 
 import numpy as np
@@ -33,17 +34,17 @@ def _compute_strains(kind, z0, z1, z2, z3, gradients):
         gradients[0, 0], gradients[0, 1], gradients[0, 2] = c, s, shear
         gradients[1, 0], gradients[1, 1], gradients[1, 2], gradients[2, 3] = -s, c, -axial, 1.0
         return axial - 1.0, shear, z3
-    p = 1.0 / (z0 * z0 + z1 * z1)
-    r, k = np.sqrt(p), (z0 * z3 - z1 * z2) * p
-    gradients[0, 0], gradients[0, 1] = z0 * r, z1 * r
-    gradients[2, 0], gradients[2, 1] = p * (z3 - 2.0 * k * z0), p * (-z2 - 2.0 * k * z1)
-    gradients[2, 2], gradients[2, 3] = -z1 * p, z0 * p
-    return 1.0 / r - 1.0, 0.0, k
+    w = 1.0 / (z0 * z0 + z1 * z1)  # 1/|r'|^2
+    inverse_stretch, kappa = np.sqrt(w), (z0 * z3 - z1 * z2) * w
+    gradients[0, 0], gradients[0, 1] = z0 * inverse_stretch, z1 * inverse_stretch
+    gradients[2, 0], gradients[2, 1] = w * (z3 - 2.0 * kappa * z0), w * (-z2 - 2.0 * kappa * z1)
+    gradients[2, 2], gradients[2, 3] = -z1 * w, z0 * w
+    return 1.0 / inverse_stretch - 1.0, 0.0, kappa
 
 
 @kernel_function
-def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
-    """Fill `second` (3, 4, 4) with the second derivatives of the strains at z = (x, y, bend_x, bend_y), B being `gradients`."""
+def _differentiate_gradients(kind, dx, dy, ddx, ddy, gradients, second):
+    """Fill `second` (3, 4, 4) with second derivatives of the strains by z, from B or, of Kirchhoff, z = (dx, dy, ddx, ddy)."""
     second[:] = 0.0
     if kind == StripKind.REISSNER:
         c, s, shear, axial = gradients[0, 0], gradients[0, 1], gradients[0, 2], -gradients[1, 2]
@@ -53,17 +54,17 @@ def _differentiate_gradients(kind, x, y, bend_x, bend_y, gradients, second):
         second[1, 0, 2] = second[1, 2, 0] = -c
         second[1, 1, 2] = second[1, 2, 1] = -s
         return
-    p = 1.0 / (x * x + y * y)
-    r, k, q = np.sqrt(p), (x * bend_y - y * bend_x) * p, p * p
-    second[0, 0, 0], second[0, 1, 1] = r * y * y * p, r * x * x * p
-    second[0, 0, 1] = second[0, 1, 0] = -r * x * y * p
-    second[2, 0, 0] = -4.0 * q * bend_y * x - 2.0 * k * p + 8.0 * k * q * x * x
-    second[2, 1, 1] = 4.0 * q * bend_x * y - 2.0 * k * p + 8.0 * k * q * y * y
-    second[2, 0, 1] = second[2, 1, 0] = 2.0 * q * (bend_x * x - bend_y * y) + 8.0 * k * q * x * y
-    second[2, 0, 2] = second[2, 2, 0] = 2.0 * q * x * y
-    second[2, 1, 2] = second[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
-    second[2, 0, 3] = second[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
-    second[2, 1, 3] = second[2, 3, 1] = -2.0 * q * x * y
+    w = 1.0 / (dx * dx + dy * dy)  # 1/|r'|^2
+    inverse_stretch, kappa, ww = np.sqrt(w), (dx * ddy - dy * ddx) * w, w * w
+    second[0, 0, 0], second[0, 1, 1] = inverse_stretch * dy * dy * w, inverse_stretch * dx * dx * w
+    second[0, 0, 1] = second[0, 1, 0] = -inverse_stretch * dx * dy * w
+    second[2, 0, 0] = -4.0 * ww * ddy * dx - 2.0 * kappa * w + 8.0 * kappa * ww * dx * dx
+    second[2, 1, 1] = 4.0 * ww * ddx * dy - 2.0 * kappa * w + 8.0 * kappa * ww * dy * dy
+    second[2, 0, 1] = second[2, 1, 0] = 2.0 * ww * (ddx * dx - ddy * dy) + 8.0 * kappa * ww * dx * dy
+    second[2, 0, 2] = second[2, 2, 0] = 2.0 * ww * dx * dy
+    second[2, 1, 2] = second[2, 2, 1] = w * (2.0 * w * dy * dy - 1.0)
+    second[2, 0, 3] = second[2, 3, 0] = w * (1.0 - 2.0 * w * dx * dx)
+    second[2, 1, 3] = second[2, 3, 1] = -2.0 * ww * dx * dy
 
 
 @kernel_function
@@ -85,7 +86,7 @@ def _sum(data, m, x, first, count):
 
 @inline
 def _index_functions(order, functions, nb, ng, g):
-    """Return, for each argument, the index of its first basis function at Gauss point g; those of all begin at `functions`."""
+    """Return, for each argument, where its nb functions at point g begin; from `functions` on each order has a table (ng, nb)."""
     return (
         functions + (order[0] * ng + g) * nb, functions + (order[1] * ng + g) * nb,
         functions + (order[2] * ng + g) * nb, functions + (order[3] * ng + g) * nb,
@@ -110,13 +111,13 @@ def _subtract_transposed(data, m, f, block, count, out):
 
 
 @inline
-def _compute_stresses(data, moduli, free, strain, b, rate, lag):
-    """Compute the stresses n = D (strain - free + lag B rate), D the moduli EA, GA, EI and `free` the stress-free strains."""
+def _compute_stresses(data, d, free, strain, b, rate, lag):
+    """Compute the stresses n = D (strain - free + lag B rate), with D = diag(EA, GA, EI) and `rate` that of z."""
     e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
     if lag[0] > 0.0 or lag[2] > 0.0:
         e0 += lag[0] * (b[0, 0] * rate[0] + b[0, 1] * rate[1] + b[0, 2] * rate[2])
         e2 += lag[2] * (b[2, 0] * rate[0] + b[2, 1] * rate[1] + b[2, 2] * rate[2] + b[2, 3] * rate[3])
-    return data[moduli] * e0, data[moduli + 1] * e1, data[moduli + 2] * e2
+    return data[d + StripData.EA] * e0, data[d + StripData.GA] * e1, data[d + StripData.EI] * e2
 
 
 @inline
@@ -136,12 +137,9 @@ def _replace_stresses(work, p, gradients, n):
 
 
 @kernel_function
-def _add_strip(tables, work, place, q, v, gradients, out):
-    """Add the forces of a strip, -A^T weight (B^T n + B0^T residual) at each Gauss point, without the residual in the plain form.
-
-    `place` is the strip's number and the index of its first Gauss point.
-    """
-    strip, point = place
+def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
+    """Add the forces of a strip, -A^T weight (B^T n + B0^T residual) at each Gauss point; PLAIN has no residual."""
+    strip, point = strip_and_point  # number of the strip, and p of its first Gauss point
     kind, nb, ng, first, d = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
     dofs = tables.dofs[first : first + size]
@@ -193,7 +191,10 @@ def add_strips(tables, work, q, v, f):
 
 @kernel_function
 def add_strips_tangents(tables, work, v, damp, stiff):
-    """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
+    """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last, PLAIN or RENEWED.
+
+    In the latter form increments of the stresses are eliminated by D B0, where B0 is B: the terms are the same.
+    """
     point = 0
     for strip in range(tables.strips.shape[0]):
         _add_strip_tangents(tables, work, strip, point, v, damp, stiff)
@@ -264,7 +265,7 @@ def _add_products(data, m, block, count, h, out):
 
 @kernel_function
 def advance_stresses(tables, work, shift, rate_shift, stress, residual):
-    """Add residual + D B0 (dz + lag dz') to the stresses, dz = A dq and dz' = A dv: `shift` is dq, `rate_shift` is dv."""
+    """Add residual + D B0 (dz + lag dz_t) to the stresses; dz = A dq, dz_t = A dv, dq is `shift` and dv is `rate_shift`."""
     point = 0
     for strip in range(tables.strips.shape[0]):
         kind, nb, ng, first, d = tables.strips[strip]
@@ -280,7 +281,7 @@ def advance_stresses(tables, work, shift, rate_shift, stress, residual):
             b0 = work.kept_gradients[p]
             for i in range(4):
                 m = functions + (order[i] * ng + g) * nb
-                # dz + lag dz' is dz for the shear force, da for the axial force, db for the moment
+                # dz + lag dz_t is dz for the shear force, da for the axial force, db for the moment; the conditions save sums
                 dz = da = db = _sum(tables.data, m, x, block[i], nb)
                 if axial_time > 0.0 and b0[0, i] != 0.0:
                     da = _sum(tables.data, m, axial, block[i], nb)

@@ -27,13 +27,12 @@ class StrutBody:
 
 
 def add_strut(builder: Builder, link: Link) -> StrutBody:
-    """Add the point masses of a `Strut` link; its spring follows by `join_strut`, once its neighbours are added."""
+    """Add masses that elements attach to a `Strut` link as point masses with own coordinates; `join_strut` adds its spring."""
     body = StrutBody(link)
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
-            is_rotor = False
-            builder.separate_masses.append((len(builder.q), link.name, each.point, is_rotor))
+            builder.separate_masses.append((len(builder.q), link.name, each.point, False))  # no rotor
             mass = sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
             body.hosts[each.point] = builder.add_point(x, y, mass)
     return body
@@ -57,8 +56,9 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     """Add the spring between a strut's ends; `lawtable.strut` lists its numbers."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
-    load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)
-    law = builder.add_law(("strut", strut.load), ForceKind.STRUT, (), [load], f"the load of strut '{link.name}'")
+    load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)  # of one argument, the shortening over the length
+    key = ("strut", strut.load)  # struts with the same load share a law
+    law = builder.add_law(key, ForceKind.STRUT, numbers=(), pointers=[load], about=f"the load of strut '{link.name}'")
     measure = builder.add_measure(MeasureKind.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
     numbers = (spring.length, spring.rigidity, spring.unit, spring.compliance, spring.critical, spring.damping)
     builder.add_force(f"strut.{link.name}", ForceKind.STRUT, measure, law=law, numbers=numbers)

@@ -5,7 +5,8 @@ sum of measures to a value. A force acts along a measure or at markers. A dof is
 varies are in one array, `data`; a column of the row has the index of the first.
 
 A matrix of the mechanism is a sum of blocks, small matrices of one constraint, force, strip, ... each. A slot is a nonzero of
-the sum. Arrays over the slots have one entry more, to which entries of blocks are added that are always zero; it is not read.
+the sum. Entries of blocks that are always zero have no slot of their own: arrays over the slots have one entry more, which takes
+them and is never read.
 """
 
 from enum import IntEnum
@@ -30,12 +31,13 @@ MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 """Kinds of strips: with shear, and without."""
 StripColumn = IntEnum("StripColumn", "KIND FUNCTIONS POINTS FIRST NUMBERS", start=0)
-"""Columns of strips: kind; numbers of basis functions, of Gauss points; index of the first dof in `dofs`, of the first number."""
+"""Columns of strips: KIND; count of basis FUNCTIONS, of Gauss POINTS; index of the FIRST dof in `dofs`, of NUMBERS in `data`."""
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
-"""Numbers of a strip of nb basis functions and ng Gauss points: stiffnesses EA, GA, EI; damping times [s]; weights (ng,). Then
-follow, at the Gauss points, stress-free strains (3, ng), and values and first two derivatives of the functions, (3, ng, nb)."""
+"""Indices of a strip's numbers, from its first on: stiffnesses EA, GA, EI; damping times [s]; weights (ng,). Behind the weights
+are, for nb basis functions at ng Gauss points, the stress-free strains (3, ng), and values, first and second derivatives of the
+functions, (3, ng, nb)."""
 MotionKind = IntEnum("MotionKind", "RAMP CALLED", start=0)
-"""Kinds of motions of a drive: a ramp of the speed; functions of time for position and speed, by address."""
+"""Kinds of motions of a drive: a ramp of the speed; position and speed by compiled functions of time, called at their address."""
 
 
 class ForceKind(IntEnum):
@@ -63,7 +65,7 @@ class Markers(IntEnum):
     FIRST = 3  # index of its first dof in `dofs`
     COUNT = 4  # number of its dofs
     DATA = 5  # index of its first number
-    TWIN = 6  # first marker on the same frame, whose cosine and sine this one copies; -1 for the first
+    TWIN = 6  # first marker on the same frame, whose cosine and sine are copied; -1 in this marker itself
 
 
 Measures = IntEnum("Measures", "KIND A B", start=0)
@@ -71,7 +73,7 @@ Measures = IntEnum("Measures", "KIND A B", start=0)
 RowColumn = IntEnum("RowColumn", "FIRST MOTION TERMS", start=0)
 """Columns of rows: first measure, motion of a drive or -1, number of measures whose sum is constrained."""
 BlockColumn = IntEnum("BlockColumn", "FIRST WIDTH ENTRIES", start=0)
-"""Columns of blocks: index of the first unknown in `block_unknowns`, number of unknowns, index of the first entry in `slots`."""
+"""Columns of blocks: FIRST index in `block_unknowns`; WIDTH, number of unknowns; index of its ENTRIES in `slots`."""
 
 
 class Forces(IntEnum):
@@ -89,20 +91,21 @@ class Forces(IntEnum):
 MeasureNumber = IntEnum("MeasureNumber", "X Y FACTOR", start=0)
 """Columns of `measure_numbers`: direction d of a measure, and its coefficient in the constraint that it is part of."""
 FORCE_NUMBERS = 8
-"""Numbers of a force in `data`; the kind with the most has 7."""
+"""Numbers of each force in `data`, the unused ones zero; at least the 7 of `MOTOR`, the kind with the most."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
-"""Numbers of a force whose law has states: first column of its marker's state on which it acts, number of these columns, number
-of states of its law, value of the first column at t = 0."""
+"""Numbers of a force whose law has states: FIRST column of its marker's state on which it acts, COUNT of these columns, count of
+STATES, OFFSET: value of the first column at t = 0."""
 Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
-"""Columns of `elastic`: dof of a coordinate, or of x if the row is a vector (x, y); dof of y, else -1; group of rows that share
-a unit; for vectors the dofs of x and y of both ends of the strip piece, the chord."""
+"""Columns of `elastic`, coordinates to which the error control gives units of their own (`radau.update_units`): FIRST, dof of the
+coordinate, or of x if the row is a vector (x, y); SECOND, dof of y, else -1; GROUP of rows with a common unit. A vector is of a
+strip's piece: the other columns are the dofs of x and y at the ends of its chord."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
 """Columns of modal links: first dof, number of modes, index of the first number."""
 STATE = -2
-"""Mark in the column `Elastic.SECOND`: the coordinate is the integral of a law's state."""
+"""Mark in the column `Elastic.SECOND`: the rate of the coordinate is a state of a law (`stateful`)."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
-"""Columns of a marker's state: position and angle; their rates; their second rates without those of the coordinates; cosine and
-sine of the frame's angle."""
+"""Columns of a marker's state: position and angle; their rates; their biases, second rates where those of the coordinates are
+zero; cosine and sine of the frame's angle."""
 
 
 class Report(IntEnum):
@@ -119,13 +122,13 @@ class Report(IntEnum):
 
 
 class Memory(IntEnum):
-    """Columns of a force's memory, which a step leaves to the next. A record keeps it with each row, but for one column."""
+    """Columns of a force's memory, which a step leaves to the next. Rows of a run keep it, too: the last column differs."""
 
     ONSET = 0  # onset speed of a contact [m/s]
     BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
     SLIDING = 2  # sliding speed at the last accepted step [m/s]
-    FASTEST = 3  # fastest onset so far [m/s]
-    STEP_START = 3  # in a record, instead of FASTEST: time [s] at which the step began, when the bristle was as in BRISTLE
+    FASTEST = 3  # in the integrator: fastest onset so far [m/s]
+    STEP_START = 3  # in a row of `Output`: time at which the step began, that of BRISTLE and SLIDING [s]
 
 
 class Tables(NamedTuple):
@@ -136,8 +139,8 @@ class Tables(NamedTuple):
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
-    block_unknowns: Array  # unknowns of all blocks, one block after the other
-    slots: Array  # slot of each entry of all blocks, row by row
+    block_unknowns: Array  # (sum of widths,): unknowns of all blocks, one block after the other
+    slots: Array  # (sum of squares of widths,): slot of each entry of all blocks, in a block row by row
     row: Array  # (slots,): row of each slot in the matrix of all unknowns
     col: Array  # (slots,): column of each slot
     mass: Array  # floats (slots + 1,): constant part of the mass matrix
@@ -190,7 +193,7 @@ class Work(NamedTuple):
     scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
     block_damping: Array  # (m, m): entries of the same block of C
-    strip_form: Array  # (1,): PLAIN, MIXED or RENEWED, the forms in which `strips` computes forces
+    strip_form: Array  # (1,): form in which `strips` computes forces, its constant PLAIN, MIXED or RENEWED
     stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
     stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
     kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (x', y', ...), of the last Newton matrices
@@ -204,13 +207,16 @@ def allocate_work(tables: Tables) -> Work:
     functions = int(tables.strips[:, StripColumn.FUNCTIONS].max(initial=1))
     points = int(tables.strips[:, StripColumn.POINTS].sum())
     block = int(tables.blocks[:, BlockColumn.WIDTH].max(initial=1))
-    markers, dofs, forces = len(tables.markers), len(tables.dofs), len(tables.forces)
+    dofs, z = len(tables.dofs), np.zeros
     of_strip = 3 * 3 * functions  # coordinates, rates, forces of up to three fields
-    shapes: list[tuple[int, ...]] = [(markers, len(State)), (3, dofs), (3, dofs), (6,), (6, 6), (6,), (6, 6), (6, 6)]
-    shapes += [(max(of_strip, block),), (block, block), (block, block), (1,)]
-    shapes += [(points, 3), (points, 3), (points, 3, 4), (points, 4), (points, 3), (forces, len(Report))]
-    work = Work(*(np.zeros(shape) for shape in shapes))
-    for i, (kind, _, size, first, _, data, _) in enumerate(tables.markers):
+    work = Work(
+        state=z((len(tables.markers), len(State))), jacobian=z((3, dofs)), jacobian_rate=z((3, dofs)),
+        grad=z(6), hess=z((6, 6)), hess_rate=z(6), by_place=z((6, 6)), by_rate=z((6, 6)), scratch=z(max(of_strip, block)),
+        block_stiffness=z((block, block)), block_damping=z((block, block)), strip_form=z(1), stress=z((points, 3)),
+        stress_residual=z((points, 3)), kept_gradients=z((points, 3, 4)), strain_arguments=z((points, 4)),
+        weighted_stress=z((points, 3)), reports=z((len(tables.forces), len(Report))),
+    )  # fmt: skip
+    for i, (kind, _offset, size, first, _count, data, _twin) in enumerate(tables.markers):
         if kind == MarkerKind.GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
         elif kind == MarkerKind.FRAME:

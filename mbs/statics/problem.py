@@ -19,7 +19,6 @@ from ..progress import USER_STOPS, watching
 from ..spectral.entry_points import place, update_stresses
 from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene, MarkerMotion
-from ..spectral.strip_body import StripBody
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import Report, State
 from .algebra import COUNT, DEPENDENT, EPS, LARGE, Matrix, least_squares, solve
@@ -252,7 +251,7 @@ class Problem:
 
     def rounding(self, rest: Rest) -> float:
         """Estimate the rounding error of the parameter: that of axial forces of strips, over the force per unit of parameter."""
-        stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
+        stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         force = float(slope[:n][~self.is_angle].max(initial=0.0))
         return ROUNDING * stiffest / force if force else 0.0
@@ -272,10 +271,10 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
     out, others = np.zeros(fine.size), []
     for scene in (coarse, fine):
-        of_strips = [place for body in _strips(scene) for element in body.elements for place in element.dofs.ravel()]
+        of_strips = [place for body in scene.strips for element in body.elements for place in element.dofs.ravel()]
         others.append(np.setdiff1d(np.arange(scene.size), of_strips))
     out[others[1]] = q[others[0]]
-    for body, finer_body in zip(_strips(coarse), _strips(fine), strict=True):
+    for body, finer_body in zip(coarse.strips, fine.strips, strict=True):
         for element, finer in zip(body.elements, finer_body.elements, strict=True):
             out[finer.dofs[:, : element.dofs.shape[1]]] = q[element.dofs]
     return out
@@ -284,7 +283,7 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
 def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     """Return the largest distance of two poses a and b (n,), in units of the coordinates; an upper bound along strips."""
     change = np.abs(a - b) / scene.units
-    for strip in _strips(scene):
+    for strip in scene.strips:
         for element in strip.elements:
             # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
             ends, inner = element.dofs[:, :2], element.dofs[:, 2:]
@@ -294,10 +293,6 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     return float(change.max(initial=0.0))
 
 
-def _strips(scene: CompiledScene) -> list[StripBody]:
-    return [body for body in scene.builder.bodies.values() if isinstance(body, StripBody)]
-
-
 def find_angles(scene: CompiledScene) -> Array:
     """Return True for each coordinate that is an angle, (n,); others are lengths, as the statics have no states of loads."""
     return np.array([i in scene.builder.units for i in range(scene.size)], dtype=bool)
@@ -305,7 +300,7 @@ def find_angles(scene: CompiledScene) -> Array:
 
 def has_strips(scene: CompiledScene) -> bool:
     """Return True if there are strips, so that results depend on the degree."""
-    return bool(_strips(scene))
+    return bool(scene.strips)
 
 
 def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:

@@ -77,7 +77,8 @@ class Tangent:
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
-        for x, y in scene.strip_dofs:  # stiffness across a strip is a difference of numbers as large as the axial stiffness
+        for piece in (piece for strip in scene.strips for piece in strip.elements):
+            x, y = piece.dofs[:2]  # stiffness across a strip is a difference of numbers as large as the axial stiffness
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)
