@@ -10,10 +10,6 @@ from ..solvers import Spectral
 
 SHORT = 1e-3
 """Duration of the runs, whose results are not used [s]."""
-LAW = Impact(1e8, 1e4, 1e-5)
-"""Contact law of these runs; the kernel compiles the same code for all laws."""
-FRICTION = Coulomb(0.1, 0.1)
-"""Friction law of these runs."""
 
 
 def compile_all() -> float:
@@ -29,9 +25,11 @@ def compile_all() -> float:
     from .run import integrate
     from .scene import CompiledScene
 
+    law, friction = Impact(1e8, 1e4, 1e-5), Coulomb(0.1, 0.1)  # any: the kernel has the same machine code for all laws
+
     def play(point: str, first: str, second: str) -> Clearance:
         """Return a joint with a pin of 5 mm and a gap of 0.25 mm, typical sizes."""
-        return Clearance(point, first, second, 5e-3, 2.5e-4, LAW, FRICTION)
+        return Clearance(point, first, second, 5e-3, 2.5e-4, law, friction)
 
     rattling = crank_rocker(Rigid(Section(0.005, 0.020)), speed=30.0, play=play)
     strip = slider_crank(Beam(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
@@ -39,7 +37,9 @@ def compile_all() -> float:
     for mechanism, method in ((rattling, "explicit"), (strip, "implicit")):
         scene = CompiledScene.of(mechanism)
         out, _, _ = integrate(scene, SHORT, Spectral(method=method))
-        at_times(scene, out, np.zeros(1)), record_of(scene, out)
-        scene.measure(0, scene.q0), scene.mass_at(scene.q0)
-    compile_kernel(LAW, FRICTION)
+        at_times(scene, out, np.zeros(1))
+        record_of(scene, out)
+        scene.measure(0, scene.q0)
+        scene.mass_at(scene.q0)
+    compile_kernel(law, friction)
     return COMPILING.seconds - before
