@@ -37,8 +37,6 @@ MOST_CHANGE = 0.5
 """Largest change of a multiplier in a step, over its distance from 1; a step with a larger change may miss a narrow resonance."""
 NARROW = 1e-3
 """Arc length, or change of the parameter over its range, below which a multiplier may change more than `MOST_CHANGE`."""
-CURVE_BUDGET = 20 * BUDGET
-"""Most integration steps of all runs of a curve, as `BUDGET` for one motion."""
 
 
 class Orbit(NamedTuple):
@@ -65,7 +63,7 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
 
-    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1, which the table of a `Route` needs.
+    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1: a `Critical` may have more.
     """
 
     kind: str
@@ -95,7 +93,7 @@ class ResponseCurve:
             self.shooting.period = 1.0 / parameter
 
     def _scaled_basis(self, basis: Array) -> Array:
-        """Return the orthonormal columns (2 n + 1, 2 f + 1) of free coordinates, rates over 2 pi/T and p, in scaled unknowns."""
+        """Return the columns (2 n + 1, 2 f + 1), orthonormal in scaled unknowns, of free coordinates, their rates and p."""
         to_scaled = basis / self.shooting.units[:, None]
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 
@@ -105,14 +103,14 @@ class ResponseCurve:
         shooting, changes = self.shooting, []
         basis = shooting.basis(state)
         out, monodromy = shooting.monodromy(state, basis)
-        for side in (1.0, -1.0):  # differences in p over its range have the same half width as those in x
+        for side in (1.0, -1.0):  # differences by p over its range have the same half width as those by x
             self.set_parameter(parameter + side * shooting.width * self.span)
             projected = shooting.project(state)
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
         self.set_parameter(parameter)
         slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
-        size = max(LEAST_SIZE, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
+        size = max(LEAST_SIZE, shooting.largest_range(out))
         metric, last = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1]
         scaled = self._scaled_basis(basis)
         direction = solve(np.vstack([matrix, last if before is None else metric * (before @ scaled)]), last)
@@ -126,7 +124,8 @@ class ResponseCurve:
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
         parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
         matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
-        least, best, step, previous = np.inf, (state, parameter), np.zeros(len(matrix)), np.zeros(len(matrix))
+        least, best = np.inf, (state, parameter)
+        step = previous = np.zeros(len(matrix))
         for k in range(ITERATIONS):
             self.set_parameter(parameter)
             state = shooting.project(state)
@@ -135,7 +134,8 @@ class ResponseCurve:
             largest = float(np.abs(residual).max(initial=0.0))
             if k:
                 matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
-            if not largest < (2.0 if least > CLOSED else 0.5) * least:  # a large residual may double, one below CLOSED must halve
+            is_closed = least <= CLOSED  # then the residual must be halved; before, it may double
+            if not largest < (0.5 if is_closed else 2.0) * least:
                 break
             least, best, previous = largest, (state, parameter), residual
             step = solve(matrix, -residual)
@@ -223,7 +223,7 @@ class ResponseCurve:
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the tangents at two motions [rad], in the metric at the second."""
+        """Compute the angle between the tangents at two motions [rad], in the metric at the second, here times its size."""
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
@@ -241,9 +241,9 @@ class ResponseCurve:
         Reasons, see `explain_end`: 'reached' for the end, 'back' at the start, 'singular' if no step succeeds, 'steps' after all
         steps of the curve, 'spent' after all time steps of its runs, 'stopped' by the user.
         """
-        orbits, criticals, ended, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), "", step
-        self.shooting.steps_left = CURVE_BUDGET
-        while len(orbits) <= steps and not ended:
+        orbits, criticals, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), step
+        self.shooting.steps_left = 20 * BUDGET  # time steps of all runs: 20 times those of one motion
+        while len(orbits) <= steps:
             last = orbits[-1]
             try:
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
@@ -254,24 +254,26 @@ class ResponseCurve:
                 found = sorted(self.find_criticals(last, new, arc), key=lambda critical: critical[0])
                 criticals += [(point, error) for _, point, error in found]
             except (SpentError, *USER_STOPS) as error:
-                ended = "spent" if isinstance(error, SpentError) else "stopped"
-                break
-            except StaticsError:  # repeat the step, which failed or must be shorter
-                arc, ended = 0.4 * arc, "" if arc > SHORTEST else "singular"
+                return orbits, criticals, "spent" if isinstance(error, SpentError) else "stopped"
+            except StaticsError:
+                if arc <= SHORTEST:
+                    return orbits, criticals, "singular"
+                arc *= 0.4  # repeat the step, which failed or must be shorter
                 continue
+            orbits.append(new)
+            arc = next_arc(arc, angle, longest)
             done = self._fraction(new.parameter)
             if not 0.0 < done < 1.0:
                 ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.start)
                 criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
                 self.set_parameter(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
-                    new = self.compute_orbit(self.shooting.search(new.found.state).state, end)
-            orbits.append(new)
-            arc = next_arc(arc, angle, longest)
-        return orbits, criticals, ended or "steps"
+                    orbits[-1] = self.compute_orbit(self.shooting.search(new.found.state).state, end)
+                return orbits, criticals, ended
+        return orbits, criticals, "steps"
 
     def _fraction(self, parameter: float) -> float:
-        """Return the fraction of the parameter's range, 0 at the start and 1 at the end."""
+        """Return the fraction of the parameter's range: 0 at the start, 1 at the end."""
         return (parameter - self.start) / self.span
 
 

@@ -18,10 +18,6 @@ from .shooting import Found, Shooting, SpentError, distances_to, find_multiplier
 
 PARTS = 4
 """Number of output intervals in a step, enough to draw its polynomial."""
-LEAST_INTERVAL = 1e-9
-"""Least distance of two output times, over the period: of the two rows at an event only the first is kept."""
-ROUNDS = 4
-"""Most refinements of a motion, each to half the longest step and a 32nd of the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +27,8 @@ class Periodic(Answer):
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
     first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `trivial` is
     the index of the multiplier that belongs to a shift in time, None if something depends on time. `stable` is True if no other
-    exceeds 1 by more than its error. `error` is the change of the state at the start, in positions over the longest link and
-    angles [rad], by the refinement or over a period, whichever is larger.
+    multiplier exceeds 1 in size by more than its error. `error` is the change of the state at the start, by the refinement or over
+    a period, whichever is larger: of positions over the longest link, and of angles [rad].
     """
 
     scene: CompiledScene
@@ -98,10 +94,9 @@ def periodic(
     try:
         return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
     except SEARCH_STOPS as error:
-        status, message = failure_of(error)
         none, states = np.empty(0), np.empty((0, shooting.scene.size))
         return Periodic(
-            status, message, shooting.scene, period, time=none, q=states, v=states,
+            *failure_of(error), shooting.scene, period, time=none, q=states, v=states,
             multipliers=none.astype(complex), errors=none, stable=False, error=np.inf,
         )  # fmt: skip
 
@@ -136,7 +131,7 @@ def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     """
     values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
-    for _ in range(ROUNDS):
+    for _ in range(4):  # most refinements, each to half the longest step
         degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not fixed else 0)
         finer = shooting.finer(degree)
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
@@ -186,7 +181,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     if LARGEST_ERROR <= error < np.inf:
         message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
-    is_first = np.diff(out.time, prepend=-np.inf) > LEAST_INTERVAL * found.period  # of two rows of an event
+    is_first = np.diff(out.time, prepend=-np.inf) > 1e-9 * found.period  # of the two rows at the time of an event
     ends = out.time[is_first]
     motion = CubicHermiteSpline(ends, out.q[is_first], out.v[is_first])
     time = np.interp(np.arange(PARTS * (len(ends) - 1) + 1) / PARTS, np.arange(len(ends)), ends)

@@ -15,13 +15,10 @@ from .cycles import Periodic, failure_of, prepare
 from .problem import SEARCH_STOPS, Problem
 from .varied import Paced, problem_over
 
-STEPS = 400
-"""Default of the largest number of steps."""
-
 
 @dataclass(frozen=True)
 class Response(Route):
-    """Response curve: periodic motions with attributes as those of a `Path`, and `q` at the start of a period.
+    """Response curve: periodic `motions` over a parameter, with the coordinates `q` (steps, n) at the start of each period.
 
     `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
     folds, branchings and doublings in their order, `errors` their changes by finer steps and a higher degree of the strips.
@@ -43,7 +40,7 @@ class Response(Route):
         return np.array([motion.amplitude(link, point) for motion in self.motions])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return values to draw over the parameter: amplitudes on the curve, and at critical points; prefix of its label."""
+        """Return amplitudes to draw over the parameter, on the curve and at critical points, and the prefix of the axis label."""
         criticals = [critical.motion.amplitude(link, point) for critical in self.points]
         return self.amplitude(link, point), criticals, "amplitude of "
 
@@ -51,7 +48,7 @@ class Response(Route):
 @watch("periods integrated")
 def response(
     mechanism: Mechanism, period: float, *, to: float, load: str | list[str] | None = None, parameter: str | None = None,
-    settle: int = 0, start: Periodic | None = None, steps: int = STEPS, step: float = FIRST_STEP, longest: float = MAX_STEP,
+    settle: int = 0, start: Periodic | None = None, steps: int = 400, step: float = FIRST_STEP, longest: float = MAX_STEP,
     degree: int | None = None, timeout: float | None = None, progress: bool | None = None,
 ) -> Response:  # fmt: skip
     """Follow a periodic motion of a driven mechanism over its frequency, a load or any number, around the folds of the curve.
@@ -76,7 +73,7 @@ def response(
     steps : int
         Largest number of steps.
     step, longest : float
-        Lengths of the first and the longest step, over the range of the parameter and the size of the motion.
+        Arc lengths of the first and the longest step, in the metric of the parameter over its range and states over their size.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
@@ -96,13 +93,13 @@ def response(
         problem = problem_over(mechanism, shooting.scene.degree, load=load, parameter=parameter)
     if float(to) == problem.initial:
         raise ValueError(f"to = {to:g}: the curve begins there")
-    curve = ResponseCurve(shooting, problem, float(to), degree is not None)
+    curve = ResponseCurve(shooting, problem, float(to), fixed=degree is not None)
     curve.set_parameter(problem.initial)
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
-        status, message = failure_of(error)
-        return Response(status, message, "singular", shooting.scene, np.empty(0), np.empty((0, shooting.scene.size)), [])
+        none, ended = np.empty((0, shooting.scene.size)), "singular"  # for any reason, as there is no first motion
+        return Response(*failure_of(error), ended, shooting.scene, parameter=np.empty(0), q=none, points=[])
     finally:
         curve.set_parameter(problem.initial)
 

@@ -26,7 +26,7 @@ from .problem import LONGEST_STEP, StaticsError, find_angles
 TOLERANCE = 1e-7
 """Tolerance of the run that chooses the steps, which later runs repeat."""
 DEPTH_RATIO = 1e4
-"""Ratio of the relative tolerance of depths of contacts to the tolerance of a run."""
+"""Ratio of the relative tolerance of depths of contacts to the tolerance of a run: that of the defaults of `Spectral`."""
 EVENT_TOLERANCE = 1e-10
 """Tolerance with which runs on stored steps locate events."""
 ONSET_FACTOR = 1e-3
@@ -37,24 +37,16 @@ OFFSET = 2e-5
 """Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
 LEAST_OFFSET = 1e-5
 """Least half width of the differences, by which the error of the runs' events, about `EVENT_TOLERANCE`, is divided."""
-STEP_RATIO = 20
-"""Most steps of a run on stored steps, over the number of stored steps."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: as large as the error of the integration without damping."""
 CONVERGED = 1e-9
 """Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
 """Most steps of all runs of a search, at each degree and width."""
-ATTEMPTS = 6
-"""Most attempts with Newton's method in a search."""
 ITERATIONS = 12
-"""Most iterations of Newton's method in each attempt."""
-PERIODS_BETWEEN = 8
-"""Number of periods integrated between two attempts."""
+"""Most iterations of Newton's method in an attempt of a search."""
 AT_REST = 1e-5
 """Range of all coordinates in a period, in their units, below which a motion counts as rest."""
-FREE_RATIO = 1e-6
-"""Singular value of Newton's matrix, over the largest, below which a direction counts as free."""
 
 
 class SpentError(StaticsError):
@@ -111,7 +103,7 @@ class Shooting:
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
         for share in (0.0, 0.217, 0.618):  # no simple fractions, at which harmonics may be equal
             a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
-            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
+            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))  # terms of the equations of motion
         return all(np.array_equal(equations[0], other) for other in equations[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
@@ -121,7 +113,9 @@ class Shooting:
         """
         adapts = adaptive or self.has_onsets
         tolerance = self.tolerance * (ONSET_FACTOR if self.has_onsets else 1.0) if adapts else EVENT_TOLERANCE
-        most = max(1, self.steps_left if adapts else min(self.steps_left, STEP_RATIO * len(self.step_ends)))
+        most = max(
+            1, self.steps_left if adapts else min(self.steps_left, 20 * len(self.step_ends))
+        )  # any limit: far above the steps needed
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
         ends = None if adapts else self.step_ends * self.period
@@ -151,13 +145,16 @@ class Shooting:
         return state
 
     def project(self, state: RunState) -> RunState:
-        """Project a nearby state onto the constraints by the least change in the norm of the mass matrix."""
+        """Project a nearby state onto the constraints g = 0, G v = speed by the least change in the norm of the mass matrix.
+
+        That change is the acceleration a with M a + G^T lambda = 0 and G a = g, or G a = speed - G v.
+        """
         scene, q, v = self.scene, state.q, state.v
-        zero = np.zeros(scene.size)
+        no_force = np.zeros(scene.size)
         for _ in range(4):  # of Newton's method; a closed state does not change any more
-            q = q - scene.accelerate(q, zero, scene.assemble(q, tangents=False).residual)[0]
-        a = scene.assemble(q, tangents=False)
-        return state._replace(q=q, v=v + scene.accelerate(q, zero, a.speed - a.jacobian @ v)[0])
+            q = q - scene.accelerate(q, no_force, scene.assemble(q, tangents=False).residual)[0]
+        equations = scene.assemble(q, tangents=False)
+        return state._replace(q=q, v=v + scene.accelerate(q, no_force, equations.speed - equations.jacobian @ v)[0])
 
     def basis(self, state: RunState) -> Array:
         """Return a basis of the free coordinates, the motions that the constraints allow, (n, f), orthonormal in units."""
@@ -170,7 +167,7 @@ class Shooting:
 
     def change(self, state: RunState, basis: Array, out: Output) -> Array:
         """Return the change (2 f,) from a state to the end of a run, without whole turns of angles."""
-        to_free = basis.T / self.units**2
+        to_free = basis.T / self.units**2  # left inverse of the basis, which is orthonormal in units
         q = out.q[-1] - state.q
         q = q - np.where(self.is_angle, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([to_free @ q, to_free @ (out.v[-1] - state.v) / self.pace])
@@ -208,17 +205,17 @@ class Shooting:
         `matrix` is the monodromy matrix of a nearby motion. Rest has any period and is no result if nothing depends on time.
         """
         least, period = np.inf, self.period
-        for _ in range(ATTEMPTS):
-            self.period = period
+        for _ in range(6):  # attempts
             found = self.newton(self.project(state), matrix)
-            if found.residual <= CLOSED and (not self.autonomous or self._range(found.out) > AT_REST):
+            if found.residual <= CLOSED and (not self.autonomous or self.largest_range(found.out) > AT_REST):
                 return found
-            least, self.period = min(least, found.residual), period
-            state = self.advance(state, PERIODS_BETWEEN)
+            least = min(least, found.residual)
+            self.period = period  # Newton's method has changed it, if nothing depends on time
+            state = self.advance(state, periods=8)
         reason = "; only rest" if least <= CLOSED else f": a period leaves {least:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{reason}")
 
-    def _range(self, out: Output) -> float:
+    def largest_range(self, out: Output) -> float:
         """Return the largest range of a coordinate in a period, in its unit."""
         return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
 
@@ -234,7 +231,7 @@ class Shooting:
             residual = float(np.abs(change).max(initial=0.0))
             if residual < best.residual:
                 best = Found(state, self.period, residual, out, matrix)
-            elif at_matrix <= CLOSED:  # the residual is the error of the steps
+            elif at_matrix <= CLOSED:  # with the matrix of a motion that was closed, steps fail only by errors of the runs
                 break
             if not matrix.size or residual > 0.5 * previous:
                 basis, at_matrix = self.basis(state), residual
@@ -251,13 +248,13 @@ class Shooting:
         square = matrix - np.eye(len(matrix))  # derivative of P(x) - x
         if self.autonomous:
             to_free = basis.T / self.units**2
-            by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace
-            step = np.linalg.lstsq(np.column_stack([square, by_period]), -change, rcond=FREE_RATIO)[0]
-            self.period *= 1.0 + float(np.clip(step[-1] / (2 * np.pi), -0.2, 0.2))  # at most a fifth
-            step = step[:-1]
+            by_turns = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace  # by pace * period
+            solution = np.linalg.lstsq(np.column_stack([square, by_turns]), -change, rcond=1e-6)[0]  # 1e-6: a free direction
+            step, change_of_turns = solution[:-1], float(solution[-1])
+            self.period *= 1.0 + float(np.clip(change_of_turns / (2 * np.pi), -0.2, 0.2))  # at most a fifth
         else:
             step = solve(square, -change)
-        longest = LONGEST_STEP * max(1.0, self._range(out))
+        longest = LONGEST_STEP * max(1.0, self.largest_range(out))
         return self.displace(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
 
 

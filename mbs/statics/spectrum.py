@@ -42,12 +42,10 @@ from .algebra import (
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
-UNKNOWN = 1e-4
-"""Relative error of -s^2 by the inverse above which it is computed from M and K instead."""
+LARGEST_INVERSE_ERROR = 1e-4
+"""Relative error of an eigenvalue from the inverse above which its eigenvector is computed from M and K instead."""
 FARTHEST = 1e2
-"""Largest lowest |s^2| over the shift: its error is about as many roundings, if there is a rigid motion."""
-MOST_SHIFTS = 4
-"""Most shifts tried without damping; the last result is taken in any case."""
+"""Largest ratio of the lowest |s^2| to the shift: with a rigid motion, its relative error is this ratio times `ROUNDING`."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +157,10 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> 
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """Estimate rounding errors of eigenvalues by their condition numbers; for double ones by the square root of the rounding."""
+    """Estimate rounding errors of eigenvalues by their condition numbers; for double ones by the square root of the rounding.
+
+    `total` is |y|^T (|s^2 M|+|s C|+|K|) |z|, `slope` and `second` are first and half the second derivative of y^H (...) z by s.
+    """
     size = np.abs(values)
     total, slope = np.zeros(len(values)), np.zeros(len(values), complex)
     second = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
@@ -176,19 +177,19 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
     The first shift is `known` or an estimate. It is changed until the lowest |s^2| is at most `FARTHEST` times the shift, and
-    minus the shift is away from all eigenvalues -s^2. So is minus half of the lowest |s^2|, by definition of the lowest.
+    until no eigenvalue -s^2 is near minus the shift, where K + shift M is singular. Half the lowest |s^2| is such a shift.
     """
     symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
     find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
-    for _ in range(MOST_SHIFTS):
+    for _ in range(4):  # shifts; the last result is taken in any case
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
-        distance = float(np.abs(squared + shift).min())
-        is_away = distance >= 0.2 * shift if known else lowest >= 1.5 * shift
+        nearest = float(np.abs(squared + shift).min())
+        is_away = nearest >= 0.2 * shift if known else lowest >= 1.5 * shift  # a known shift may lie among the eigenvalues
         if is_away and lowest <= FARTHEST * shift:
             break
-        shift = 0.5 * lowest if is_away or not known else 0.6 * shift  # 0.6: to the other side of the eigenvalue nearby
+        shift = 0.6 * shift if known and not is_away else 0.5 * lowest  # 0.6: to the other side of the nearest eigenvalue
     theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
     errors = _errors_of_inverse(theta, product, left, m @ right)
     if symmetric:
@@ -202,12 +203,9 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
 
 
 def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
-    """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones.
-
-    Eigenvalues far above the shift, which the inverse does not resolve, need eigenvectors that are computed from M and K.
-    """
+    """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones."""
     squared, errors, vectors = _use_quotients(m, k, vectors, squared, errors, vectors)
-    if issparse(k) or (errors <= UNKNOWN * np.abs(squared)).all():
+    if issparse(k) or (errors <= LARGEST_INVERSE_ERROR * np.abs(squared)).all():
         return squared, errors, vectors
     order = np.argsort(squared)
     return _use_quotients(m, k, eigh(k, m)[1], squared[order], errors[order], vectors[:, order])
@@ -233,7 +231,7 @@ def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) 
 
 
 def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
-    """Return the smallest |s^2| above its rounding error; the shift if there is none."""
+    """Return the smallest |s^2| that is above its rounding error; the shift if there is none."""
     modal_mass = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
     rounding, size = tangent.rounding(left, right), np.abs(squared)
     with np.errstate(all="ignore"):
@@ -243,11 +241,12 @@ def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Arr
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, squared shift.
 
-    The inverse acts on the state (z, z'/shift), so that both halves have one unit. Its eigenvalues are theta = 1/(s - shift).
+    With h = shift, x = (z, z'/h) has x' = A x. From (A - h) x = b follow the rows of the inverse, whose eigenvalues are
+    theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.
     """
     n, least = len(m), float(np.sqrt(_first_shift(m, k)))
     shift = least
-    for _ in range(3):  # most changes of the shift
+    for _ in range(3):  # shifts; the last result is taken in any case
         place_rows = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
         rate_rows = place_rows.copy()
         rate_rows[:, :n] += np.eye(n) / shift
@@ -255,7 +254,7 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         values = shift + invert(theta)
         upper = values.imag >= 0.0
         errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[upper]
-        # the lower half of a left vector is M y, if y^H (s^2 M + s C + K) = 0
+        # the lower half of a left vector of A is M y up to a factor, if y^H (s^2 M + s C + K) = 0
         values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
         is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, but not far
@@ -266,6 +265,6 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
 
 
 def _first_shift(m: Matrix, k: Matrix) -> float:
-    """Return a shift of -s^2 [1/s^2] with which the lowest eigenvalues exceed the rounding error of the highest."""
+    """Estimate a first shift of -s^2 [1/s^2]: a thousand roundings of the highest eigenvalue, so that K + shift M is regular."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
-    return max(1e3 * EPS * highest, 1e-12)
+    return max(1e3 * EPS * highest, 1e-12)  # 1e-12: any, for a mechanism without stiffness

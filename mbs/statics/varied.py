@@ -11,11 +11,11 @@ from ..spectral.scene import CompiledScene
 from .problem import Problem, Rest, StaticsError, loads_of
 
 STEP = 1e-5
-"""Half width of central differences, over the number: the truncation error is about its square, rounding 1e-16 over it."""
+"""Half width h of central differences, over the number: their relative error is about h^2 by truncation, 1e-16/h by rounding."""
 
 
 class Varied(Problem):
-    """Problem whose parameter is a number of the mechanism; each value has a scene, the present one belongs to `current`."""
+    """Problem whose parameter is a number of the mechanism; `scene` is made anew for each value, at last for `current`."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree
@@ -35,7 +35,10 @@ class Varied(Problem):
             self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
-        """Compute the derivative of (f - G^T lambda, g) by the number, by central differences; the number is left changed."""
+        """Return the derivative of (f - G^T lambda, g) by the number, a central difference: `residuals` are not needed.
+
+        The number stays changed: each method of a `Problem` that assembles sets it again.
+        """
         step = STEP * max(abs(rest.parameter), abs(self.initial), 1e-300)
         sides = []
         for p in (rest.parameter + step, rest.parameter - step):
@@ -50,10 +53,10 @@ class Varied(Problem):
 
 
 class Paced(Problem):
-    """Problem whose parameter is the frequency of a motion [Hz]; all functions of time are scaled with it."""
+    """Problem of `response` whose parameter is the frequency of a motion [Hz], `initial` in the mechanism as given."""
 
     def set_parameter(self, parameter: float) -> None:
-        """Set the frequency [Hz]."""
+        """Set the frequency [Hz], with which all functions of time are scaled."""
         self.scene.tables.time_factor[:] = parameter / self.initial  # an array of one number, for compiled code
 
 
@@ -61,7 +64,7 @@ def problem_over(
     mechanism: Mechanism, degree: int, *,
     load: str | list[str] | None = None, drive: str | None = None, parameter: str | None = None,
 ) -> Problem:  # fmt: skip
-    """Make the problem over loads, by default all, a drive or any number of a mechanism."""
+    """Make the problem over loads, by default all, over a drive or over any number of a mechanism."""
     if parameter is not None:
         return Varied(mechanism, parameter, degree)
     scene = CompiledScene.of(mechanism, degree)

@@ -18,7 +18,7 @@ from .spectrum import Spectrum
 AMPLITUDE = 1e-4
 """Displacement from the equilibrium, in units of coordinates, at which frequencies are computed again to find kinks of laws."""
 KINKED = 0.05
-"""Relative change of a frequency at that displacement above which a law has a kink; smooth laws change it by 1e-3."""
+"""Relative change of a frequency by `AMPLITUDE` above which a law has a kink; smooth laws change it by 1e-3."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state, and restore the parameter of the scene."""
+    """Compute the spectrum at a state; the scene then has its loads unchanged again, not times the factor of the state."""
     found = problem.spectrum(rest)
     problem.set_parameter(problem.initial)
     return found
@@ -110,7 +110,7 @@ def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
 def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
     """Increase the degree, unless it is `fixed`, until the lowest frequencies do not change; errors are the last change."""
     found = _spectrum(problem, rest)
-    errors, previous = found.rounding[:count], np.inf
+    errors, previous = found.rounding[:count], np.inf  # errors of `found`; relative change in the refinement before
     while has_strips(problem.scene):
         finer, state = problem.refine(rest, max(DEGREE_STEP, problem.scene.degree // 4))  # larger steps where degrees are high
         try:
@@ -122,19 +122,20 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
             if not (has_estimate and isinstance(error, USER_STOPS)):
                 errors = np.full(len(errors), np.inf)
             break
-        common, answer = min(count, len(found.values), len(new.values)), found if fixed else new
-        change = np.full(min(count, len(answer.values)), np.inf)
-        change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(found)[:common])
-        rounding = answer.rounding[:count]
-        errors = np.maximum(change, np.where(answer.neutral[:count], 0.0, rounding))
-        if fixed:
-            break
-        problem, rest, found = finer, state, new
-        relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
+        coarse = found
+        if not fixed:
+            problem, rest, found = finer, state, new
+        change = np.full(min(count, len(found.values)), np.inf)
+        common = min(count, len(coarse.values), len(new.values))
+        change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(coarse)[:common])
+        rounding, is_neutral = found.rounding[:count], found.neutral[:count]
+        errors = np.maximum(change, np.where(is_neutral, 0.0, rounding))
+        relative = float(np.max(change / np.maximum(np.abs(found.values[:count]), 1e-300), initial=0.0, where=~is_neutral))
         is_rounding = relative < 1e-5 and relative > 0.5 * previous  # small, and not halved: rounding of the equilibrium
         previous = relative
         most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
-        if is_rounding or relative <= ACCURACY or (change <= rounding).all() or problem.scene.degree > most:
+        is_enough = is_rounding or relative <= ACCURACY or (change <= rounding).all()
+        if fixed or is_enough or problem.scene.degree > most:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
     return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
