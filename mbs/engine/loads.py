@@ -197,7 +197,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     With the explicit integrator, which has no constraints, a huge inertia keeps the speed of the driven link constant.
     """
     for name, drive in drives.items():
-        has_no_constraints = scene.source.is_loose
+        has_no_constraints = scene.source.is_unconstrained
         if has_no_constraints:
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
             scene.add_reader(name, "effort", partial(_compute_effort, drive))

@@ -148,7 +148,7 @@ def _choose_integrator(
     scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
 ) -> tuple[Recorder, Any, exu.SimulationSettings]:
     """Return callbacks, engine and settings: explicit for rigid links with clearance in all joints, without constraints."""
-    if scene.source.is_loose:
+    if scene.source.is_unconstrained:
         recorder = Recorder(scene, solver, duration, timeout, progress)
         return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
     engine = exu.MainSolverImplicitSecondOrder()

@@ -190,7 +190,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     if scene.start:
         # the velocity of bending, (nodes, 3); it is a function of the place along the chord, so that this must not decrease
         chordwise = np.maximum.accumulate(x)
-        speeds += scene.start.bending(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
+        speeds += scene.start.interpolate(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     if body.has_angles:
         node_type, reference, rates = eii.NodeRigidBody2D, np.column_stack([places, directions]), speeds
     else:

@@ -1,6 +1,7 @@
 """Loop closure of a linkage at given times by Newton's method, and detection of singular poses.
 
-C(q, t) = 0 are the constraints and J = dC/dq. A branch is a family of poses that close the loops as time goes on.
+C(q, t) = 0 are the constraints and J = dC/dq. A branch is a family of poses that close the loops as time goes on. The scale of
+residuals is the longest link [m], or 1 if that is larger, as residuals of angles are in rad.
 """
 
 from typing import NamedTuple
@@ -10,12 +11,10 @@ import numpy as np
 from ..geometry import Array
 from ..scene.linkage import Linkage, invert, solve_rates
 
-MAX_ITERATIONS = 30
-"""Largest number of Newton steps; from a good guess some five are enough."""
 ROUNDING = 2e-15
-"""Residual, over the longest link or in rad, at which loops are closed to rounding: some nine roundings of 1."""
+"""Residual over the scale at which loops are closed to rounding: some nine roundings of 1."""
 CLOSED = 1e-9
-"""Largest residual of closed loops, over the longest link or in rad; a larger one means that redundant rows contradict others."""
+"""Largest residual of closed loops over the scale; a larger one means that redundant rows contradict others."""
 
 
 class Course(NamedTuple):
@@ -32,7 +31,7 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     """Close the loops at each time by Newton's method from guesses q (times, links, 3); return None if it fails."""
     drive_travel, scale = linkage.drive_travel(times), max(1.0, linkage.size)
     previous = np.inf
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(30):  # Newton steps; from a good guess some five are enough
         residual, jacobian = linkage.system(q)
         residual = residual - drive_travel  # 0 in rows without a drive
         gap = float(np.abs(residual).max(initial=0.0))
@@ -73,7 +72,8 @@ def choose_independent_rows(jacobian: Array) -> Array:
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
 
-    In such a pose the determinant of independent rows changes its sign. If rows are redundant, another branch must exist, too.
+    In such a pose the determinant of independent rows changes its sign. With redundant rows the chosen ones may be singular alone:
+    then a second branch, which meets the first in a singular pose, must be found as well.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:

@@ -25,8 +25,6 @@ from ..scene.scene import Scene
 from .closing import Course, choose_independent_rows, close_loops, passes_singularity
 from .diagnosis import explain_singularity
 
-FIRST_TURN = 0.02
-"""Angle by which the fastest link turns in the first step [rad]; later steps adapt to `SMALL_ERROR`."""
 LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link; a step with a larger error is halved."""
 SMALL_ERROR = 0.01
@@ -39,8 +37,6 @@ SHORTEST = 1e-9
 """Shortest step, over the duration; a motion that needs a shorter step ends early."""
 CHUNK = 1024
 """Number of times at which loops are closed at once."""
-LOCKED_GROWTH = 20.0
-"""Last speed over the median speed above which a singular pose is a locked one, where speeds grow beyond bounds."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,7 @@ class Follower:
         assert state is not None  # the scene has checked the start
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
-        h = min(duration, FIRST_TURN / fastest if fastest > 0 else duration / 100)  # step; 100: any, as it adapts
+        h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # first step, of 0.02 rad or any, as steps adapt
         slow = SLOW * linkage.size / duration
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -123,7 +119,7 @@ class Follower:
         """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
         speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
         t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
-        if speeds[-1] > LOCKED_GROWTH * float(np.median(speeds)):
+        if speeds[-1] > 20.0 * float(np.median(speeds)):  # towards a locked pose speeds grow beyond bounds
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
@@ -144,7 +140,7 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
     def record(self, course: Course) -> Record:
-        """Make the record of the motions of links and blocks, without channels."""
+        """Make the record of the motions of links and blocks, without channels; `rule` integrates powers over time."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
@@ -152,7 +148,9 @@ class Follower:
             _, position, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (position - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, {}, corrected_trapezoidal, self.undetermined)
+        return Record(
+            mechanism, course.time, links, blocks, channels={}, rule=corrected_trapezoidal, undetermined=self.undetermined
+        )  # fmt: skip
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Compute arm, place, velocity, acceleration (times, 2) of a point of link i from its arm at t = 0, a complex number."""
@@ -179,10 +177,10 @@ class Follower:
         right = self._inertia_less_weight(course) - self._applied_forces(record)
         inverse = invert(course.jacobian.mT)  # the Moore-Penrose inverse if rows are redundant
         multipliers = (inverse @ right.reshape(len(right), -1, 1))[..., 0]
-        names = np.array(self.linkage.names)
+        element_of_row = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
         for name, element in Scene.of(self.linkage.mechanism).elements.items():
-            rows = np.flatnonzero(names == name)
+            rows = np.flatnonzero(element_of_row == name)
             if len(rows):
                 channels[name] = dict(element.reactions(multipliers[:, rows]) or {})
         return channels

@@ -13,9 +13,9 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value below which a pose may be singular; the Jacobian is by places, and by angles times the longest link."""
+"""Singular value below which a pose may be singular: zero only in the pose itself, shortly before which a run ends."""
 LEAST_RATIO = 0.2
-"""Least singular value, over the least singular value at t = 0, below which a pose may be singular."""
+"""Singular value, over the least one at t = 0, below which a pose may be singular: a regular linkage may have a small one."""
 IN_LINE = 0.3
 """Sine of the angle between two links below which they count as in line; a run ends shortly before the pose."""
 NEGLIGIBLE = 0.05
@@ -48,7 +48,10 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
-    """Diagnose the last pose of a failed run by the least singular value of its rigid links' Jacobian; None if it is regular."""
+    """Diagnose the last pose of a failed run by the least singular value of its rigid links' Jacobian; None if it is regular.
+
+    The Jacobian is by places, and by angles times the longest link.
+    """
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
@@ -60,7 +63,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
     rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
-    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # angles times the longest link are lengths, too
+    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
     independent = independent_rows(first)
     if not len(independent) or not np.isfinite(last).all():

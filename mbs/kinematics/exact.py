@@ -20,13 +20,15 @@ from .determined import Ended, Follower, UnclosedError
 SAMPLES_PER_TURN = 400
 """Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
 SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`: 8 for the default, which is 40."""
+"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`: 8 for its default, 40.
+
+The setting has no other use here, as a linkage with contacts has another solver."""
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
-    """Close the loops over time, then sample places, speeds, accelerations and forces.
+    """Make one run, without an error estimate: close the loops over time, then sample motion and forces.
 
     Raises ValueError if joints and drives alone do not determine the motion and all forces; KinematicsError if the drive cannot
     move the linkage from its start.
@@ -113,8 +115,8 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
     """Replace the samples of the grid in a step, from anchor to anchor [s], by `least` equal intervals if they are fewer.
 
-    Anchors are close near a dead centre, or where the drive reverses. Old and new samples together would be uneven, which spoils
-    the energy balance. Pairs of samples at kinks stay.
+    Steps are short near a dead centre, or where the drive reverses. Pairs of samples at kinks stay; other old samples would make
+    the intervals uneven, which spoils the energy balance.
     """
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])
     has_few_samples = np.diff(np.searchsorted(grid, ends)) < least  # for each step

@@ -17,7 +17,7 @@ from ..geometry import Array
 
 
 class Ends(NamedTuple):
-    """Functions of an end of a measure, a `Place`: index of its body; arm to its point and position of its point at t = 0 [m]."""
+    """Functions of an end of a measure: index of its body; arm to its point and position of its point at t = 0 [m]."""
 
     body: Callable[[Place], int]
     arm: Callable[[Place], complex]
@@ -112,18 +112,22 @@ class Forms:
         return self._sum_terms(measures, -1) - self.start, by_bodies.reshape(*lead, self.row_count, 3 * n)
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """Compute the convective term gamma of J q_tt = gamma, quadratic in the rates, shape (..., rows)."""
+        """Compute the convective term gamma of J q_tt = gamma, quadratic in the rates, shape (..., rows).
+
+        It is minus the second derivative of d . b, b = between, without second rates. With d turning at the rate w,
+        (d . b)'' = d . b'' + 2 w (i d) . b' - w^2 d . b; for a distance it is d . b'' + ((i d) . b')^2 / |b|.
+        """
         gamma = np.zeros((*q.shape[:-2], len(self.coefficients)))
         if q_t.any():
             terms, (arm_1, arm_2, between, d) = self.point_terms, self._turn_vectors(q)
             velocity, spin = self._add_ground(q_t)
             spin_1, spin_2, spin_frame = spin[..., terms.first], spin[..., terms.second], spin[..., terms.frame]
             between_t = velocity[..., terms.first] - velocity[..., terms.second] + 1j * (spin_1 * arm_1 - spin_2 * arm_2)
+            across = _dot(1j * d, between_t)
             term = _dot(d, spin_1**2 * arm_1 - spin_2**2 * arm_2)
-            term += -2 * spin_frame * _dot(1j * d, between_t) + spin_frame**2 * _dot(d, between)
-            distances = terms.is_distance
-            if distances.any():
-                term -= distances * _dot(1j * d, between_t) ** 2 / np.where(distances, _dot(d, between), 1.0)
+            term += -2 * spin_frame * across + spin_frame**2 * _dot(d, between)
+            if terms.is_distance.any():
+                term -= terms.is_distance * across**2 / np.where(terms.is_distance, _dot(d, between), 1.0)
             gamma[..., terms.number] = term
         return self._sum_terms(gamma, -1)
 

@@ -66,7 +66,7 @@ class Linkage:
 
     @cached_property
     def size(self) -> float:
-        """Length of the longest link, m."""
+        """Length of the longest link [m]."""
         return max(self.mechanism.length(link.name) for link in self.mechanism.links)
 
     @cached_property
@@ -92,24 +92,20 @@ class Linkage:
         """Return the link with which a body moves: for a guide's block, named by the guided point, the guided link."""
         return next((guide.link for guide in self.mechanism.guides if guide.point == body), body)
 
-    def _number(self, place: Place) -> int:
-        return len(self.index) if place.body == GROUND else self.index[place.body]
-
     def _arm(self, place: Place) -> complex:
         """Return the arm from a link's start, or from the origin for the ground, to a point at t = 0 [m], as a complex number."""
         origin = 0j if place.body == GROUND else complex(*self.reference[self.index[place.body], :2])
-        return self._position_at_start(place) - origin
-
-    def _position_at_start(self, place: Place) -> complex:
-        return complex(*self.mechanism.points[place.point])
+        return complex(*self.mechanism.points[place.point]) - origin
 
     @cached_property
     def _forms(self) -> Forms:
         """Equations of all rows."""
-        return Forms(self.rows, len(self.index), Ends(self._number, self._arm, self._position_at_start))
+        numbers, points = {**self.index, GROUND: len(self.index)}, self.mechanism.points
+        ends = Ends(lambda end: numbers[end.body], self._arm, lambda end: complex(*points[end.point]))
+        return Forms(self.rows, len(self.index), ends)
 
     def position(self, link: str, point: str, q: Array) -> Array:
-        """Return the position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
+        """Return the position of a point of a link, or of the ground [m], at coordinates q (..., links, 3)."""
         if link == GROUND:
             return np.array(self.mechanism.points[point])
         i = self.index[link]
@@ -117,7 +113,7 @@ class Linkage:
         return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
 
     def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:
-        """Return the velocity of a point of a link, m/s."""
+        """Return the velocity of a point of a link [m/s]."""
         if link == GROUND:
             return np.zeros(2)
         i = self.index[link]
@@ -133,7 +129,7 @@ class Linkage:
         return self.system(q)[1]
 
     def convective(self, q: Array, q_t: Array) -> Array:
-        """Compute the convective term gamma, quadratic in the velocities, shape (..., rows)."""
+        """Compute the convective term gamma (..., rows), quadratic in the rates."""
         return self._forms.convective(q - self._start_angles, q_t)
 
     @cached_property
@@ -179,8 +175,10 @@ class Linkage:
             return reference
         _, values, right = np.linalg.svd(self.jacobian(reference)[rows] * unit)
         free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # small motions that the rows allow
+        if not free.size:
+            return reference
         best, largest_rank = reference, -1
-        for weights in np.random.default_rng(seed=0).normal(size=(POSES, free.shape[1])) if free.shape[1] else ():
+        for weights in np.random.default_rng(seed=0).normal(size=(POSES, free.shape[1])):
             direction = free @ weights
             step = DISPLACEMENT * direction / np.abs(direction).max() * unit
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
@@ -231,7 +229,10 @@ def rank(jacobian: Array) -> int:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, of rows that contradict or depend on each other; `weights` are residuals or shares."""
+    """Return the elements, each once, of rows whose weights are not zero to rounding.
+
+    Weights are residuals of rows that contradict each other, or coefficients of rows in a sum that is zero.
+    """
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
     return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 

@@ -23,7 +23,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         found.append(f"redundant: {', '.join(map(repr, redundant))}; no equation determines the forces of {shared}")
     if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(linkage)):
         found.append(too_many)
-    groups = _groups(mechanism)
+    groups, acting = _groups(mechanism), _named_places(mechanism.loads, mechanism.stops)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in groups[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
@@ -31,7 +31,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
-        if unjoined and point not in _quoted_names(mechanism.loads, mechanism.stops):
+        if unjoined and point not in acting:  # a spring or a stop there may tie the links instead
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
@@ -41,8 +41,11 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
     return found
 
 
-def _quoted_names(*parts: object) -> set[str]:
-    """Return the names of points and links in elements: all texts in quotes of their printed form, split as in 'coupler:A'."""
+def _named_places(*parts: object) -> set[str]:
+    """Return names that occur in elements, points and links among them: all texts of their printed form, split at ':'.
+
+    Other texts of an element, as a name or a unit, count as well: with one like that of a point a remark is left out.
+    """
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
@@ -50,7 +53,7 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
     """Yield remarks on links that nothing joins to the rest, and on links that can move with all drives locked."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
-    acting = _quoted_names(mechanism.loads, mechanism.stops, mechanism.velocities)
+    acting = _named_places(mechanism.loads, mechanism.stops, mechanism.velocities)
     for link in mechanism.links:
         mentioned = not acting.isdisjoint({*link.points, link.name})
         if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
@@ -96,20 +99,20 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    matrix_rank = int((values > ROUNDING * values.max(initial=1.0)).sum())  # 1: the entries of scaled rows
+    matrix_rank = int((values > ROUNDING * values.max(initial=1.0)).sum())  # over 1 at least, as `rank` does
     null_vectors = left[:, matrix_rank:]
     shares = np.abs(null_vectors).max(axis=1, initial=0.0)
     return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > UNDETERMINED))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return elements and scaled derivatives of the permanent rows, in general position.
+    """Return elements and scaled derivatives of the permanent rows, in general position; rows of drives come first.
 
-    Rows of drives come first: where a drive and a joint depend on each other, the joint is redundant.
+    Where a drive and a joint depend on each other, the joint is redundant.
     """
     rigid, flexible = jacobian(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
-    order = sorted(linkage.permanent_rows, key=lambda k: k not in linkage.motions)
+    order = sorted(linkage.permanent_rows, key=lambda k: linkage.rows[k].motion is None)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix
 

@@ -74,7 +74,7 @@ class Scene:
 
     @cached_property
     def start(self) -> Start:
-        """Velocities at t = 0; KinematicsError if drives and given velocities contradict the constraints."""
+        """Velocities at t = 0; raises a KinematicsError if drives and given velocities contradict the constraints."""
         return start(self.linkage)
 
     @cached_property
@@ -150,7 +150,10 @@ class Scene:
         return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
+        """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s].
+
+        `edges_along` adds those that the last run of the simulation has found.
+        """
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
         return tuple(sorted({*times, *edges_along(duration)}))
 
@@ -170,8 +173,11 @@ class Scene:
         return max(changes) / SPEED / lightest >= STIFF_RATE
 
     @cached_property
-    def is_loose(self) -> bool:
-        """True if an explicit integrator suits: rigid links, clearance in all joints, constant speeds, no stiff damping."""
+    def is_unconstrained(self) -> bool:
+        """True if Exudyn's explicit integrator is used: rigid links in joints with clearance alone, without stiff damping.
+
+        It knows no constraints and no states of loads; a drive must have a constant speed, which a huge inertia keeps.
+        """
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

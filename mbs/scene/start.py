@@ -24,25 +24,25 @@ EXACT = 1e-9
 class Start:
     """Velocities at t = 0.
 
-    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `bends` has
-    the additional velocities (vx, vy, spin) by flexible link and point, without the links that move as rigid bodies.
+    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `additional`
+    has the additional velocities (vx, vy, spin) by flexible link and point; it is empty if all links move as rigid bodies.
     """
 
     linkage: Linkage
     rates: Array
-    bends: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    additional: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
     def velocity(self, link: str, point: str) -> Array:
-        """Return the velocity of a point of a link, m/s."""
+        """Return the velocity of a point of a link [m/s]."""
         rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
-        return rigid + self.bends[link][point][:2] if link in self.bends else rigid
+        return rigid + self.additional[link][point][:2] if link in self.additional else rigid
 
-    def bending(self, link: Link, distances: Mapping[str, float], x: Array) -> Array:
+    def interpolate(self, link: Link, distances: Mapping[str, float], x: Array) -> Array:
         """Interpolate the additional velocity (vx, vy, spin) of a flexible link at distances x along its chord [m], (n, 3).
 
         `distances` has x of each of its points [m]. Between points the velocity along the link is linear, and cubic across it.
         """
-        if link.name not in self.bends:
+        if link.name not in self.additional:
             return np.zeros((len(x), 3))
         from scipy.interpolate import CubicHermiteSpline
 
@@ -50,7 +50,7 @@ class Start:
         along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
         across = np.array([-along[1], along[0]])
         points = sorted(distances, key=lambda point: distances[point])
-        places, rates = [distances[point] for point in points], np.array([self.bends[link.name][point] for point in points])
+        places, rates = [distances[point] for point in points], np.array([self.additional[link.name][point] for point in points])
         lateral = CubicHermiteSpline(places, rates[:, :2] @ across, rates[:, 2])
         velocity = np.outer(np.interp(x, places, rates[:, :2] @ along), along) + np.outer(lateral(x), across)
         return np.column_stack([velocity, lateral(x, 1)])
@@ -139,25 +139,22 @@ def start(linkage: Linkage) -> Start:
         raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {cause}{hint}")
     rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ weighted).reshape(-1, 3)
     stations = Stations(mechanism)
-    additional = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
-    bends: dict[str, dict[str, Array]] = {}
-    if np.abs(additional).max(initial=0.0) > EXACT * scale:
-        for (link, point), velocity in zip(stations.points, additional, strict=True):
-            bends.setdefault(link, {})[point] = velocity
-    return Start(linkage, rates, bends)
+    velocities = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
+    additional: dict[str, dict[str, Array]] = {}
+    if np.abs(velocities).max(initial=0.0) > EXACT * scale:
+        for (link, point), velocity in zip(stations.points, velocities, strict=True):
+            additional.setdefault(link, {})[point] = velocity
+    return Start(linkage, rates, additional)
 
 
 def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array, Array]:
-    """Return the least weighted velocities of stations with which rigid motions satisfy the rows, and the rows' residual.
-
-    Rigid motions are eliminated by projection on the complement of their columns.
-    """
+    """Return the least weighted velocities of stations with which rigid motions satisfy the rows, and the rows' residual."""
     scale = max(1.0, np.abs(right).max(initial=0.0))
     missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
     if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(flexible.shape[1]), missing
-    projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)
-    unit = np.abs(flexible).max()
+    projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)  # removes all that rigid motions can do
+    unit = np.abs(flexible).max()  # entries are of the order 1 for `pinv`
     weighted = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
     return weighted, missing - projector @ flexible @ weighted
 

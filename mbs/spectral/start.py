@@ -41,7 +41,7 @@ def start_rates(scene: CompiledScene) -> Array:
     for name, body in scene.builder.bodies.items():
         if isinstance(body, FrameBody | StripBody):
             v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
-        if isinstance(body, StripBody) and name in found.bends:
+        if isinstance(body, StripBody) and name in found.additional:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
     for dof, link, point, is_rotor in scene.builder.separate_masses:  # masses with coordinates of their own; dof of the first
         if is_rotor:

@@ -85,7 +85,7 @@ class StripBody:
                 def interpolate(xi: Array, i: int = i, element: Piece = element) -> Array:
                     """Interpolate component i of the bending velocity (vx, vy, spin) of the link's points at xi of the piece."""
                     x, _, _ = line((element.start + (xi + 1) * element.jacobian) / arc)
-                    return start.bending(link, abscissae, x)[:, i]
+                    return start.interpolate(link, abscissae, x)[:, i]
 
                 out[dofs] = fit(element.degree, interpolate, tuple(interpolate(np.array([-1.0, 1.0]))))
         return out

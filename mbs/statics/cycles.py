@@ -27,8 +27,8 @@ class Periodic(Answer):
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
     first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `trivial` is
     the index of the multiplier that belongs to a shift in time, None if something depends on time. `stable` is True if no other
-    multiplier exceeds 1 in size by more than its error. `error` is the change of the state at the start, by the refinement or over
-    a period, whichever is larger: of positions over the longest link, and of angles [rad].
+    multiplier exceeds 1 in size by more than its error. `error` is the change of the state at the start, by the refinement or
+    over a period, whichever is larger: of positions over the longest link, and of angles [rad].
     """
 
     scene: CompiledScene

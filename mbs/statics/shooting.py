@@ -113,9 +113,8 @@ class Shooting:
         """
         adapts = adaptive or self.has_onsets
         tolerance = self.tolerance * (ONSET_FACTOR if self.has_onsets else 1.0) if adapts else EVENT_TOLERANCE
-        most = max(
-            1, self.steps_left if adapts else min(self.steps_left, 20 * len(self.step_ends))
-        )  # any limit: far above the steps needed
+        limit = self.steps_left if adapts else 20 * len(self.step_ends)  # 20: any, far more than a run without a failure takes
+        most = max(1, min(self.steps_left, limit))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
         ends = None if adapts else self.step_ends * self.period
