@@ -53,8 +53,8 @@ def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) 
         inverse = invert(jacobian)
     except np.linalg.LinAlgError:
         return None
-    q_t = (inverse @ linkage.drive_speed(times)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.drive_acceleration(times)
+    q_t = (inverse @ linkage.drive_travel(times, order=1)[..., None])[..., 0].reshape(q.shape)
+    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
@@ -72,8 +72,8 @@ def choose_independent_rows(jacobian: Array) -> Array:
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
 
-    In such a pose the determinant of independent rows changes its sign. With redundant rows the chosen ones may be singular alone:
-    then a second branch, which meets the first in a singular pose, must be found as well.
+    In such a pose the determinant of independent rows changes its sign. With redundant rows the chosen ones may be so alone,
+    so that a second branch, which meets the first in a singular pose, must be found as well.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:

@@ -20,7 +20,7 @@ from ..process import Progress
 from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.record import BlockMotion, Record, RigidMotion
-from ..scene.linkage import carried_masses, invert
+from ..scene.linkage import Linkage, carried_masses, invert
 from ..scene.scene import Scene
 from .closing import Course, choose_independent_rows, close_loops, passes_singularity
 from .diagnosis import explain_singularity
@@ -30,13 +30,7 @@ LARGEST_ERROR = 0.05
 SMALL_ERROR = 0.01
 """Error of the prediction of a step, over the longest link, below which the next step is longer."""
 SPEED_ERROR = 0.3
-"""Largest error of the linear prediction of speeds in a step, relative to the largest speed or to `SLOW`."""
-SLOW = 0.01
-"""Speed, in lengths of the longest link per run, below which errors of speeds do not shorten a step."""
-SHORTEST = 1e-9
-"""Shortest step, over the duration; a motion that needs a shorter step ends early."""
-CHUNK = 1024
-"""Number of times at which loops are closed at once."""
+"""Largest error of the linear prediction of speeds in a step, relative to the largest speed."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,7 @@ class Follower:
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
-        self.linkage = scene.linkage.limit_drives(duration)  # so that no drive is evaluated beyond the end
+        self.linkage = Linkage(mechanism, last=duration)  # so that no drive is evaluated beyond the end
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
         self.ended: Ended | None = None
@@ -79,7 +73,7 @@ class Follower:
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # first step, of 0.02 rad or any, as steps adapt
-        slow = SLOW * linkage.size / duration
+        slow = 0.01 * linkage.size / duration  # speed below which errors of speeds do not shorten a step
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
@@ -93,7 +87,7 @@ class Follower:
             error = np.inf if after is None else float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size
             if after is None or error > LARGEST_ERROR or self._is_refused(state, after, slow):
                 h /= 2
-                if h < SHORTEST * duration:
+                if h < 1e-9 * duration:
                     self.ended = self._diagnose_end(anchors)
                     break
                 continue
@@ -126,7 +120,7 @@ class Follower:
 
     def at(self, times: Array) -> Course:
         """Return the motion at times before the end [s]."""
-        parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
+        parts = [self._at(times[k : k + 1024]) for k in range(0, len(times), 1024)]  # 1024 at once
         return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _at(self, times: Array) -> Course:
@@ -148,9 +142,7 @@ class Follower:
             _, position, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (position - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(
-            mechanism, course.time, links, blocks, channels={}, rule=corrected_trapezoidal, undetermined=self.undetermined
-        )  # fmt: skip
+        return Record(mechanism, course.time, links, blocks, rule=corrected_trapezoidal, undetermined=self.undetermined)
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Compute arm, place, velocity, acceleration (times, 2) of a point of link i from its arm at t = 0, a complex number."""

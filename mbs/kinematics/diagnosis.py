@@ -18,8 +18,6 @@ LEAST_RATIO = 0.2
 """Singular value, over the least one at t = 0, below which a pose may be singular: a regular linkage may have a small one."""
 IN_LINE = 0.3
 """Sine of the angle between two links below which they count as in line; a run ends shortly before the pose."""
-NEGLIGIBLE = 0.05
-"""Share of a row in the dependence of rows, over the largest share, below which a message leaves out the row."""
 
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
@@ -42,16 +40,13 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
     matrix = linkage.jacobian(q)
     rows = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[rows])[0][:, -1]
-    large = np.where(np.abs(weights) > NEGLIGIBLE * np.abs(weights).max(), weights, 0.0)
+    large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
-    """Diagnose the last pose of a failed run by the least singular value of its rigid links' Jacobian; None if it is regular.
-
-    The Jacobian is by places, and by angles times the longest link.
-    """
+    """Diagnose the last pose of a failed run by the least singular value of its rigid links' Jacobian; None if it is regular."""
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
@@ -63,7 +58,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
     rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
-    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))
+    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # for derivatives by places, and by angles times the longest link
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
     independent = independent_rows(first)
     if not len(independent) or not np.isfinite(last).all():

@@ -19,10 +19,6 @@ from .determined import Ended, Follower, UnclosedError
 
 SAMPLES_PER_TURN = 400
 """Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
-SAMPLES_PER_STEP = 0.2
-"""Least number of samples in a step of the `Follower`, over the solver's `contact_resolution`: 8 for its default, 40.
-
-The setting has no other use here, as a linkage with contacts has another solver."""
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 
@@ -61,7 +57,8 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        grid = _refine_short_steps(follower.anchors.time, grid, ceil(SAMPLES_PER_STEP * solver.steps.contact_resolution))
+        least = ceil(0.2 * solver.steps.contact_resolution)  # 8 by default; without contacts the setting has no other use
+        grid = _refine_short_steps(follower.anchors.time, grid, least)
     course = follower.at(grid)
     record = follower.record(course)
     failed_load = _find_failed_load(record)

@@ -8,9 +8,8 @@ gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Me
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,10 +30,6 @@ ROUNDING = 1e-9
 """Singular value of a constraint Jacobian, over the largest one, below which it counts as zero: far above rounding."""
 DISPLACEMENT = 1e-2
 """Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
-POSES = 4
-"""Number of random poses: the pose with the largest rank is in general position, as a single pose could be singular."""
-FARTHEST = 0.2
-"""Distance from the pose at t = 0, over the longest link or in rad, beyond which a closed pose may be another assembly."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +38,6 @@ class Linkage:
 
     mechanism: Mechanism
     last: float = np.inf
-
-    def limit_drives(self, last: float) -> Linkage:
-        """Return a copy of the linkage whose drives are evaluated up to a time [s], not beyond."""
-        found = copy(self)
-        object.__setattr__(found, "last", last)
-        return found
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -137,23 +126,16 @@ class Linkage:
         """Coordinates (0, 0, theta) with the angles at t = 0, (links, 3): `Forms` counts angles from t = 0."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
-    def drive_travel(self, time: ArrayLike) -> Array:
-        """Return the travel of the drive in each row [m or rad], shape (..., rows); 0 in rows without a drive."""
-        return self._drive_values(time, lambda motion, t: motion.position(t))
+    def drive_travel(self, time: ArrayLike, order: int = 0) -> Array:
+        """Return the travel of the drive in each row [m or rad], or its derivative of an order up to 2, shape (..., rows).
 
-    def drive_speed(self, time: ArrayLike) -> Array:
-        """Return the rate of the travel of the drives [m/s or rad/s], shape (..., rows)."""
-        return self._drive_values(time, lambda motion, t: motion.speed(t))
-
-    def drive_acceleration(self, time: ArrayLike) -> Array:
-        """Return the second rate of the travel of the drives, shape (..., rows); no drive is evaluated beyond `last`."""
-        return self._drive_values(time, lambda motion, t: motion.acceleration(t, self.last))
-
-    def _drive_values(self, time: ArrayLike, evaluate: Any) -> Array:
+        It is 0 in rows without a drive. No drive is evaluated beyond `last`.
+        """
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.motions.items():
-            values[..., k] = np.reshape([evaluate(motion, float(t)) for t in time.ravel()], time.shape)
+            evaluate = (motion.position, motion.speed, partial(motion.acceleration, last=self.last))[order]
+            values[..., k] = np.reshape([evaluate(float(t)) for t in time.ravel()], time.shape)
         return values
 
     @cached_property
@@ -178,7 +160,7 @@ class Linkage:
         if not free.size:
             return reference
         best, largest_rank = reference, -1
-        for weights in np.random.default_rng(seed=0).normal(size=(POSES, free.shape[1])):
+        for weights in np.random.default_rng(seed=0).normal(size=(4, free.shape[1])):  # 4 poses, as one could be singular
             direction = free @ weights
             step = DISPLACEMENT * direction / np.abs(direction).max() * unit
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
@@ -201,7 +183,7 @@ class Linkage:
             q = q - (unit * (inverse @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
         has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
-        return q if has_closed and distance < FARTHEST else None
+        return q if has_closed and distance < 0.2 else None  # farther away it may be another assembly
 
     def mobility(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
@@ -229,10 +211,7 @@ def rank(jacobian: Array) -> int:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, of rows whose weights are not zero to rounding.
-
-    Weights are residuals of rows that contradict each other, or coefficients of rows in a sum that is zero.
-    """
+    """Return the elements, each once, of rows that contradict or depend on each other, by their residuals or coefficients."""
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
     return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 

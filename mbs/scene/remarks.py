@@ -31,7 +31,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
-        if unjoined and point not in acting:  # a spring or a stop there may tie the links instead
+        if unjoined and point not in acting:  # a spring or a stop there may connect the links instead
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
     reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
@@ -42,10 +42,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 
 def _named_places(*parts: object) -> set[str]:
-    """Return names that occur in elements, points and links among them: all texts of their printed form, split at ':'.
-
-    Other texts of an element, as a name or a unit, count as well: with one like that of a point a remark is left out.
-    """
+    """Return all texts in the printed form of elements, split as in 'coupler:A'; names of points and links are among them."""
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 

@@ -150,12 +150,9 @@ class Scene:
         return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s].
-
-        `edges_along` adds those that the last run of the simulation has found.
-        """
+        """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        return tuple(sorted({*times, *edges_along(duration)}))
+        return tuple(sorted({*times, *edges_along(duration)}))  # with those that an earlier run of the simulation has found
 
     @cached_property
     def has_user_code(self) -> bool:
@@ -174,10 +171,7 @@ class Scene:
 
     @cached_property
     def is_unconstrained(self) -> bool:
-        """True if Exudyn's explicit integrator is used: rigid links in joints with clearance alone, without stiff damping.
-
-        It knows no constraints and no states of loads; a drive must have a constant speed, which a huge inertia keeps.
-        """
+        """True if the explicit integrator of Exudyn, without constraints, is used: all joints of rigid links have clearance."""
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

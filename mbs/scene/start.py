@@ -24,8 +24,8 @@ EXACT = 1e-9
 class Start:
     """Velocities at t = 0.
 
-    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s]. `additional`
-    has the additional velocities (vx, vy, spin) by flexible link and point; it is empty if all links move as rigid bodies.
+    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s].
+    `additional` velocities (vx, vy, spin) by flexible link and point are empty if all links move as rigid bodies.
     """
 
     linkage: Linkage
@@ -75,12 +75,6 @@ class Stations:
                 found[k] += np.array(slope) @ self.axes[k]
         return found.ravel()
 
-    def station_row(self, k: int, direction: Array) -> Array:
-        """Return the coefficients (3 n,) by the n stations of the equation `direction @ (vx, vy, spin) = value` for station k."""
-        found = np.zeros((len(self.points), 3))
-        found[k] = direction @ self.axes[k]
-        return found.ravel()
-
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (vx, vy, spin).
@@ -124,7 +118,7 @@ def start(linkage: Linkage) -> Start:
     """
     mechanism = linkage.mechanism
     rigid, flexible = jacobian(linkage)
-    right, names = linkage.drive_speed(0.0), list(linkage.names)
+    right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)
     for name, row, by_stations, value in _velocity_rows(mechanism, linkage):
         rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
         right, names = np.append(right, value), [*names, name]
@@ -154,7 +148,7 @@ def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array,
     if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(flexible.shape[1]), missing
     projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)  # removes all that rigid motions can do
-    unit = np.abs(flexible).max()  # entries are of the order 1 for `pinv`
+    unit = np.abs(flexible).max()  # for entries near 1: the result does not depend on it
     weighted = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
     return weighted, missing - projector @ flexible @ weighted
 
@@ -188,9 +182,11 @@ def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str
         for axis, direction in enumerate(np.eye(3)[:2]):
             row = np.zeros((n, 3))
             row[linkage.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
-            k = stations.numbers.get((link, point))
-            by_stations = np.zeros(3 * len(stations.points)) if k is None else stations.station_row(k, direction)
-            yield f"velocities['{name}']", row.ravel(), by_stations, float(value[axis])
+            by_stations = np.zeros((len(stations.points), 3))
+            if (link, point) in stations.numbers:
+                k = stations.numbers[link, point]
+                by_stations[k] = direction @ stations.axes[k]
+            yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(value[axis])
 
 
 def carrier(mechanism: Mechanism, reference: str) -> tuple[str, str]:

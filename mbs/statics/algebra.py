@@ -27,14 +27,6 @@ COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
 """Number of eigenvalues computed beyond those wanted: the largest gap between these is where the returned ones end."""
-CONVERGED = 1e-8
-"""Tolerance of Lanczos's method: residual of an eigenvector of the inverse, over its eigenvalue."""
-DAMPING = 1e-9
-"""Damping of sparse least squares, over the largest entry: smaller singular values count as zero in effect."""
-SOLVED = 1e-6
-"""Residual of linear equations, over the right-hand side, with which a solution is accepted, else least squares is used.
-
-The residual is about `EPS` times the condition number at most, so that a condition number up to 5e9 passes."""
 DEPENDENT = 1e-10
 """Singular value of a scaled Jacobian, over the largest, below which rows count as dependent: far above rounding."""
 Matrix: TypeAlias = Array | csr_array
@@ -50,7 +42,8 @@ def solve(matrix: Matrix, right: Array) -> Array:
         with np.errstate(all="ignore"):
             out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
         largest_residual, largest = np.abs(matrix @ out - right).max(initial=0.0), np.abs(right).max(initial=1e-300)
-        if np.isfinite(out).all() and largest_residual <= SOLVED * largest:
+        # a residual is about EPS times the condition number: 1e-6 allows one of 5e9
+        if np.isfinite(out).all() and largest_residual <= 1e-6 * largest:
             return np.asarray(out)
     except (np.linalg.LinAlgError, SingularError):
         pass
@@ -63,11 +56,11 @@ def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:
     """Return the least-squares solution of least norm.
 
     In a dense matrix singular values below the cut, over the largest, count as zero. A sparse matrix A has no such cut: solve
-    [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small damping d, `DAMPING` times the largest entry, and refine x twice.
+    [[d, A], [A^T, -d]] [y; x] = [b; 0] with a damping d of 1e-9 times the largest entry, and refine x twice.
     """
     if isinstance(matrix, np.ndarray):
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
-    (m, n), damping = matrix.shape, DAMPING * float(abs(matrix).max())
+    (m, n), damping = matrix.shape, 1e-9 * float(abs(matrix).max())
     factors = Factors(block_array([[damping * eye_array(m), matrix], [matrix.T, -damping * eye_array(n)]]))
     out = np.zeros(n)
     for _ in range(3):
@@ -147,7 +140,7 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
         if 2 * (below + count + SPARE) <= m.shape[0]:  # else too many are wanted
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
-                eigsh(m, wanted, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)  # first m: for its shape only
+                eigsh(m, wanted, m, -shift, which=which, v0=start, OPinv=inverse, tol=1e-8)  # first m: for its shape only
                 for which, wanted in (("SA", below), ("LA", count + SPARE))
                 if wanted
             ]

@@ -21,8 +21,6 @@ SHORTEST = 1e-7
 """Arc length below which continuation ends."""
 NEAR = 1e-9
 """Change in the metric of the path that counts as zero."""
-TARGET_TURN = 0.15
-"""Angle between the tangents of successive steps [rad] for which the length of the next step is chosen."""
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
@@ -111,7 +109,6 @@ class Arc:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
 
         def at(arc: float) -> Rest:
-            """Return the state at an arc along the direction."""
             return self._rest(self.problem.vector(rest) + arc * direction)
 
         def is_behind(arc: float) -> bool:
@@ -162,7 +159,6 @@ class Arc:
         values: dict[float, float] = {}
 
         def evaluate(arc: float) -> float:
-            """Evaluate the function at an arc, and keep the equilibrium."""
             rest = self.equilibrium_at(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
@@ -230,8 +226,8 @@ class Arc:
 
 
 def next_arc(arc: float, angle: float, longest: float) -> float:
-    """Return the length of the step after one in which the tangent turned by an angle [rad], 0.3 to 1.6 times as long."""
-    return min(longest, arc * float(np.clip(TARGET_TURN / max(angle, 1e-300), 0.3, 1.6)))
+    """Return the arc of the next step, 0.3 to 1.6 times as long: if this one turned by an angle [rad], the next turns by 0.15."""
+    return min(longest, arc * float(np.clip(0.15 / max(angle, 1e-300), 0.3, 1.6)))
 
 
 def _root_of(x: Array, y: list[float]) -> float:

@@ -21,16 +21,8 @@ FEW = 1
 """Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
 MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece: a parabola that touches zero in the next piece decreases by 3/4."""
-SHORTEST_PIECE = 1.6e-3
-"""Arc length below which pieces are not halved: the longest step by default, 0.1, is halved six times."""
-NEAR_LIMIT = 1e-2
-"""Distance from a limit point, over the step, within which a root of an eigenvalue is that of the limit point itself."""
 SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
-GROWTH_THRESHOLDS = (1e-3, 1.0)
-"""Growth rates, over their rounding error, above which an oscillation counts as growing: tried in this order.
-
-Where two eigenvalues meet the rate grows like a square root, so that the lower threshold locates the onset better."""
 
 
 class TangentState(NamedTuple):
@@ -116,7 +108,8 @@ def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
         pairs = _pairs(arc.problem, last)
         relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)
         decreases = np.append(decreases, relative * piece.step.arc / last.step.arc)
-    must_be_halved = piece.step.arc >= SHORTEST_PIECE and (decreases > MOST_DECREASE).any()
+    is_long = piece.step.arc >= 1.6e-3  # the longest step by default, 0.1, is halved six times
+    must_be_halved = is_long and (decreases > MOST_DECREASE).any()
     halves = _halve(arc, piece.step) if must_be_halved else None
     if halves is None:
         yield piece
@@ -186,7 +179,7 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
         rests += [rest] if rest is not None else []
     for limit in limits:
         distances = [abs(arc.arc_of(step, rest) - arc.arc_of(step, limit.rest)) for rest in rests]
-        if min(distances, default=np.inf) < NEAR_LIMIT * step.arc:
+        if min(distances, default=np.inf) < 1e-2 * step.arc:  # the root is that of the limit point itself
             rests.pop(int(np.argmin(distances)))
     if not rests:
         return []
@@ -201,8 +194,9 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
 
 
 def _flutters(arc: Arc, piece: Piece) -> list[Critical]:
-    """Find where oscillations begin or cease to grow: where the number of growing ones changes, at either threshold."""
-    for threshold in GROWTH_THRESHOLDS:
+    """Find where oscillations begin or cease to grow: where the number of those changes whose rate is above a threshold."""
+    # rates over their rounding errors: near the onset a rate is like a square root, so that a low threshold locates it better
+    for threshold in (1e-3, 1.0):
 
         def sign(rest: Rest, threshold: float = threshold) -> float:
             """Return 1 while the number of growing oscillations is that at the start of the step, else -1."""

@@ -31,8 +31,6 @@ from .varied import Paced
 
 SHORTEST = 1e-5
 """Arc length below which continuation ends."""
-LEAST_SIZE = 1e-3
-"""Least size of a motion in the metric, in units of coordinates: at rest the metric would be singular."""
 MOST_CHANGE = 0.5
 """Largest change of a multiplier in a step, over its distance from 1; a step with a larger change may miss a narrow resonance."""
 NARROW = 1e-3
@@ -110,7 +108,7 @@ class ResponseCurve:
         self.set_parameter(parameter)
         slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
-        size = max(LEAST_SIZE, shooting.largest_range(out))
+        size = max(1e-3, shooting.largest_range(out))  # 1e-3: at rest the metric would be singular
         metric, last = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1]
         scaled = self._scaled_basis(basis)
         direction = solve(np.vstack([matrix, last if before is None else metric * (before @ scaled)]), last)
@@ -198,7 +196,6 @@ class ResponseCurve:
         known = {0.0: orbit, arc: new}
 
         def evaluate(trial: float) -> float:
-            """Evaluate the function at an arc, and keep the motion."""
             if trial not in known:
                 known[trial] = self.find_on_plane(orbit, trial)
             return function(known[trial])

@@ -16,9 +16,6 @@ from .answer import CRITICAL_ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, A
 from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, find_multipliers
 
-PARTS = 4
-"""Number of output intervals in a step, enough to draw its polynomial."""
-
 
 @dataclass(frozen=True)
 class Periodic(Answer):
@@ -184,6 +181,6 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     is_first = np.diff(out.time, prepend=-np.inf) > 1e-9 * found.period  # of the two rows at the time of an event
     ends = out.time[is_first]
     motion = CubicHermiteSpline(ends, out.q[is_first], out.v[is_first])
-    time = np.interp(np.arange(PARTS * (len(ends) - 1) + 1) / PARTS, np.arange(len(ends)), ends)
+    time = np.interp(np.arange(4 * (len(ends) - 1) + 1) / 4, np.arange(len(ends)), ends)  # four times a step, to draw it
     stability = values, errors, not grows.any(), error, trivial
     return Periodic(status, "; ".join(message), shooting.scene, found.period, time, motion(time), motion(time, 1), *stability)

@@ -30,14 +30,10 @@ MAX_PATH_DEGREE = 30
 """Degree of strips at which refinement of a path ends; lower than that of an equilibrium, as a path has many."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
 """Message of a path whose refinement Ctrl-C or the time limit ended."""
-OFFSET = 1e-8
-"""Offset of the parameter from a branching at which paths leave it, over the range: there the tangent is not singular."""
 BRANCH_STEP = 1e-2
 """Longest first step behind a branching, in the metric of `arc`."""
 MOVES = 1e-4
 """Least displacement of a point, over the longest link, in a critical shape of unit size that moves it: above rounding."""
-ALIKE = 0.999
-"""Cosine of the angle between two critical shapes above which they count as one."""
 
 
 @watch("steps")
@@ -89,7 +85,6 @@ def path(
         raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
-        """Follow the path with strips of a degree."""
         problem = problem_over(mechanism, degree, load=load, drive=drive, parameter=parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)
@@ -138,10 +133,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
 
 
 def _errors(a: Path, b: Path) -> dict[str, Array]:
-    """Return differences of parameters at critical points by name, infinite for points of one path only, and of the 'end'.
-
-    The difference of the ends is that of positions on the first link with mass, over the longest link.
-    """
+    """Return differences of parameters at critical points by name, infinite for points of one path only, and of the 'end'."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
         points = [np.array(getattr(path, name)) for path in (a, b)]
@@ -150,7 +142,7 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
     if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
-    link = next(link for link in a.scene.mechanism.links if not link.body.massless)
+    link = next(link for link in a.scene.mechanism.links if not link.body.massless)  # whose ends are compared
     ends = np.array([[places(path.scene, path.q[-1], link.name, point).position for point in link.points] for path in (a, b)])
     out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
     return out
@@ -238,8 +230,8 @@ class _Follower:
         return "steps"
 
     def _offset_parameter(self, point: Critical) -> Rest:
-        """Return the state of a branching with a parameter slightly nearer to the end, where the tangent is not singular."""
-        return point.rest._replace(parameter=point.rest.parameter + OFFSET * (self.to - self.start))
+        """Return a branching with its parameter nearer to the end by 1e-8 of the range, where the tangent is not singular."""
+        return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
         """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''.
@@ -294,7 +286,7 @@ class _Follower:
             if shape is None:
                 continue
             shape = shape / np.linalg.norm(shape / self.problem.units)
-            if all(abs(float(shape / self.problem.units**2 @ other)) < ALIKE for other in shapes):
+            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):  # cosine of an angle
                 shapes.append(shape)
         yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 

@@ -37,8 +37,6 @@ CONVERGED = 0.2
 """Largest change by the last Newton iteration of an implicit step, over the step, with which the step is accepted."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
-NEWTON_MOVE = 1e-3
-"""Change of the pose by an implicit step below which Newton's method is tried, in units of the coordinates."""
 ROUNDING = 1e-9
 """Change of the pose by an implicit step, in units of the coordinates, below which the sign of its work is rounding."""
 FRICTION = "friction may hold it elsewhere"
@@ -110,7 +108,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         new, tau, change = _step(problem, rest, tau)
         way += change
         found = None
-        if change < NEWTON_MOVE:
+        if change < 1e-3:  # near rest
             with suppress(StaticsError):  # growing steps would lead away from the motion, to another equilibrium
                 found = problem.newton(new, must_decrease=True)
         if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:

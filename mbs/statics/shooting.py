@@ -25,28 +25,20 @@ from .problem import LONGEST_STEP, StaticsError, find_angles
 
 TOLERANCE = 1e-7
 """Tolerance of the run that chooses the steps, which later runs repeat."""
-DEPTH_RATIO = 1e4
-"""Ratio of the relative tolerance of depths of contacts to the tolerance of a run: that of the defaults of `Spectral`."""
 EVENT_TOLERANCE = 1e-10
 """Tolerance with which runs on stored steps locate events."""
 ONSET_FACTOR = 1e-3
 """Factor of the tolerance of runs with onsets of contacts: steps of two such runs differ, so that errors do not cancel."""
-LONGEST_SHARE = 1 / 64
-"""Longest step over the period: the tenth harmonic then has six steps in each of its periods."""
 OFFSET = 2e-5
 """Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
 LEAST_OFFSET = 1e-5
 """Least half width of the differences, by which the error of the runs' events, about `EVENT_TOLERANCE`, is divided."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: as large as the error of the integration without damping."""
-CONVERGED = 1e-9
-"""Residual below which a monodromy matrix is not computed again."""
 BUDGET = 1_000_000
 """Most steps of all runs of a search, at each degree and width."""
 ITERATIONS = 12
 """Most iterations of Newton's method in an attempt of a search."""
-AT_REST = 1e-5
-"""Range of all coordinates in a period, in their units, below which a motion counts as rest."""
 
 
 class SpentError(StaticsError):
@@ -75,7 +67,7 @@ class Shooting:
     scene: CompiledScene
     period: float
     tolerance: float = TOLERANCE
-    longest: float = LONGEST_SHARE
+    longest: float = 1 / 64  # the tenth harmonic then has six steps in each of its periods
     width: float = OFFSET
     steps_left: int = field(default_factory=lambda: BUDGET)
 
@@ -103,7 +95,7 @@ class Shooting:
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
         for share in (0.0, 0.217, 0.618):  # no simple fractions, at which harmonics may be equal
             a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
-            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))  # terms of the equations of motion
+            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))  # f, g, and G v, G a as required
         return all(np.array_equal(equations[0], other) for other in equations[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
@@ -116,7 +108,7 @@ class Shooting:
         limit = self.steps_left if adapts else 20 * len(self.step_ends)  # 20: any, far more than a run without a failure takes
         most = max(1, min(self.steps_left, limit))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
-        solver = Spectral(steps, method="implicit", contact_tolerance=DEPTH_RATIO * tolerance)
+        solver = Spectral(steps, method="implicit", contact_tolerance=1e4 * tolerance)  # 1e4: as by default
         ends = None if adapts else self.step_ends * self.period
         stores_steps = adapts and not self.has_onsets
         every = 2 if stores_steps else 1  # every second step is a row, from which `ends_of_steps` makes two steps again
@@ -185,7 +177,6 @@ class Shooting:
         """
 
         def evaluate(displacements: float) -> tuple[Array, bool]:
-            """Return the change from the state to the end of a displaced run; True if the number of onsets is the same."""
             found = self.change(state, basis, self.run(self.displace(state, basis, displacements * unit)))
             return found, self.onsets == onsets
 
@@ -206,7 +197,8 @@ class Shooting:
         least, period = np.inf, self.period
         for _ in range(6):  # attempts
             found = self.newton(self.project(state), matrix)
-            if found.residual <= CLOSED and (not self.autonomous or self.largest_range(found.out) > AT_REST):
+            is_rest = self.autonomous and self.largest_range(found.out) <= 1e-5
+            if found.residual <= CLOSED and not is_rest:
                 return found
             least = min(least, found.residual)
             self.period = period  # Newton's method has changed it, if nothing depends on time
@@ -238,7 +230,7 @@ class Shooting:
             previous = residual
             state = self._newton_step(state, basis, out, matrix, change)
         self.period = best.period
-        if best.residual <= CLOSED and at_matrix > CONVERGED:
+        if best.residual <= CLOSED and at_matrix > 1e-9:  # the matrix was computed too far from the motion
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 

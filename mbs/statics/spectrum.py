@@ -26,26 +26,13 @@ from scipy.sparse.linalg import splu
 from ..geometry import Array
 from ..spectral.linear import Matrix
 from ..spectral.scene import CompiledScene
-from .algebra import (
-    COUNT,
-    EPS,
-    MANY,
-    has_entries,
-    invert,
-    is_symmetric,
-    lowest_modes,
-    modes_of_symmetric,
-    modes_of_unsymmetric,
-    null_space,
-    sparse_null_space,
-)  # fmt: skip
+from . import algebra
+from .algebra import COUNT, EPS, MANY, has_entries, invert, is_symmetric, null_space, sparse_null_space
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
-LARGEST_INVERSE_ERROR = 1e-4
-"""Relative error of an eigenvalue from the inverse above which its eigenvector is computed from M and K instead."""
 FARTHEST = 1e2
-"""Largest ratio of the lowest |s^2| to the shift: with a rigid motion, its relative error is this ratio times `ROUNDING`."""
+"""Largest ratio of the lowest |s^2| to the shift. With a rigid motion, its relative error is about the ratio times `ROUNDING`."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +168,8 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     """
     symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
-    find = partial(lowest_modes, count=count) if issparse(k) else modes_of_symmetric if symmetric else modes_of_unsymmetric
+    dense = algebra.modes_of_symmetric if symmetric else algebra.modes_of_unsymmetric
+    find = partial(algebra.lowest_modes, count=count) if issparse(k) else dense
     for _ in range(4):  # shifts; the last result is taken in any case
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
@@ -205,9 +193,9 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
 def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
     """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones."""
     squared, errors, vectors = _use_quotients(m, k, vectors, squared, errors, vectors)
-    if issparse(k) or (errors <= LARGEST_INVERSE_ERROR * np.abs(squared)).all():
+    if issparse(k) or (errors <= 1e-4 * np.abs(squared)).all():
         return squared, errors, vectors
-    order = np.argsort(squared)
+    order = np.argsort(squared)  # as `eigh` does; its vectors are computed from M and K, not from the inverse
     return _use_quotients(m, k, eigh(k, m)[1], squared[order], errors[order], vectors[:, order])
 
 

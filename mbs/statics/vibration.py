@@ -17,8 +17,6 @@ from .spectrum import Spectrum
 
 AMPLITUDE = 1e-4
 """Displacement from the equilibrium, in units of coordinates, at which frequencies are computed again to find kinks of laws."""
-KINKED = 0.05
-"""Relative change of a frequency by `AMPLITUDE` above which a law has a kink; smooth laws change it by 1e-3."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +150,7 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
         for sign in (1, -1):
             displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
-    return np.where(changes > KINKED * np.abs(values), changes, 0.0)
+    return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # smooth laws change frequencies by 1e-3
 
 
 def _eigenvalues(found: Spectrum) -> Array:
