@@ -197,7 +197,7 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        can_be_coarser = (solver.degree or 0) > DEGREE_STEP
+        can_be_coarser = (solver.degree or 0) > DEGREE_STEP  # no degree: both differences have the default one
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if can_be_coarser else 0)
         unchanged, coarse_unchanged = self.read(readings, solver), self.read(readings, coarse_solver)
         slopes, reason = dict[str, OneSided](), ""

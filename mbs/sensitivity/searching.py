@@ -27,14 +27,10 @@ MET = 1e-6
 """Largest relative violation with which a constraint counts as met: the accuracy of a search."""
 BINDS = 1e-3
 """Relative distance from an end of its interval up to which a constraint is binding."""
-NARROW = 0.1
-"""Width of an interval, over its larger end, up to which the interval is a value with a tolerance, and always binding."""
 BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
-CONVERGED = 0.5
-"""Residual with which a constraint is met, so that least squares end; at 1 the reading is at an end of its interval."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(
@@ -77,9 +73,9 @@ class Constraint(NamedTuple):
 
     @property
     def is_narrow(self) -> bool:
-        """True if the interval is a value with a tolerance."""
+        """True if the interval is a value with a tolerance: its width is at most a tenth of its larger end."""
         width = self.high - self.low
-        return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
+        return isfinite(width) and width <= 0.1 * max(abs(self.low), abs(self.high))
 
     def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
@@ -182,7 +178,7 @@ class Search:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.objective and all(abs(r) <= CONVERGED for r in self.residuals(x)):
+            if not self.objective and all(abs(r) <= 0.5 for r in self.residuals(x)):  # 1 is at an end of an interval
                 raise EnoughError
         return self.cache[key] + self.offset
 

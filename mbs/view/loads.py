@@ -86,9 +86,8 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
 
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
-    """Yield a dark disc at a point mass."""
-    body = mass.link or ""  # "": any body that has the point
-    yield Disc(sheet.at(body, mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
+    """Yield a dark disc at a point mass: on its link, or on any body that has the point."""
+    yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
 def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
