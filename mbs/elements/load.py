@@ -9,11 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..declare import Declared, Quantity, declared, field, quantities
-from ..functions import Argument, Called, Components, Expression, Table, kinks, numbers_of
-from ..functions.fields import Law, Rates
+from ..declare import Declared, declared, field, quantities
+from ..functions import Argument, Called, Table, kinks, numbers_of
+from ..functions.fields import Function, Law, Rates
 from ..geometry import Array
-from ..validate import function as call_checked
 from ..validate import short
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .signal import Kind, Signal
@@ -146,23 +145,10 @@ class Stateful(Load):
         if self.states is None:
             return
         start = self.start_arguments(mechanism)
-        self._check("value", self.value, start, self.signature.size, self.signature.unit)
-        self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
-
-    def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
-        """Raise a ValueError unless a function of the arguments `start` returns `size` numbers of a unit; `key` is its field."""
-        name, label = f"{self.where}: {key}", f"{self.where}: {key} at t = 0"
-        is_formula = isinstance(function, Expression | Components)  # it is made a function of all arguments
-        try:
-            parts: list[Any] = numbers_of(function, self.variables) if is_formula else [function]
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from None
-        values = [call_checked(name, part, *start)(*start) for part in parts]  # a trial call, then the call for the value
-        value = values[0] if len(values) == 1 else values
-        if np.shape(value) != ((size,) if size > 1 else ()):
-            raise ValueError(f"{label} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
-        for each in np.ravel(value).tolist():
-            Quantity(unit).read(label, each)
+        value = Function(", ".join(self.variables), self.signature.unit, self.signature.size)
+        value.check_call(f"{self.where}: value", self.value, start)
+        rates = Function(value.variables, size=len(self.states.initial))
+        rates.check_call(f"{self.where}: states.rates", self.states.rates, start)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
         """Evaluate the function at `times` with the motion and states of the samples, (times,) or (times, components)."""

@@ -1,16 +1,19 @@
 """Specifications of fields for functions: Python functions, formulas and tables, which are called once as a check."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as plain_field
 from typing import Any
 
-from ..declare import Either, Quantity, Several, Spec, Vector, build, fields_written, known_kinds, nameless
+import numpy as np
+
+from ..declare import Either, Quantity, Several, Spec, build, fields_written, known_kinds, nameless
 from ..declare.compound import any_of, is_list
 from ..declare.spec import Schema, show
 from ..units import is_measured
 from ..validate import function as call_checked
-from .values import Components, Expression
+from ..validate import short
+from .values import Components, Expression, numbers_of
 
 
 class Callables(Spec):
@@ -86,20 +89,21 @@ class Function(Callables):
         self.check_call(name, function)
         return function
 
-    def check_call(self, name: str, function: object) -> None:
-        """Call the function with all variables zero; ValueError if it fails or does not return `size` numbers."""
+    def check_call(self, name: str, function: object, arguments: Sequence[float] = ()) -> None:
+        """Call the function with arguments, by default zeros; ValueError if it fails or does not return `size` numbers."""
         names = self.variables.split(", ")
-        for each in function.parts if isinstance(function, Components) else [function]:
-            try:
-                if isinstance(each, Expression):
-                    each.of(names)
-            except ValueError as error:
-                raise ValueError(f"{name} = {error}") from None
-        zeros = [0.0] * len(names)
-        at = f"{name} at {self.variables} = 0"
-        value = call_checked(name, function, *zeros)(*zeros)  # the first call is a trial, whose exception becomes a message
-        result: Spec = Quantity(self.unit) if self.size == 1 else Vector(self.unit)  # two components, the largest `size`
-        result.read(at, value)
+        arguments = arguments or [0.0] * len(names)
+        is_formula = isinstance(function, Expression | Components)  # it is made a function of all variables
+        try:
+            parts: list[Any] = numbers_of(function, names) if is_formula else [function]
+        except ValueError as error:
+            raise ValueError(f"{name} = {error}") from None
+        values = [call_checked(name, part, *arguments)(*arguments) for part in parts]  # a trial call, then one for the value
+        value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = 0"
+        if np.shape(value) != ((self.size,) if self.size > 1 else ()):
+            raise ValueError(f"{label} = {short(value)}: must be {f'{self.size} numbers' if self.size > 1 else 'a number'}")
+        for each in np.ravel(value).tolist():
+            Quantity(self.unit).read(label, each)
 
     def make(self, name: str, raw: object) -> Any:
         """Return the function of a raw value, without a call."""
