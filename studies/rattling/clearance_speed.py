@@ -2,7 +2,7 @@
 
 Each point of the grid is an ensemble, whose journals start at random places in their bushes; its numbers are means over the turns
 of all members, after some turns that are discarded. Where a pin is deeper in its bush than the clearance no contact law holds:
-such points are marked PENETRATION, are drawn hollow, and enter no fit. The table also has the numbers over those of ideal joints.
+such points are marked PENETRATION, are drawn hollow, and enter no fit. Forces are also given relative to those of ideal joints.
 
 With `sections` the study draws a bifurcation map by Poincaré sections: the velocity of joint B along x once a turn, in one run
 for each of `section_count` clearances. A motion with the period of a turn gives one point, of two turns two, chaos a cloud.
@@ -155,12 +155,12 @@ def _powers(name: str, points: Array, values: Array) -> dict[str, Metric]:
 def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], of_ideal: Array) -> Table:
     rows = []
     for (clearance, speed), x, reference in zip(grid, points, of_ideal, strict=True):
-        numbers = []
-        for mean, error, ideal_mean in zip(x.mean, x.error, reference, strict=True):
-            numbers += [f"{mean:.4g} ± {error:.2g}", f"{mean / ideal_mean:.1f}"]
+        numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
+        peak, ideal_peak = x.mean[0], reference[0]  # the first of `MEASURES`
+        numbers.insert(1, f"{peak / ideal_peak:.1f}")
         names = ", ".join(note.partition(":")[0] for note in x.notes)
         rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *numbers, f"{x.depth:.3f}", f"{x.impacts:.0f}", names])
-    means = ("peak force B [N]", "over ideal", "rms ax coupler [m/s^2]", "over ideal", "rms ax rocker [m/s^2]", "over ideal")
+    means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, largest contact damping {p.damping:g} {p.damping_unit}; c: radial clearance"
     statistics = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seed {p.seed}"
@@ -168,8 +168,9 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
-    """Draw each number over the clearance with a curve for each speed; draw the bifurcation map."""
-    return {"lines": _lines(result)} | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
+    """Draw each number over the clearance with a curve for each speed, and as a map of both; draw the bifurcation map."""
+    figures = {"lines": _lines(result), "maps": _maps(result)}
+    return figures | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
 
 
 def _bifurcation(result: StudyResult) -> Figure:
@@ -199,4 +200,27 @@ def _lines(result: StudyResult) -> Figure:
         ax.xaxis.set_major_formatter("{x:g}")
     title = "speed [rad/s]; hollow: PENETRATION, deeper than the clearance"
     fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=6, title=title)
+    return fig
+
+
+def _maps(result: StudyResult) -> Figure:
+    """Draw each number over that of ideal joints as a map of clearance and speed; invalid points are in brackets."""
+    s = result.signals
+    fig, axes = subplots(3, 1, height=185, sharex=True)
+    names = ["force, joint B, over ideal", "rms $a_x$, coupler, over ideal", "rms $a_x$, rocker, over ideal"]
+    for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
+        ratio = s["mean"][..., i].T / s["ideal"][:, i, None]  # (speeds, clearances)
+        decades = np.log10(ratio)
+        ax.grid(False)
+        image = ax.imshow(decades, origin="lower", aspect="auto", cmap="viridis")
+        is_bright = decades > np.nanmean(decades) + 0.3 * np.nanstd(decades)  # black text is readable there
+        for k, c in np.ndindex(ratio.shape):
+            text = f"{ratio[k, c]:.3g}" if s["valid"][c, k] else f"({ratio[k, c]:.3g})"
+            colour = "#000000" if is_bright[k, c] else "#ffffff"
+            ax.text(c, k, text, ha="center", va="center", fontsize=7, color=colour)
+        ax.set(title=name, ylabel="crank [rad/s]")
+        ax.set_xticks(range(len(s["clearance"])), [f"{1e3 * c:g}" for c in s["clearance"]])
+        ax.set_yticks(range(len(s["speed"])), [f"{w:g}" for w in s["speed"]])
+        fig.colorbar(image, ax=ax, label="log10")
+    axes[-1].set_xlabel("radial clearance [mm]; in brackets: PENETRATION, deeper than the clearance")
     return fig
