@@ -189,7 +189,8 @@ class CompiledScene:
         matrices = np.zeros((4, len(self.tables.mass)))
         filled = matrices if tangents else matrices[3:]  # for G and G^T alone the kernel computes no tangents
         entry_points.assemble(self.tables, self.work, now, filled, force, sides)
-        return Equations(force, *sides, matrices, self.sparse_matrix if sparse else self.full_matrix)
+        residual, speed, change = sides
+        return Equations(force, residual, speed, change, matrices, self.sparse_matrix if sparse else self.full_matrix)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda of redundant constraints is 0."""

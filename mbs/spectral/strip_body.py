@@ -110,7 +110,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
         dofs = np.zeros((fields, degree + 1), dtype=int)
         for i in range(fields):
             own = placed[i, 1:] if shared else placed[i]
-            first = builder.add_coordinates(own)
+            first = builder.add_coordinates(own.tolist())
             dofs[i] = [*shared[i : i + 1], *range(first, first + len(own))]
         if fields == 3:
             builder.set_angle_units(*dofs[2].tolist())
@@ -156,9 +156,11 @@ def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
 def _fit_strip(line: Line, start: float, end: float, degree: int, fields: int) -> Array:
     """Fit the coefficients of x, y and, with 3 fields, angle on a piece, in the link's frame; shape (fields, degree + 1)."""
     ends = line(np.array([start, end]))
-    return np.array(
-        [fit(degree, lambda x, i=i: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i])) for i in range(fields)]
-    )
+
+    def fit_field(i: int) -> Array:
+        return fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i]))
+
+    return np.array([fit_field(i) for i in range(fields)])
 
 
 def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
