@@ -51,7 +51,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     redundant, they may determine the motion even there: then a second solution next to the pose is searched.
     """
     time, places = run.record.time, _places(run.record, range(len(run.record.mechanism.links)))
-    linkage = Linkage(run.record.mechanism, last=float(time[-1]))  # no drive is evaluated beyond the run
+    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well

@@ -14,6 +14,9 @@ from ..mechanism import Mechanism
 from .build import build
 from .scene import SPARSE_FROM, EngineScene
 
+MESH = 1e-2
+"""Relative difference from the exact force that a strip with enough elements has at most, beyond shear and compression."""
+
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
     """Compute the forces P L^2/(E I), (values,), that hold a strip, pinned at both ends, at given end shortenings, (values,).
@@ -55,7 +58,7 @@ def _check_branch(body: Beam | Cable, length: float, u: Array, loads: Array) -> 
     shear_and_compression = 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
     error = np.abs(loads / exact - 1)
     k = int(np.argmax(error))
-    if error[k] > 1e-2 + shear_and_compression:  # 1e-2: a strip with enough elements is closer
+    if error[k] > MESH + shear_and_compression:
         forces = f"at u = {u[k]:g} the force is {loads[k]:.4g}, exact {exact[k]:.4g}"
         raise ArithmeticError(f"{forces}: too few elements, or off the buckled branch")
 

@@ -20,7 +20,7 @@ from ..process import Progress
 from ..record.errors import Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.record import BlockMotion, Record, RigidMotion
-from ..scene.linkage import Linkage, carried_masses, invert
+from ..scene.linkage import carried_masses, invert
 from ..scene.scene import Scene
 from .closing import Course, choose_independent_rows, close_loops, passes_singularity
 from .diagnosis import explain_singularity
@@ -59,7 +59,7 @@ class Follower:
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
-        self.linkage = Linkage(mechanism, last=duration)  # so that no drive is evaluated beyond the end
+        self.linkage = scene.linkage.limit_drives(duration)
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
         self.ended: Ended | None = None

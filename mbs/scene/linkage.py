@@ -8,6 +8,7 @@ gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Me
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -38,6 +39,12 @@ class Linkage:
 
     mechanism: Mechanism
     last: float = np.inf
+
+    def limit_drives(self, last: float) -> Linkage:
+        """Return a copy of the linkage, with its rows, whose drives are evaluated up to a time [s]."""
+        limited = copy(self)
+        object.__setattr__(limited, "last", last)
+        return limited
 
     @cached_property
     def index(self) -> dict[str, int]:
