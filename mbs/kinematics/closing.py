@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..scene.linkage import Linkage, invert, solve_rates
+from ..scene.linkage import Linkage, invert, solve_rows
 
 ROUNDING = 2e-15
 """Residual over the scale at which loops are closed to rounding: some nine roundings of 1."""
@@ -37,11 +37,12 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
             return None
-        if gap < ROUNDING * scale or (previous < CLOSED * scale and gap >= previous):
+        is_exact, is_stalled = gap < ROUNDING * scale, previous < CLOSED * scale and gap >= previous
+        if is_exact or is_stalled:
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
         previous = gap
         try:
-            q = q - solve_rates(jacobian, residual).reshape(q.shape)
+            q = q - solve_rows(jacobian, residual).reshape(q.shape)
         except np.linalg.LinAlgError:
             return None
     return None
@@ -54,7 +55,7 @@ def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) 
     except np.linalg.LinAlgError:
         return None
     q_t = (inverse @ linkage.drive_travel(times, order=1)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)
+    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)  # gamma - C_tt, as C has minus the travel
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
@@ -72,8 +73,8 @@ def choose_independent_rows(jacobian: Array) -> Array:
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
 
-    In such a pose the determinant of independent rows changes its sign. With redundant rows the chosen ones may be so alone,
-    so that a second branch, which meets the first in a singular pose, must be found as well.
+    In such a pose the determinant of independent rows changes its sign. Of redundant rows the chosen ones may become dependent
+    where all together do not. Then the pose counts as singular only if a second branch, which meets the first there, is found.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
@@ -92,7 +93,7 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     jacobian = linkage.jacobian(q)
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
     direction *= distance / np.abs(direction).max()
-    for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):
+    for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):  # to both sides, as the distance of the other branch is unknown
         other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
         if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # otherwise it is q to rounding
             return True

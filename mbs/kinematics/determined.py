@@ -1,9 +1,9 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates q (times, links, 3), (x, y, angle) of each link's start, close the loops, C(q, t) = 0. Rates solve J q_t = -C_t and
-J q_tt = gamma - C_tt, gamma quadratic in q_t. Multipliers mu of the rows solve M q_tt = f + J^T mu. The only error is rounding.
-Steps in time serve to stay on the branch of the start: each is predicted by q, q_t and q_tt. Their ends are called anchors.
-Loops at other times are closed from poses interpolated between anchors.
+Coordinates q (times, links, 3), (x, y, angle) of each link's start, close the loops, C(q, t) = 0. With J = dC/dq rates solve
+J q_t = -C_t and J q_tt = gamma - C_tt, gamma quadratic in q_t. The rows exert the forces J^T mu, and their multipliers mu solve
+M q_tt = f + J^T mu, M the mass and f applied forces. The only error is rounding. Steps in time, predicted by q, q_t and q_tt,
+serve to stay on the branch of the start. Their ends are called anchors; other times start from poses interpolated between them.
 """
 
 from collections.abc import Callable
@@ -72,7 +72,7 @@ class Follower:
         assert state is not None  # the scene has checked the start
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
-        h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # first step, of 0.02 rad or any, as steps adapt
+        h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # 0.02 rad, or any first step, which adapts
         slow = 0.01 * linkage.size / duration  # speed below which errors of speeds do not shorten a step
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -113,7 +113,8 @@ class Follower:
         """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
         speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
         t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
-        if speeds[-1] > 20.0 * float(np.median(speeds)):  # towards a locked pose speeds grow beyond bounds
+        # towards a locked pose speeds grow beyond bounds; 20 is a convention
+        if speeds[-1] > 20.0 * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
@@ -161,7 +162,7 @@ class Follower:
         _, *places = self._point_motion(course, i, arm)
         turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         centre_of_mass = start[:2] + np.array([arm.real, arm.imag])
-        arms = {point: np.subtract(position, centre_of_mass) for point, position in mechanism.points.items()}
+        arms = {point: np.subtract(mechanism.points[point], centre_of_mass) for point in mechanism.points}  # also of other links
         return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:

@@ -13,7 +13,7 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Singular value below which a pose may be singular: zero only in the pose itself, shortly before which a run ends."""
+"""Least singular value of the Jacobian below which a pose may be singular: it is zero there, but a run ends shortly before."""
 LEAST_RATIO = 0.2
 """Singular value, over the least one at t = 0, below which a pose may be singular: a regular linkage may have a small one."""
 IN_LINE = 0.3
@@ -39,10 +39,11 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
         return min(found)[1]
     matrix = linkage.jacobian(q)
     rows = np.arange(len(matrix)) if rows is None else rows
+    # left singular vector of the least singular value: coefficients of a sum of rows that nearly vanishes
     weights = np.linalg.svd(matrix[rows])[0][:, -1]
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
-    return f"{', '.join(repr(name) for name in names)} hold it"
+    return f"{', '.join(repr(name) for name in names)} hold the linkage"
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
@@ -54,11 +55,12 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     for i in rigid:
         link = mechanism.links[i]
         motion = record.links[link.name]
-        q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
+        places, angles = motion.point(link.start)[0], motion.turn(link.start)[0]  # [0]: without rates; angles since t = 0
+        q[i, :2], q[i, 2] = places[-1], q[i, 2] + angles[-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
     rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
-    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # for derivatives by places, and by angles times the longest link
+    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # columns of angles become derivatives by angle times longest link
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
     independent = independent_rows(first)
     if not len(independent) or not np.isfinite(last).all():

@@ -1,4 +1,7 @@
-"""Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration."""
+"""Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration.
+
+A `Follower` closes the loops over time in steps, whose ends are called anchors; samples are closed from poses between anchors.
+"""
 
 from math import ceil, pi
 from time import perf_counter
@@ -32,15 +35,15 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     reason = Scene.of(mechanism).why_not_kinematic
     if reason:
         raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
-    _ = Scene.of(mechanism).start  # raises for contradictory velocities
+    _ = Scene.of(mechanism).start  # computed here as contradictory velocities raise a KinematicsError
     begin = perf_counter()
-    with catch_ctrl_c() as interrupted:
+    with catch_ctrl_c() as interrupted:  # the constructor follows the whole motion; sampling takes little time
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     try:
         return _sample_motion(follower, duration, solver, begin)
     except UnclosedError as error:
-        ends_of_steps = follower.anchors.time
-        last = float(ends_of_steps[ends_of_steps < error.time][-1])
+        anchors = follower.anchors.time
+        last = float(anchors[anchors < error.time][-1])
         follower.ended = Ended(last, Status.SINGULAR, str(error))
         return _sample_motion(follower, duration, solver, begin)
 
@@ -57,7 +60,8 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        least = ceil(0.2 * solver.steps.contact_resolution)  # 8 by default; without contacts the setting has no other use
+        # 8 by default; the setting is free to decide this, as a motion with contacts is not sampled here
+        least = ceil(0.2 * solver.steps.contact_resolution)
         grid = _refine_short_steps(follower.anchors.time, grid, least)
     course = follower.at(grid)
     record = follower.record(course)
@@ -68,11 +72,12 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         record = follower.record(course)
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
     channels.update(follower.reactions(course, record))
-    work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
+    counts_of_integration = {"newton_iterations": 0.0, "jacobians": 0.0, "rejected": 0.0}
+    work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), **counts_of_integration}
     failure = None if ended is None else Failure(ended.status, ended.message)
     scene, linkage = Scene.of(mechanism), follower.linkage
     counts = {**scene.counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
-    return Run(solver, record, failure, work | {"rejected": 0.0}, counts, notes=scene.remarks)
+    return Run(solver, record, failure, work, counts, notes=scene.remarks)
 
 
 def _find_failed_load(record: Record) -> Ended | None:
@@ -82,9 +87,9 @@ def _find_failed_load(record: Record) -> Ended | None:
         if isinstance(load, Load):
             for push in load.pushes(name, record):
                 fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
-                k = int(np.argmax(fails))  # the first that fails, not 0: the mechanism has tried the function at t = 0
-                if fails[k] and k > 0 and (found is None or record.time[k] < found.time):
-                    t = float(record.time[k])
+                failed_times = record.time[1:][fails[1:]]  # not at t = 0, where the mechanism has tried the function
+                if len(failed_times) and (found is None or failed_times[0] < found.time):
+                    t = float(failed_times[0])
                     reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
                     found = Ended(t, Status.FUNCTION_FAILED, reason)
     return found
@@ -105,7 +110,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     kinks = np.array(Scene.of(mechanism).kinks(duration))
     kinks = kinks[kinks <= equidistant[-1]]
     times = np.unique(np.concatenate([equidistant, kinks, kinks - BEFORE_KINK * duration]))
-    is_distinct = np.append(np.diff(times) > BEFORE_KINK * duration / 2, True)
+    is_distinct = np.append(np.diff(times) > BEFORE_KINK * duration / 2, True)  # half: the difference has rounding errors
     return times[is_distinct]
 
 

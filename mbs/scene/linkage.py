@@ -1,8 +1,9 @@
 """Kinematics and masses of the mechanism with every link rigid, at one time or many.
 
 Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows, scalar equations
-C(q, t) = 0. Rates solve J q_t = -C_t, second rates J q_tt = gamma - C_tt. Here J is the Jacobian dC/dq, and the convective term
-gamma is quadratic in velocities (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
+C(q, t) = 0, from which drives subtract their travel, a function of time alone. With the Jacobian J = dC/dq, rates solve
+J q_t = -C_t and second rates J q_tt = gamma - C_tt with the convective term gamma = -(d(J q_t)/dq) q_t, quadratic in velocities
+(P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 
 from __future__ import annotations
@@ -27,21 +28,21 @@ class KinematicsError(ValueError):
     """The linkage cannot be assembled, or is singular (a dead centre) where it must not be."""
 
 
-ROUNDING = 1e-9
-"""Singular value of a constraint Jacobian, over the largest one, below which it counts as zero: far above rounding."""
+DEPENDENT = 1e-9
+"""Singular value of a constraint Jacobian, over the largest, below which rows count as dependent: rounding is about 1e-15."""
 DISPLACEMENT = 1e-2
-"""Distance of the pose in general position from that at t = 0, over the longest link or in rad: far above rounding."""
+"""Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism with all links rigid; drives are evaluated up to the time `last` [s]."""
+    """Loop closure of a mechanism with all links rigid; accelerations of drives are differences up to the time `last` [s]."""
 
     mechanism: Mechanism
     last: float = np.inf
 
     def limit_drives(self, last: float) -> Linkage:
-        """Return a copy of the linkage, with its rows, whose drives are evaluated up to a time [s]."""
+        """Return a copy of the linkage with its rows, for which the time `last` [s] is given."""
         limited = copy(self)
         object.__setattr__(limited, "last", last)
         return limited
@@ -97,7 +98,7 @@ class Linkage:
     def _forms(self) -> Forms:
         """Equations of all rows."""
         numbers, points = {**self.index, GROUND: len(self.index)}, self.mechanism.points
-        ends = Ends(lambda end: numbers[end.body], self._arm, lambda end: complex(*points[end.point]))
+        ends = Ends(body=lambda end: numbers[end.body], arm=self._arm, position=lambda end: complex(*points[end.point]))
         return Forms(self.rows, len(self.index), ends)
 
     def position(self, link: str, point: str, q: Array) -> Array:
@@ -117,7 +118,7 @@ class Linkage:
         return q_t[..., i, :2] + q_t[..., i, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
 
     def system(self, q: Array) -> tuple[Array, Array]:
-        """Compute residuals C (..., rows) without travel of drives and Jacobian J (..., rows, 3 links) from q (..., links, 3)."""
+        """Compute C (..., rows), before drives subtract their travel, and J (..., rows, 3 links) from q (..., links, 3)."""
         return self._forms.system(q - self._start_angles)
 
     def jacobian(self, q: Array) -> Array:
@@ -136,7 +137,7 @@ class Linkage:
     def drive_travel(self, time: ArrayLike, order: int = 0) -> Array:
         """Return the travel of the drive in each row [m or rad], or its derivative of an order up to 2, shape (..., rows).
 
-        It is 0 in rows without a drive. No drive is evaluated beyond `last`.
+        It is 0 in rows without a drive.
         """
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
@@ -154,20 +155,21 @@ class Linkage:
     def general_pose(self) -> Array:
         """Pose in general position (links, 3), near the pose at t = 0: all loops are closed, drives are free to move.
 
-        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Rows that are
-        redundant in every pose remain redundant. A linkage that cannot move has the pose at t = 0.
+        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here: of four poses
+        in random directions it is the one with the most independent rows. A linkage that cannot move has the pose at t = 0.
         """
         reference = self.reference
         rows = np.array([k for k in self.permanent_rows if k not in self.motions], dtype=int)
-        unit = np.tile([self.size, self.size, 1.0], len(self.index))
+        unit = np.tile([self.size, self.size, 1.0], len(self.index))  # of the coordinates
         if not len(rows):
             return reference
         _, values, right = np.linalg.svd(self.jacobian(reference)[rows] * unit)
-        free = right[int((values > ROUNDING * max(1.0, values[0])).sum()) :].T  # small motions that the rows allow
+        independent = int((values > DEPENDENT * max(1.0, values[0])).sum())
+        free = right[independent:].T  # small motions that the rows allow
         if not free.size:
             return reference
         best, largest_rank = reference, -1
-        for weights in np.random.default_rng(seed=0).normal(size=(4, free.shape[1])):  # 4 poses, as one could be singular
+        for weights in np.random.default_rng(seed=0).normal(size=(4, free.shape[1])):
             direction = free @ weights
             step = DISPLACEMENT * direction / np.abs(direction).max() * unit
             pose = self._close(reference + step.reshape(reference.shape), rows, unit)
@@ -180,7 +182,7 @@ class Linkage:
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
         """Close loops by the Gauss-Newton method from a nearby pose; return None if it does not converge or goes far away."""
-        scale = max(1.0, self.size)
+        scale = max(1.0, self.size)  # of residuals: at least 1, as those of angles are in rad
         for _ in range(20):  # far more than a start so close needs
             residual, jacobian = self.system(q)
             if np.abs(residual[rows]).max() < 1e-13 * scale:
@@ -190,16 +192,16 @@ class Linkage:
             q = q - (unit * (inverse @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
         has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
-        return q if has_closed and distance < 0.2 else None  # farther away it may be another assembly
+        return q if has_closed and distance < 20 * DISPLACEMENT else None  # farther away it may be another assembly
 
-    def mobility(self) -> int:
+    def count_free_motions(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
         jacobian = self.jacobian(self.reference)
         return jacobian.shape[1] - rank(jacobian)
 
 
-def solve_rates(jacobian: Array, right: Array) -> Array:
-    """Solve J x = right for rates x, (times, n), with J of shape (times, rows, n) and right of (times, rows)."""
+def solve_rows(jacobian: Array, right: Array) -> Array:
+    """Solve J x = right, (times, n), with J (times, rows, n) and right (times, rows); by least squares if J is not square."""
     is_square, column = jacobian.shape[-2] == jacobian.shape[-1], right[..., None]
     found: Array = np.linalg.solve(jacobian, column) if is_square else invert(jacobian) @ column
     return found[..., 0]
@@ -207,18 +209,18 @@ def solve_rates(jacobian: Array, right: Array) -> Array:
 
 def invert(matrix: Array) -> Array:
     """Invert matrices, shape (..., m, n); if they are not square, by the Moore-Penrose inverse."""
-    square = matrix.shape[-2] == matrix.shape[-1]
-    return np.linalg.inv(matrix) if square else np.linalg.pinv(matrix, rcond=ROUNDING)
+    is_square = matrix.shape[-2] == matrix.shape[-1]
+    return np.linalg.inv(matrix) if is_square else np.linalg.pinv(matrix, rcond=DEPENDENT)
 
 
 def rank(jacobian: Array) -> int:
-    """Return the number of independent rows of a Jacobian."""
-    least = ROUNDING * max(1.0, np.abs(jacobian).max(initial=0.0))
+    """Return the number of independent rows of a Jacobian, its singular values above `DEPENDENT` times the largest entry or 1."""
+    least = DEPENDENT * max(1.0, np.abs(jacobian).max(initial=0.0))
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, of rows that contradict or depend on each other, by their residuals or coefficients."""
+    """Return the elements, each once, of rows with weights that are not zero: residuals, or coefficients of dependent rows."""
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
     return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 

@@ -8,11 +8,12 @@ import numpy as np
 from ..elements.element import GROUND
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, Linkage, rank
-from .start import jacobian, name_surplus_drives
+from .linkage import DEPENDENT, Linkage, rank
+from .start import compute_jacobians, name_surplus_drives
 
 UNDETERMINED = 1e-6
-"""Component of a unit null vector of the transposed Jacobian above which the multiplier of its row is undetermined."""
+"""Component of a unit null vector of the transposed Jacobian above which the multiplier of its row is undetermined:
+well above the rounding error of null vectors, about 1e-16/`DEPENDENT`."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -23,7 +24,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         found.append(f"redundant: {', '.join(map(repr, redundant))}; no equation determines the forces of {shared}")
     if len(mechanism.drives) > 1 and (too_many := name_surplus_drives(linkage)):
         found.append(too_many)
-    groups, acting = _groups(mechanism), _named_places(mechanism.loads, mechanism.stops)
+    groups, with_forces = _groups(mechanism), _named_places(mechanism.loads, mechanism.stops)
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in groups[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
@@ -31,10 +32,10 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
         unjoined = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
-        if unjoined and point not in acting:  # a spring or a stop there may connect the links instead
+        if unjoined and point not in with_forces:  # a load there may be a spring, which connects these links, as a stop may
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
-    reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # stretched out from one side to the other
+    reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # longest way of a point: from side to side
     for stop in mechanism.stops:
         if stop.carrier == GROUND and abs(stop.distance_to_face(mechanism)) > reach:
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
@@ -42,31 +43,31 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 
 def _named_places(*parts: object) -> set[str]:
-    """Return all texts in the printed form of elements, split as in 'coupler:A'; names of points and links are among them."""
+    """Return all texts in the printed form of elements, split at colons: names of points and links, and perhaps others."""
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
 def _free_links(linkage: Linkage) -> Iterator[str]:
-    """Yield remarks on links that nothing joins to the rest, and on links that can move with all drives locked."""
+    """Yield remarks on links that nothing joins or a guide lets turn and, if there are drives, on links that no drive decides."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
-    acting = _named_places(mechanism.loads, mechanism.stops, mechanism.velocities)
+    with_effects = _named_places(mechanism.loads, mechanism.stops, mechanism.velocities)
     for link in mechanism.links:
-        mentioned = not acting.isdisjoint({*link.points, link.name})
-        if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not mentioned:
+        has_effect = not with_effects.isdisjoint({*link.points, link.name})
+        if groups[link.name] == {link.name} and len(mechanism.links) > 1 and not has_effect:
             yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
         joints = [joint.point for joint in mechanism.joints if link.name in (joint.first, joint.second)]
         guides = [guide.point for guide in mechanism.guides if guide.link == link.name]
-        if guides and len({*joints, *guides}) == 1 and not mentioned:
+        if guides and len({*joints, *guides}) == 1 and not has_effect:
             yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
-    matrix = linkage.jacobian(linkage.reference)
+    matrix = linkage.jacobian(linkage.reference)  # at t = 0, as forces decide the motion from there
     free = matrix.shape[1] - rank(matrix)
     if free:
         free_motions = np.linalg.svd(matrix)[2][-free:]  # unit vectors in coordinates (links, 3): null space of all rows
         of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
-        moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > ROUNDING]
+        moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > DEPENDENT]
         count = "1 way" if free == 1 else f"{free} ways"
         driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
         can_move = f"with the drives held the linkage can move in {count} ({names})"
@@ -96,18 +97,19 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    matrix_rank = int((values > ROUNDING * values.max(initial=1.0)).sum())  # over 1 at least, as `rank` does
+    matrix_rank = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # over 1 at least, as `rank` does
     null_vectors = left[:, matrix_rank:]
     shares = np.abs(null_vectors).max(axis=1, initial=0.0)
     return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > UNDETERMINED))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return elements and scaled derivatives of the permanent rows, in general position; rows of drives come first.
+    """Return elements and scaled derivatives, in general position, of the rows that hold throughout a run.
 
-    Where a drive and a joint depend on each other, the joint is redundant.
+    Rows of drives come first: where a drive and a joint depend on each other, the joint is redundant. Columns are for places and
+    angles (times the longest link) of links, and for deformations of flexible ones, whose scale has no effect on the rank.
     """
-    rigid, flexible = jacobian(linkage, linkage.general_pose)
+    rigid, flexible = compute_jacobians(linkage, linkage.general_pose)
     unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
     order = sorted(linkage.permanent_rows, key=lambda k: linkage.rows[k].motion is None)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
@@ -121,7 +123,7 @@ def independent_rows(matrix: Array) -> list[int]:
     for k, row in enumerate(matrix):
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
-        if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, float(np.linalg.norm(row))):
+        if float(np.linalg.norm(rest)) > DEPENDENT * max(1.0, float(np.linalg.norm(row))):
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
             independent.append(k)
     return independent

@@ -19,13 +19,13 @@ from .remarks import find_redundant, find_undetermined, remarks
 from .start import Start, start
 
 STIFF_RATE = 1e5
-"""Decay rate of contact damping above which the implicit integrator is faster than the explicit one [1/s]."""
+"""Decay rate of contact damping above which runs are implicit [1/s]: for stability explicit steps must be below some 3/rate."""
 DEPTH = 1e-5
 """Depth at which contact damping is evaluated [m]: between the depths of light and hard impacts."""
 SPEED = 1e-3
-"""Speed at which the damping force is evaluated [m/s]: up to this speed contact laws are linear in it."""
+"""Speed of penetration at which the damping force is evaluated [m/s]: small against `ONSET_SPEED`."""
 ONSET_SPEED = 0.1
-"""Onset speed with which contact damping is evaluated [m/s], as in a moderate impact."""
+"""Onset speed with which contact damping is evaluated [m/s], as in a moderate impact: some laws divide by it."""
 
 
 class Scene:
@@ -79,7 +79,7 @@ class Scene:
 
     @cached_property
     def redundant(self) -> list[str]:
-        """Elements whose rows depend on other rows in a pose in general position; flexible links may deform."""
+        """Elements whose rows depend on other rows in a pose in general position, also with deformations of flexible links."""
         return find_redundant(self.linkage)
 
     @cached_property
@@ -98,9 +98,9 @@ class Scene:
         if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
             return False
         rows, coordinates = self.linkage.rows, self.linkage.reference.size
-        if len(rows) < coordinates or any(row.start_only for row in rows):  # `start_only`: of a joint with clearance
+        if len(rows) < coordinates or any(row.start_only for row in rows):  # rows at t = 0 only: of a joint with clearance
             return False
-        return self.linkage.mobility() == 0
+        return self.linkage.count_free_motions() == 0
 
     @cached_property
     def why_not_kinematic(self) -> str:
@@ -114,7 +114,7 @@ class Scene:
         rubbing = [guide.key for guide in mechanism.guides if guide.friction_needs_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
-        no_multipliers = np.empty((0, 3))  # at no time; an element has 3 rows at most
+        no_multipliers = np.empty((0, 3))  # of no times, as the question is only if reactions are known; 3: most rows
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
@@ -122,7 +122,8 @@ class Scene:
                 return f"'{name}' does not tell its reaction"
         for element in (*mechanism.loads, *mechanism.couplings):
             has_rows = any(element.rows(mechanism))  # then its force is its reaction
-            if not has_rows and type(element).pushes is Element.pushes:  # the base class knows no force
+            has_force = type(element).pushes is not Element.pushes  # the method of the base class returns None
+            if not (has_rows or has_force):
                 return f"'{element.key}' does not tell its force in a known motion"
         return ""
 
@@ -152,7 +153,8 @@ class Scene:
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        return tuple(sorted({*times, *edges_along(duration)}))  # with those that an earlier run of the simulation has found
+        found_by_runs = edges_along(duration)  # in user functions, by earlier runs of the same simulation, in `functions`
+        return tuple(sorted({*times, *found_by_runs}))
 
     @cached_property
     def has_user_code(self) -> bool:
@@ -171,7 +173,10 @@ class Scene:
 
     @cached_property
     def is_unconstrained(self) -> bool:
-        """True if the explicit integrator of Exudyn, without constraints, is used: all joints of rigid links have clearance."""
+        """True if Exudyn integrates explicitly, without constraints: all joints of rigid links have clearance.
+
+        A drive must have a constant speed, which a huge moment of inertia keeps.
+        """
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

@@ -14,7 +14,7 @@ from ..elements.link import Link
 from ..elements.rows import Row
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import ROUNDING, KinematicsError, Linkage, involved_elements, mass_matrix, rank
+from .linkage import DEPENDENT, KinematicsError, Linkage, involved_elements, mass_matrix, rank
 
 EXACT = 1e-9
 """Largest residual, relative to the right-hand side or 1, of velocities that satisfy their equations: far above rounding."""
@@ -90,7 +90,7 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * ratio, unit * ratio / length])
 
 
-def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
+def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
     """Compute the rows' derivatives by coordinates of m rigid links, (rows, 3 m), and by n stations, (rows, 3 n)."""
     stations = Stations(linkage.mechanism)
     q = linkage.reference if q is None else q
@@ -101,8 +101,8 @@ def jacobian(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
 
 def name_surplus_drives(linkage: Linkage) -> str:
     """Explain that a mechanism has more drives than degrees of freedom in general position; return '' if it has not."""
-    matrix = np.hstack(jacobian(linkage, linkage.general_pose))
-    driven = [k for k in linkage.permanent_rows if k in linkage.motions]
+    matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))
+    driven = [k for k in linkage.permanent_rows if k in linkage.motions]  # rows that follow a drive throughout a run
     constraints = [k for k in linkage.permanent_rows if k not in linkage.motions]
     free = matrix.shape[1] - rank(matrix[constraints])
     if len(driven) <= free:
@@ -117,7 +117,7 @@ def start(linkage: Linkage) -> Start:
     Raises KinematicsError, with the names of the elements, at a dead centre or if velocities contradict each other.
     """
     mechanism = linkage.mechanism
-    rigid, flexible = jacobian(linkage)
+    rigid, flexible = compute_jacobians(linkage)
     right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)
     for name, row, by_stations, value in _velocity_rows(mechanism, linkage):
         rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
@@ -144,12 +144,12 @@ def start(linkage: Linkage) -> Start:
 def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array, Array]:
     """Return the least weighted velocities of stations with which rigid motions satisfy the rows, and the rows' residual."""
     scale = max(1.0, np.abs(right).max(initial=0.0))
-    missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
+    missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=DEPENDENT)[0] if rigid.size and right.any() else right
     if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(flexible.shape[1]), missing
-    projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)  # removes all that rigid motions can do
+    projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=DEPENDENT)  # removes all that rigid motions can do
     unit = np.abs(flexible).max()  # for entries near 1: the result does not depend on it
-    weighted = np.linalg.pinv(projector @ flexible / unit, rcond=ROUNDING) @ missing / unit
+    weighted = np.linalg.pinv(projector @ flexible / unit, rcond=DEPENDENT) @ missing / unit
     return weighted, missing - projector @ flexible @ weighted
 
 
@@ -160,9 +160,9 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     unit = 1 / np.sqrt(np.diag(mass))
     factor = np.linalg.cholesky(mass * np.outer(unit, unit))  # scaled to a diagonal of ones
     to_rates = unit[:, None] * np.linalg.inv(factor).T
-    rates: Array = to_rates @ np.linalg.lstsq(rows @ to_rates, right, rcond=ROUNDING)[0]
+    rates: Array = to_rates @ np.linalg.lstsq(rows @ to_rates, right, rcond=DEPENDENT)[0]
     residual = right - rows @ rates  # rounding, which is large if masses differ by orders of magnitude
-    return rates + to_rates @ np.linalg.lstsq(rows @ to_rates, residual, rcond=ROUNDING)[0]
+    return rates + to_rates @ np.linalg.lstsq(rows @ to_rates, residual, rcond=DEPENDENT)[0]
 
 
 def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
@@ -179,9 +179,9 @@ def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str
             continue
         link, point = carrier(mechanism, name)
         arm = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
-        for axis, direction in enumerate(np.eye(3)[:2]):
-            row = np.zeros((n, 3))
-            row[linkage.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
+        for axis, lever in enumerate((-arm[1], arm[0])):  # velocity of the point along x, then y
+            direction, row = np.eye(3)[axis], np.zeros((n, 3))
+            row[linkage.index[link]] = [direction[0], direction[1], lever]
             by_stations = np.zeros((len(stations.points), 3))
             if (link, point) in stations.numbers:
                 k = stations.numbers[link, point]

@@ -1,9 +1,9 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
-The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T. A tangent
-(2 n + 1,) is scaled: coordinates over units, rates over (units 2 pi/T), p over its range. The length of a tangent is taken in a
-metric, in which coordinates and rates are also divided by the size of the motion. Constraints leave f free coordinates. At
-critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
+The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T.
+Constraints leave f free coordinates; equations are solved for 2 f + 1 changes: of these, of their rates and of p. A tangent
+(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In the metric of its length coordinates
+and rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, d
 from .varied import Paced
 
 SHORTEST = 1e-5
-"""Arc length below which continuation ends."""
+"""Arc length at which a failing step is not shortened any more, so that continuation ends: after some ten failures."""
 MOST_CHANGE = 0.5
-"""Largest change of a multiplier in a step, over its distance from 1; a step with a larger change may miss a narrow resonance."""
+"""Largest change of a multiplier mu in a step, over |mu - 1|. A forced motion x = mu x + b has the size b/|1 - mu|: where this
+changes more, a narrow resonance may lie within the step."""
 NARROW = 1e-3
-"""Arc length, or change of the parameter over its range, below which a multiplier may change more than `MOST_CHANGE`."""
+"""Arc length, or change of the parameter over its range, from which a step may not turn far nor change multipliers much."""
 
 
 class Orbit(NamedTuple):
@@ -72,19 +73,22 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, up to `to`. If `fixed`, errors omit that of the strips' degree."""
+    """Periodic motions over the parameter of a problem, up to `to`; `span` is the range of the parameter, with its sign.
+
+    If `keeps_degree`, refinement leaves the degree of the strips as it is, and errors leave out its share.
+    """
 
     shooting: Shooting
     problem: Problem
     to: float
-    fixed: bool
+    keeps_degree: bool
 
     def __post_init__(self) -> None:
         self.start = self.problem.initial
         self.span = self.to - self.start
 
     def set_parameter(self, parameter: float) -> None:
-        """Set the parameter, and the period with it."""
+        """Set the parameter, and the period with it if the parameter is the frequency [Hz]."""
         self.problem.set_parameter(parameter)
         self.shooting.scene = self.problem.scene
         if isinstance(self.problem, Paced):
@@ -96,7 +100,10 @@ class ResponseCurve:
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 
     def compute_orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
-        """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
+        """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`.
+
+        By default p moves towards the end, so that the motion must not lie at a fold.
+        """
         self.set_parameter(parameter)
         shooting, changes = self.shooting, []
         basis = shooting.basis(state)
@@ -109,11 +116,13 @@ class ResponseCurve:
         slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
         matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
         size = max(1e-3, shooting.largest_range(out))  # 1e-3: at rest the metric would be singular
-        metric, last = np.append(np.full(len(slope), size**-2.0), 1.0), np.eye(len(slope) + 1)[-1]
-        scaled = self._scaled_basis(basis)
-        direction = solve(np.vstack([matrix, last if before is None else metric * (before @ scaled)]), last)
+        metric = np.append(np.full(len(slope), size**-2.0), 1.0)
+        scaled, unit_p = self._scaled_basis(basis), np.eye(len(slope) + 1)[-1]
+        normal = unit_p if before is None else metric * (before @ scaled)
+        direction = solve(np.vstack([matrix, normal]), unit_p)  # matrix @ direction = 0, normal @ direction = 1
         tangent = scaled @ direction / np.sqrt(metric @ direction**2)
-        return Orbit(Found(state, shooting.period, 0.0, out, monodromy), parameter, basis, matrix, tangent, size)
+        found = Found(state, shooting.period, residual=0.0, out=out, matrix=monodromy)
+        return Orbit(found, parameter, basis, matrix, tangent, size)
 
     def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
         """Find the motion on the plane normal to the tangent of another motion, at an arc along it, by Broyden's method."""
@@ -122,31 +131,31 @@ class ResponseCurve:
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
         parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
         matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
-        least, best = np.inf, (state, parameter)
+        accepted, accepted_residual = (state, parameter), np.inf
         step = previous = np.zeros(len(matrix))
         for k in range(ITERATIONS):
             self.set_parameter(parameter)
             state = shooting.project(state)
             out = shooting.run(state, adaptive=k == 0)  # the first run chooses the steps, so that the others differ smoothly
-            residual = np.append(shooting.change(state, basis, out), 0.0)
+            residual = np.append(shooting.change(state, basis, out), 0.0)  # 0: steps and, nearly, projections stay on the plane
             largest = float(np.abs(residual).max(initial=0.0))
-            if k:
+            if k:  # Broyden's update: the matrix times the step is then the change of the residual
                 matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
-            is_closed = least <= CLOSED  # then the residual must be halved; before, it may double
-            if not largest < (0.5 if is_closed else 2.0) * least:
+            factor = 0.5 if accepted_residual <= CLOSED else 2.0  # a closed motion must improve; before, the residual may double
+            if not largest < factor * accepted_residual:
                 break
-            least, best, previous = largest, (state, parameter), residual
+            accepted, accepted_residual, previous = (state, parameter), largest, residual
             step = solve(matrix, -residual)
             state, parameter = shooting.displace(state, basis, step[:-1]), parameter + float(step[-1]) * self.span
-        if least > CLOSED:
+        if accepted_residual > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
-        return self.compute_orbit(*best, orbit.tangent)
+        return self.compute_orbit(*accepted, orbit.tangent)
 
     @cached_property
     def finer(self) -> ResponseCurve:
-        """Curve with finer steps, narrower differences and, unless `fixed`, a higher degree; `refine` sets its parameter."""
+        """Curve with finer steps, narrower differences, a higher degree unless `keeps_degree`; `refine` sets its parameter."""
         scene = self.shooting.scene
-        problem = self.problem.with_degree(0 if self.fixed or not has_strips(scene) else DEGREE_STEP)
+        problem = self.problem.with_degree(0 if self.keeps_degree or not has_strips(scene) else DEGREE_STEP)
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
 
     def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
@@ -188,7 +197,7 @@ class ResponseCurve:
                     start = finer.compute_orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
                     refined = finer.refine_root(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
-                rest = Rest(found.found.state.q, np.empty(0), found.parameter)
+                rest = Rest(found.found.state.q, multipliers=np.empty(0), parameter=found.parameter)
                 yield root, CriticalMotion(kind, rest, curve.make_motion(found)), error
 
     def find_root(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
@@ -220,12 +229,13 @@ class ResponseCurve:
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the tangents at two motions [rad], in the metric at the second, here times its size."""
+        """Compute the angle between the tangents at two motions [rad], in the metric at the second."""
+        # products in this metric are those of (t, size p), t and p parts of a tangent, over size**2
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
     def may_miss_resonance(self, orbit: Orbit, new: Orbit) -> bool:
-        """Return True if a multiplier changed so much in a step that a resonance may lie within it."""
+        """Return True if a multiplier changed so much in a step that a resonance may lie within it; see `MOST_CHANGE`."""
         is_wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
         changes = distances_to(new.multipliers, orbit.multipliers)
         return is_wide and bool((changes > MOST_CHANGE * np.abs(new.multipliers - 1.0)).any())
@@ -239,26 +249,25 @@ class ResponseCurve:
         steps of the curve, 'spent' after all time steps of its runs, 'stopped' by the user.
         """
         orbits, criticals, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), step
-        self.shooting.steps_left = 20 * BUDGET  # time steps of all runs: 20 times those of one motion
+        self.shooting.steps_left = 20 * BUDGET  # time steps of all runs: as many as 20 searches for a single motion may take
         while len(orbits) <= steps:
             last = orbits[-1]
             try:
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
-                new = self.find_on_plane(last, arc)
-                angle = self.angle(last, new)
-                if arc > NARROW and (angle > CORNER or self.may_miss_resonance(last, new)):
-                    raise StaticsError("a shorter step is needed")
+                new = self._advance(last, arc)
                 found = sorted(self.find_criticals(last, new, arc), key=lambda critical: critical[0])
                 criticals += [(point, error) for _, point, error in found]
-            except (SpentError, *USER_STOPS) as error:
-                return orbits, criticals, "spent" if isinstance(error, SpentError) else "stopped"
+            except SpentError:
+                return orbits, criticals, "spent"
+            except USER_STOPS:
+                return orbits, criticals, "stopped"
             except StaticsError:
                 if arc <= SHORTEST:
                     return orbits, criticals, "singular"
                 arc *= 0.4  # repeat the step, which failed or must be shorter
                 continue
             orbits.append(new)
-            arc = next_arc(arc, angle, longest)
+            arc = next_arc(arc, self.angle(last, new), longest)
             done = self._fraction(new.parameter)
             if not 0.0 < done < 1.0:
                 ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.start)
@@ -268,6 +277,13 @@ class ResponseCurve:
                     orbits[-1] = self.compute_orbit(self.shooting.search(new.found.state).state, end)
                 return orbits, criticals, ended
         return orbits, criticals, "steps"
+
+    def _advance(self, last: Orbit, arc: float) -> Orbit:
+        """Find the next motion at an arc; raise a StaticsError if there is none, or if the step must be shorter."""
+        new = self.find_on_plane(last, arc)
+        if arc > NARROW and (self.angle(last, new) > CORNER or self.may_miss_resonance(last, new)):
+            raise StaticsError("the curve turns too far in the step, or may have a resonance within it")
+        return new
 
     def _fraction(self, parameter: float) -> float:
         """Return the fraction of the parameter's range: 0 at the start, 1 at the end."""
@@ -279,4 +295,4 @@ KINDS: dict[str, Callable[[Orbit], float]] = {
     "doubling": lambda orbit: float(np.prod(orbit.multipliers + 1.0).real),
     "branching": lambda orbit: float(np.prod(orbit.multipliers - 1.0).real),
 }
-"""Functions of a motion that are zero at critical points."""
+"""Functions of a motion whose signs change at critical points, but not if two multipliers pass together."""

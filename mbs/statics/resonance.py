@@ -69,7 +69,7 @@ def response(
     parameter : str, optional
         Path of a number, as in files, that changes instead of the frequency.
     settle, start, degree
-        Options of `periodic` for the first motion; the degree is 8 by default, and higher for critical points.
+        Options of `periodic` for the first motion. The degree is 8 by default; errors then come from motions of a higher one.
     steps : int
         Largest number of steps.
     step, longest : float
@@ -93,15 +93,16 @@ def response(
         problem = problem_over(mechanism, shooting.scene.degree, load=load, parameter=parameter)
     if float(to) == problem.initial:
         raise ValueError(f"to = {to:g}: the curve begins there")
-    curve = ResponseCurve(shooting, problem, float(to), fixed=degree is not None)
+    curve = ResponseCurve(shooting, problem, float(to), keeps_degree=degree is not None)
     curve.set_parameter(problem.initial)
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
-        none, ended = np.empty((0, shooting.scene.size)), "singular"  # for any reason, as there is no first motion
-        return Response(*failure_of(error), ended, shooting.scene, parameter=np.empty(0), q=none, points=[])
+        status, message = failure_of(error)
+        no_states = np.empty((0, shooting.scene.size))  # without a first motion the curve is `ended` as singular, for any error
+        return Response(status, message, "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
     finally:
-        curve.set_parameter(problem.initial)
+        curve.set_parameter(problem.initial)  # so that the scene of the result is the mechanism as given
 
 
 def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:
@@ -110,5 +111,5 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
     errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
     motions, points = [curve.make_motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
-    status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
-    return Response(*status, ended, curve.shooting.scene, parameters, q, points, errors, motions)
+    status, message = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
+    return Response(status, message, ended, curve.shooting.scene, parameters, q, points, errors, motions)

@@ -18,7 +18,7 @@ from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.scene.linkage import rank
 from buckler.mbs.scene.scene import Scene
-from buckler.mbs.scene.start import jacobian
+from buckler.mbs.scene.start import compute_jacobians
 from buckler.mbs.schema import schema
 from buckler.mbs.sensitivity.numbers import find_entry
 from buckler.mbs.spectral.beforehand import compile_all
@@ -173,7 +173,7 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
     All links count as rigid and joints with clearance as ideal joints; drives do not count.
     """
     try:
-        rows, _ = jacobian(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
+        rows, _ = compute_jacobians(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
         return rows.shape[1], rows.shape[0], rank(rows)
     except (ValueError, AttributeError):  # from the equations of any element: the description goes on without the mobility
         return None

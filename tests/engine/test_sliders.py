@@ -87,7 +87,7 @@ def test_loop_closure_knows_joints_that_slide(kind):
     )  # fmt: skip
     h = 1e-4
     closure, states = closed(mechanism, 0.3 + h * np.arange(-1, 2))
-    assert closure.mobility() == 0
+    assert closure.count_free_motions() == 0
     rate = (states[2].q - states[0].q) / (2 * h)
     change = (states[2].q_t - states[0].q_t) / (2 * h)
     assert states[1].q_t == pytest.approx(rate, abs=1e-5)

@@ -93,8 +93,8 @@ GROUNDED = {"O": (0.0, 0.0), "A": (1.0, 0.2), "B": (2.0, 0.0)}
 def test_mobility_counts_freedoms_not_rows(mechanism, free):
     if free is None:
         # two parallel guides keep the bar's direction (it cannot turn): the drive adds no freedom and takes none
-        assert Linkage(mechanism).mobility() == 1
+        assert Linkage(mechanism).count_free_motions() == 1
         with pytest.raises(KinematicsError):
             _ = Scene.of(mechanism).start
     else:
-        assert Linkage(mechanism).mobility() == free
+        assert Linkage(mechanism).count_free_motions() == free
