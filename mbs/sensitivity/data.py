@@ -38,10 +38,10 @@ class Read(NamedTuple):
 class Experiment:
     """Measurements of one run of a mechanism, at increasing times [s] from the start of the run, (samples,).
 
-    `signals` (samples,) are named as in a result, SI, nan where nothing was measured; `units` have the same dimension as in the
-    result. `errors` are standard deviations of signals; missing ones are estimated from the residuals of the fit. `readings` are
-    measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of numbers of the mechanism in this experiment,
-    by path. The `duration` [s] is by default the last time.
+    `signals` (samples,) are named as in a result, SI, nan where nothing was measured. `units` are those of the file; only their
+    dimensions matter, which must be the result's. `errors` are standard deviations of signals; missing ones are estimated from
+    the residuals of the fit. `readings` are measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of
+    numbers of the mechanism in this experiment, by path. The `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))

@@ -3,8 +3,8 @@
 A reading f is computed at p - w, p and p + w, where w is a small change of the number p. The derivative is
 (f(p + w) - f(p - w))/2w. The error is the sum of two estimates (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
 The truncation error is the difference from a second, coarser central difference: with 4 w, larger tolerances and strips of a
-lower degree. The noise of the readings is estimated from second differences: the gap between the one-sided derivatives
-(f(p + w) - f(p))/w and (f(p) - f(p - w))/w is w f'' without noise, four times as large with 4 w.
+lower degree. The noise shows in the gap between the one-sided derivatives (f(p + w) - f(p))/w and (f(p) - f(p - w))/w. Without
+noise the gap is w f'', a quarter of the gap over 4 w; a difference of the finer gap from that quarter is noise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,17 +27,17 @@ from .runs import Reading, Readings, read, readings_of, require_compiler, scale_
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
 WIDTH_OF_RUNS = 3e-4
-"""Half width w of the finer difference, over the number, for readings of runs. Truncation errors are about w^2."""
+"""Relative change w/|p| of the number in the finer difference, for readings of runs. Truncation errors grow as its square."""
 WIDTH_AT_REST = 1e-3
-"""Half width w of the finer difference, over the number, for readings of equilibria and for functions."""
+"""Relative change w/|p| in the finer difference for readings of equilibria and for functions, which do without a run."""
 WIDER = 4.0
-"""Factor from the finer width to the coarser one, and from the finer tolerance to the coarser one: w^2 grows by 16."""
+"""Factor from the finer width to the coarser one, and from the finer tolerances to the coarser ones: w^2 grows by 16."""
 COMMON = 1e-6
 """Least relative error of a derivative: both differences come from one solver and may share an error, which their difference
 does not show. Chosen, not measured."""
-NOISE = 3.5
-"""Ratio of two effects of independent noise of f, of standard deviation s: on the gap, sqrt(6) s/w, over that on the central
-difference, s/(sqrt(2) w). It is sqrt(12)."""
+GAP_NOISE = 3.5
+"""Noise of the gap over that of the central difference. For independent noise of f, of standard deviation s, they are
+sqrt(6) s/w and s/(sqrt(2) w), so the ratio is sqrt(12). A quarter of the coarser gap has a sixteenth of the noise: neglected."""
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
 SMALL_EFFECT = 1e-2
@@ -47,7 +47,8 @@ KINK_RATIO = 0.5
 LEAST_KINK = 1e-3
 """Least gap between one-sided derivatives at a kink, over the derivative."""
 KINK_OVER_ERROR = 10.0
-"""Least gap at a kink over the difference of the two central differences, which is large at a jump and in chaos."""
+"""Least gap at a kink over the difference of the two central differences, which is large at a jump and in chaos. By the tests:
+with 1, smooth readings of impacts are called kinks; with 100, a graze passes for smooth."""
 
 
 class Derivative(NamedTuple):
@@ -159,12 +160,15 @@ def sensitivities(
     deviations = by if isinstance(by, Mapping) else {}
     spreads = {name: float(positive(f"standard deviation of {name}", x, family.units[name])) for name, x in deviations.items()}
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
+    # a document has its other numbers itself, a function has to be given them
     fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     neighbours = Neighbours(family, fixed, scales, duration)
+    # `readings_of` has refused texts other than frequencies if there is no duration; a function makes no run
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf  # two widths, two sides of each number
+    expected_runs = 2 * (1 + 2 * len(scales)) if of_runs else inf  # two widths, two sides of each number; rest is not counted
+    watching.get().most = expected_runs  # for the line of progress
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
@@ -183,7 +187,8 @@ class OneSided(NamedTuple):
 class Neighbours(NamedTuple):
     """Mechanisms that differ from a given one in one number.
 
-    `fixed` are arguments of the function that do not vary. A number changes by a width times its value in `scales`, see `_scale`.
+    `fixed` are arguments of the function that do not vary. A `width` is relative: w is the width times the number's scale, its
+    value in `scales`, see `_scale`.
     """
 
     family: Family
@@ -197,31 +202,39 @@ class Neighbours(NamedTuple):
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        can_be_coarser = (solver.degree or 0) > DEGREE_STEP  # no degree: both differences have the default one
-        coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if can_be_coarser else 0)
-        unchanged, coarse_unchanged = self.read(readings, solver), self.read(readings, coarse_solver)
-        slopes, reason = dict[str, OneSided](), ""
+        unchanged = self.read(readings, solver)
+        slopes, reason = self.slopes_by_number(readings, solver, width, unchanged)
+        rows = []
+        for i, reading in enumerate(readings):
+            value, derivatives = float(unchanged.values[i]), []
+            reading_error = float(unchanged.errors[i]) / abs(value) if value else 0.0  # relative
+            for name, scale in self.scales.items():
+                row = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
+                if name in slopes:
+                    rounding = 1e-15 * abs(value) / (width * scale)  # from some roundings of the reading, of 1e-16 each
+                    sides = OneSided(*(float(side[i]) for side in slopes[name]))
+                    derivatives.append(_combine(row, scale, sides, reading_error, rounding))
+                else:  # a time limit or Ctrl-C came before
+                    derivatives.append(row._replace(note=reason))
+            rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
+        return rows
+
+    def slopes_by_number(
+        self, readings: Mapping[str, Reading], solver: Spectral, width: float, unchanged: Readings
+    ) -> tuple[dict[str, OneSided], str]:
+        """Compute one-sided derivatives by each number until the user stops; return them, and the reason of the stop or ''."""
+        has_degree_to_lower = solver.degree is not None and solver.degree > DEGREE_STEP
+        coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
+        coarse_unchanged = self.read(readings, coarse_solver)
+        slopes: dict[str, OneSided] = {}
         try:
             for name in self.scales:
                 fine = self.slopes(readings, name, solver, width, unchanged)
                 coarse = self.slopes(readings, name, coarse_solver, WIDER * width, coarse_unchanged)
                 slopes[name] = OneSided(*fine, *coarse)
         except USER_STOPS as stop:
-            reason = str(stop)
-        rows = []
-        for i, reading in enumerate(readings):
-            value, derivatives = float(unchanged.values[i]), []
-            relative = float(unchanged.errors[i]) / abs(value) if value else 0.0
-            for name, scale in self.scales.items():
-                row = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
-                if name in slopes:
-                    rounding = 1e-15 * abs(value) / (width * scale)  # from some roundings of the reading, of 1e-16 each
-                    sides = OneSided(*(float(side[i]) for side in slopes[name]))
-                    derivatives.append(_combine(row, scale, sides, relative, rounding))
-                else:  # a time limit or Ctrl-C came before
-                    derivatives.append(row._replace(note=reason))
-            rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
-        return rows
+            return slopes, str(stop)
+        return slopes, ""
 
     def slopes(self, readings: Mapping[str, Reading], name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
         """Compute the one-sided derivatives from below and from above by a number, each (readings,); nan where a run fails."""
@@ -243,11 +256,11 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, rounding: float) -> Derivative:
+def _combine(blank: Derivative, scale: float, sides: OneSided, reading_error: float, rounding: float) -> Derivative:
     """Combine one-sided derivatives to a derivative with its error.
 
-    `blank` has all but the derivative. `relative` is the relative error of the reading, `rounding` the error of the derivative
-    due to rounding.
+    `blank` has all but the derivative. `reading_error` is the relative error of the reading, `rounding` the error of the
+    derivative due to rounding. If one side failed there is no gap: neither noise nor a kink can be seen.
     """
     below, above, coarse_below, coarse_above = sides
     if isfinite(below) and not isfinite(above):
@@ -257,7 +270,7 @@ def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, 
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / NOISE if isfinite(gap) else 0.0  # one side failed: no noise or kink is known
+    noise = abs(gap - coarse_gap / WIDER) / GAP_NOISE if isfinite(gap) else 0.0
     error = abs(value - coarse) + noise
     least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
     reason = ""
@@ -269,5 +282,5 @@ def _combine(blank: Derivative, scale: float, sides: OneSided, relative: float, 
         reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
     if reason:
         return blank._replace(below=below, above=above, note=reason)
-    error += (relative + COMMON) * abs(value) + rounding
+    error += (reading_error + COMMON) * abs(value) + rounding
     return blank._replace(derivative=value, error=error, below=below, above=above, note=note)

@@ -157,12 +157,12 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
-    """Take a step of a search until it ends, runs or time are used up, or, with nothing to minimise, constraints are met."""
+    """Take a step of a search until it ends or is ended by one of two exceptions."""
     try:
         step()
-    except EnoughError:
+    except EnoughError:  # the budget of runs is used up or, with nothing to minimise, constraints are met
         pass
-    except USER_STOPS as stop:
+    except USER_STOPS as stop:  # the time limit, or Ctrl-C
         search.stopped = str(stop)
 
 

@@ -31,9 +31,9 @@ class Entry(NamedTuple):
 
 
 def find_entry(document: Mapping[str, object], path: str) -> Entry:
-    """Look up the entry at a path of a document; raise a ValueError if there is none."""
+    """Look up the entry at a path of a document, or its default; evaluate a formula. A ValueError says that there is none."""
     keys = resolve(document, path)
-    declaration = _find_declaration(document, path)
+    declaration = _find_declaration(document, path)  # also checks the document, and refuses an unknown field
     try:
         value = get(document, path)
     except KeyError:
@@ -42,24 +42,26 @@ def find_entry(document: Mapping[str, object], path: str) -> Entry:
         value = declaration.default
     if keys[0] == PARAMETERS:
         return Entry(None, value, unit_of(value) if isinstance(value, str) and is_measured(value) else "")
-    if isinstance(value, str) and PARAMETERS in document:  # perhaps a formula
-        value = get(substitute(document), path)
+    if isinstance(value, str) and PARAMETERS in document:
+        value = get(substitute(document), path)  # a text that is no formula stays as it is
     return Entry(declaration, value, _find_unit(document, keys, declaration.spec.unit, value) if declaration else "")
 
 
 def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declared: str, value: Any) -> str:
     """Return the unit of an entry from the declared one.
 
-    A drive has the declared unit `rad/s or m/s`. The unit of a text decides which one it is; for a plain number it is the first
-    if a link is driven, and the second if a point is. The position of a point on a link has no declared unit: it is in m.
+    The fields of a drive declare two units, such as `rad/s or m/s`. A text with a unit, such as '5 mm/s', decides between them;
+    for a plain number it is the first if a link is driven, and the second if a point is. The position of a point on a link,
+    as `links.coupler.carries.P[0]`, has no declared unit: it is in m.
     """
-    for unit in declared.split(" or ") if isinstance(value, str) else ():
-        with contextlib.suppress(ValueError):  # of a text in another unit
+    alternatives = declared.split(" or ")
+    for unit in alternatives if isinstance(value, str) else ():
+        with contextlib.suppress(ValueError):  # the text is no quantity of this unit: try the next
             parse_quantity(value, unit)
             return unit
-    if keys[0] == "drives" and isinstance(keys[1], int) and " or " in declared:
+    if keys[0] == "drives" and isinstance(keys[1], int) and len(alternatives) == 2:
         mechanism = Mechanism.from_dict(document)
-        of_link, of_point = declared.split(" or ")  # drives declare them in this order
+        of_link, of_point = alternatives
         return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
     is_coordinate_of_point = keys[0] == "links" and isinstance(keys[-1], int)
     return "m" if is_coordinate_of_point and not declared else declared
@@ -98,19 +100,19 @@ class Family:
     units: dict[str, str]
 
     @classmethod
-    def of(cls, mechanism: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
-        """Make the family of a mechanism by paths of numbers, or of a function by names and, if given, values of `arguments`."""
-        if not isinstance(mechanism, Mechanism | Mapping):
-            function = mechanism
-            present = {} if arguments is None else {name: float(arguments[name]) for name in names}
-            return cls(lambda values: function(**values), present, dict.fromkeys(names, ""))
-        document = mechanism.to_dict() if isinstance(mechanism, Mechanism) else mechanism
-        present, units = {}, dict[str, str]()
+    def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
+        """Make a family by paths of numbers, or by names of a function's arguments, whose values are `arguments`, if known."""
+        if not isinstance(source, Mechanism | Mapping):
+            function = source
+            given = {} if arguments is None else {name: float(arguments[name]) for name in names}
+            return cls(lambda values: function(**values), given, dict.fromkeys(names, ""))
+        document = source.to_dict() if isinstance(source, Mechanism) else source
+        given, units = {}, dict[str, str]()
         for name in names:
             _, value, units[name] = find_entry(document, name)
             with contextlib.suppress(ValueError):  # a text that is no number remains, and is refused
                 value = parse_quantity(value, units[name]) if isinstance(value, str) else value
             if isinstance(value, bool) or not isinstance(value, int | float):
                 raise ValueError(f"{name} = {short(value)}: no number; name a number of the mechanism")
-            present[name] = float(value)
-        return cls(lambda values: Mechanism.from_dict(change(document, dict(values))), present, units)
+            given[name] = float(value)
+        return cls(lambda values: Mechanism.from_dict(change(document, dict(values))), given, units)

@@ -154,7 +154,7 @@ def value_of(
     node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve,
     given: Mapping[ast.expr, float] = MappingProxyType({}),
 ) -> Any:  # fmt: skip
-    """Evaluate a formula of signals by its syntax tree; `given` are values of nodes that are not to be evaluated."""
+    """Evaluate a formula of signals by its syntax tree; `given` are known values of some nodes, such as statistics of a run."""
 
     def call(name: str, arguments: Sequence[ast.expr]) -> Any:
         """Compute a function of values, or read a number off a signal."""

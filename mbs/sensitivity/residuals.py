@@ -26,7 +26,8 @@ from .runs import run
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
 SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver: with relative errors of 1e-8, derivatives over a range have errors of 1e-8/`DIFFERENCE_WIDTH` = 1e-4."""
+"""Default solver. Its tolerance of 1e-8 over `DIFFERENCE_WIDTH` gives errors of 1e-4 in derivatives by scaled numbers; that of
+contacts is chosen."""
 DIFFERENCE_WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAILURE_RESIDUAL = 1e3
@@ -43,7 +44,8 @@ TIME_ZERO = "time_zero"
 class FitProblem:
     """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
-    `errors` are standard deviations of signals; `units` are those of numbers and, after a run, of signals. `failed` is the
+    `errors` are standard deviations of signals: where none is given that of the data over time, until a fit is there by whose
+    residuals `estimate_errors` replaces it. `units` are those of numbers and, after a run, of signals. `failed` is the
     message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers to the message
     of a failed run if runs on both sides fail, so that there is no derivative. `cached` is the latest point and its predictions.
     """
@@ -77,11 +79,11 @@ class FitProblem:
         measured = {name: gather(experiments, name) for name in signals_of(experiments)}
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
-        sizes = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
+        spreads = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
         given = {name: error for experiment in experiments for name, error in experiment.errors.items()}
         units = {name: (family.units | {TIME_ZERO: "s"})[name] for name in free}
         low, high = np.array(list(free.values()), dtype=float).T
-        return cls(family.make, experiments, list(free), low, high, sizes | given, units, solver or SOLVER)
+        return cls(family.make, experiments, list(free), low, high, spreads | given, units, solver or SOLVER)
 
     @property
     def has_errors(self) -> bool:
@@ -120,7 +122,7 @@ class FitProblem:
         parts = []
         for experiment, values in zip(self.experiments, predicted, strict=True):
             parts += [((values[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in experiment.signals.items()]
-            parts.append(np.array([read.residual(values[text]) for text, read in experiment.readings.items()]))
+            parts.append(np.array([measured.residual(values[text]) for text, measured in experiment.readings.items()]))
         residuals = np.concatenate(parts)
         return np.where(np.isfinite(residuals), residuals, FAILURE_RESIDUAL)
 
@@ -153,12 +155,12 @@ class FitProblem:
         return np.zeros(len(residuals))
 
     def residual_sizes(self, x: Array) -> dict[str, float]:
-        """Compute the root mean square of each signal's residuals."""
-        residuals: dict[str, list[Array]] = {}
+        """Compute the root mean square of predicted less measured values of each signal, in its unit."""
+        differences: dict[str, list[Array]] = {}
         for experiment, predicted in zip(self.experiments, self.predict(x), strict=True):
             for name, values in experiment.signals.items():
-                residuals.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
-        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in residuals.items()}
+                differences.setdefault(name, []).append((predicted[name] - values)[np.isfinite(values)])
+        return {name: float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for name, parts in differences.items()}
 
     def estimate_errors(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
@@ -185,7 +187,10 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
 
 
 def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[str, Any]:
-    """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data."""
+    """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data.
+
+    Before the run begins its signals have their first values. Signals are interpolated by cubics.
+    """
     time, values, units = ended.record.time, ended.values, ended.units
     predicted: dict[str, Any] = {}
     for name in experiment.signals:

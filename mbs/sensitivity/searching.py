@@ -1,6 +1,7 @@
 """Search for a design: minimise a reading by SLSQP (Kraft 1988), or meet constraints alone by least squares.
 
-The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
+The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number. A constraint says that
+a reading lies in an interval; the interval is narrow if it stands for a value with a tolerance.
 """
 
 import re
@@ -19,7 +20,8 @@ from ..units import Measured, measured
 from .numbers import Family
 from .reading import FAILURES, WrongReadingError, parse_frequency
 from .residuals import DIFFERENCE_WIDTH, FAILURE_RESIDUAL
-from .runs import Reading, read, scale_tolerances
+from .runs import Reading, scale_tolerances
+from .runs import read as read_run
 
 EXACT = 1e-3
 """Default tolerance of a constraint `reading = value`, relative to the value."""
@@ -31,6 +33,14 @@ BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
+NARROW = 0.1
+"""Width of an interval over its larger end up to which the search goes for its middle, as for a value ± 5 %. Chosen."""
+WELL_INSIDE = 0.5
+"""Residual below which a constraint ends a search: halfway to the end of a narrow interval, whose residual is 1; in a wide one
+half of `EXACT` inside. Chosen: with 0.05 and with 1 the tests meet their constraints, too."""
+FINER = 1 / 32
+"""Tolerances of the run that corrects the readings at the best point, over those of the search: with 10/32 a test misses its
+constraint."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(
@@ -73,9 +83,9 @@ class Constraint(NamedTuple):
 
     @property
     def is_narrow(self) -> bool:
-        """True if the interval is a value with a tolerance: its width is at most a tenth of its larger end."""
+        """True if the width of the interval is at most `NARROW` of its larger end."""
         width = self.high - self.low
-        return isfinite(width) and width <= 0.1 * max(abs(self.low), abs(self.high))
+        return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
 
     def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
@@ -84,8 +94,8 @@ class Constraint(NamedTuple):
     def residual(self, value: float) -> tuple[float, float]:
         """Compute the residual of a value for least squares, and its derivative.
 
-        In a narrow interval the residual is the distance from the middle over half the width. Else it is 1 + e/`EXACT`, where e
-        is the larger excess over the two ends, or 0 where this sum is negative.
+        In a narrow interval the residual is the distance from the middle over half the width, 1 at its ends. Else it is
+        1 + e/`EXACT`, where e is the larger excess over the two ends: also 1 at an end, and 0 from `EXACT` inside on.
         """
         if not isfinite(value):
             return FAILURE_RESIDUAL, 0.0
@@ -125,10 +135,10 @@ def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
 class Search:
     """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
 
-    `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, is a finer run less a run of
-    the search at the best point so far. `failed` is the message of the first run if it failed, else that of a search without
-    any value. `stopped` says why the search ended early. `cache` maps rounded points to readings. `units` are those of numbers
-    and readings, empty before a run has ended.
+    `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, corrects them: readings of a
+    finer run less those of the search's run, both at the best point so far. `failed` explains a search without any value: by the
+    message of the first run, if it failed. `stopped` says why the search ended early. `cache` maps rounded points to readings.
+    `units` are those of numbers and readings, empty before a run has ended.
     """
 
     family: Family
@@ -157,7 +167,7 @@ class Search:
         """Compute the readings at a point; nan where the run fails."""
         self.runs += 1
         try:
-            found = read(self.readings, self.family.make(self.values(x)), self.duration, solver)
+            found = read_run(self.readings, self.family.make(self.values(x)), self.duration, solver)
             if not self.units:
                 self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
                 for each in self.constraints:
@@ -178,7 +188,7 @@ class Search:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.objective and all(abs(r) <= 0.5 for r in self.residuals(x)):  # 1 is at an end of an interval
+            if not self.objective and all(abs(residual) <= WELL_INSIDE for residual in self.residuals(x)):
                 raise EnoughError
         return self.cache[key] + self.offset
 
@@ -250,16 +260,16 @@ class Search:
             "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAILURE_RESIDUAL),
             "jac": lambda x: np.array([end.side * self.slopes(x)[k] / end.scale for k, end in ends]),
         }
-        minimize(  # until the scaled reading changes by less than 1e-9: runs have a tolerance of 1e-8
+        minimize(  # until a step changes the scaled reading by less than `ftol`, a tenth of the runs' default tolerance
             lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAILURE_RESIDUAL)), x,
             jac=lambda x: self.slopes(x)[row] / scale, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
             options={"maxiter": 60, "ftol": 1e-9}, constraints=[margins] if ends else (),
         )  # fmt: skip
 
     def read_finer(self, x: Array) -> Array:
-        """Compute the readings at a point by a run with 1/32 of the tolerances, which equilibria and functions do not need."""
+        """Compute the readings at a point by a finer run; equilibria and functions have no run, and keep their values."""
         needs_run = any(isinstance(reading, str) and not parse_frequency(reading) for reading in self.readings.values())
-        return self.read(x, scale_tolerances(self.solver, 1 / 32, DEGREE_STEP)) if needs_run else self.cache[round_point(x)]
+        return self.read(x, scale_tolerances(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[round_point(x)]
 
 
 def round_point(x: Array) -> tuple[float, ...]:
