@@ -6,8 +6,8 @@
     found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
 
 A member is one run, divided into windows of time of the length `each`; a window gives one value of every reading. Members are
-independent and the windows of one member are not: standard errors are computed from the means of the members. A block of output
-is a part of the rows of a run, which the solver hands over while it runs.
+independent and the windows of one member are not: standard errors are computed from the means of the members. While the solver
+runs, it hands over its output part by part: a part is some consecutive rows, each the state at one time.
 """
 
 import os
@@ -56,7 +56,7 @@ class PreparedMember(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """Runs of members, with the settings that all have in common; it can be pickled for another process."""
+    """Runs of members, with the settings that all have in common; it can be pickled for another process if its `curves` can."""
 
     members: Members
     duration: float  # [s]
@@ -67,28 +67,29 @@ class Task:
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
         """Run members; return for each its number, values (windows, readings), nan where it failed, and the reason."""
-        prepared: dict[int, PreparedMember] = {}
+        prepared: dict[int, PreparedMember] = {}  # by the index of the mechanism, if no number varies
         return [(k, *self._run_one(k, prepared)) for k in members]
 
     def prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
         """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
         index = self.members.mechanism_index(k)
-        no_number_varies = not self.members.paths
-        if no_number_varies and index in prepared:
+        if index in prepared:
             return prepared[index]
         scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
         names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
         start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
         channels = Channels.of(scene, list(names))
-        prepared[index] = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
-        return prepared[index]
+        member = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
+        if not self.members.paths:  # no number varies: members of a mechanism differ in their initial states alone
+            prepared[index] = member
+        return member
 
     def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
         """Run member k; return its values (windows, readings), and '' or the reason of its failure."""
         try:
             values, failure = self.integrate(k, self.prepare(k, prepared))
             reason = f"{failure.status}: {failure.message}" if failure is not None else ""
-        except (ValueError, KeyError) as error:
+        except (ValueError, KeyError) as error:  # numbers with which no mechanism can be made, or no run can begin
             reason = f"{type(error).__name__}: {error}"
         if reason:
             values = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
@@ -101,35 +102,35 @@ class Task:
         sums = Accumulator.over(self.edges, len(formulas))
         before: Output | None = None
 
-        def accumulate(block: Output) -> None:
-            """Add the values of the formulas at the rows of a block of output."""
+        def accumulate(part: Output) -> None:
+            """Add the values of the formulas at the rows of a part of the output; rows that were added before do not count."""
             nonlocal before
-            out = add_states(scene, before, block) if over_impacts else block
-            before = block
+            out = add_states(scene, before, part) if over_impacts else part
+            before = part
             signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
             signals |= {name: curve(out.time) for name, curve in self.curves.items()}
             sums.add(out.time, columns(formulas, signals))
 
         state = start._replace(q=start.q + self.members.draw_offset(scene, k))
-        _, failure, _ = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
+        _last_row, failure, _counts = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
         return values_of(self.readings, formulas, sums), failure
 
 
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
 
-    Interpolated states within the steps then supply the peaks. With strips they are not used: a strip is so stiff along its line
-    that small errors of an interpolated shape make large forces.
+    Interpolated states within the steps then supply the peaks. Explicit steps are stable only if several lie in each impact.
+    With strips no states are interpolated: a strip is so stiff along its line that small errors of its shape make large forces.
     """
     tables = scene.tables
     has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
     return not is_explicit(scene, solver) and not len(tables.strips) and has_journals
 
 
-def add_states(scene: CompiledScene, before: Output | None, block: Output) -> Output:
-    """Add three interpolated states in each step of a block of output, and in the step from the block before, if any."""
+def add_states(scene: CompiledScene, before: Output | None, part: Output) -> Output:
+    """Add three interpolated states in each step of a part of the output, and in the step from the part before, if any."""
     last_row = [] if before is None else [Output(*(column[-1:] for column in before))]
-    joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, block, strict=True)))
+    joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, part, strict=True)))
     return refine_times(scene, joined, 3) if len(joined.time) > 1 else joined
 
 
@@ -143,9 +144,9 @@ def ensemble(
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with varied numbers and initial states, and gather readings of each window of time.
 
-    Members start with their journals at random places in their bushes; without clearance, with a random offset of 1e-9 of the
-    coordinates, relative to the longest link or in rad. Statistics are accumulated while a member runs, and no
-    signal is recorded. The values of a member that fails are nan. Raise a ValueError for an invalid reading, path or number.
+    Members start with their journals at random places in their bushes. Without clearance their coordinates have random offsets:
+    lengths of 1e-9 of the longest link, angles of 1e-9 rad. Statistics are accumulated while a member runs, and no signal is
+    recorded. The values of a member that fails are nan. Raise a ValueError for an invalid reading, path or number.
 
     Parameters
     ----------
@@ -166,7 +167,7 @@ def ensemble(
     each : float, optional [s]
         Length of a window; by default a turn of the drive at its largest speed, or the duration if no drive turns.
     solver : Spectral, optional
-        Solver and its settings; by default explicit if all links are connected by joints with clearance.
+        Solver and its settings; by default explicit where nothing is stiff but contacts of joints with clearance.
     seed : int
         Seed of numbers and initial states. A member depends on the seed and on its own number, not on the executor.
     executor : concurrent.futures.Executor, optional
@@ -215,15 +216,15 @@ def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str |
     pool = executor or ThreadPoolExecutor(os.cpu_count())
     chunks = [left[first : first + CHUNK] for first in range(0, len(left), CHUNK)]
     running: set[Future[list[tuple[int, Array, str]]]] = {pool.submit(task.run, chunk) for chunk in chunks}
-    state = watching.get()
-    state.most = len(left)
+    progress = watching.get()
+    progress.most = len(left)
     try:
         while running:
-            state.check()
+            progress.check()
             ended, running = wait(running, 0.2, FIRST_COMPLETED)  # 0.2 s at most, until the next check
             for k, values, reason in (member for future in ended for member in future.result()):
                 found.add(k, values, reason)
-                state.count += 1
+                progress.count += 1
             if store and ended:
                 found.save(store)
     except USER_STOPS as stop:

@@ -25,7 +25,7 @@ from ..spectral.tables import Forces
 from ..validate import whole
 
 WIDEST = 0.9
-"""Largest initial eccentricity of a journal over its clearance: a pin that touches its bush would start with an impact."""
+"""Largest initial eccentricity of a journal over its clearance: at 1 a pin touches its bush and would start with an impact."""
 TINY = 1e-9
 """Standard deviation of the initial offset of a mechanism without clearance, relative to the longest link or in rad."""
 
@@ -55,10 +55,9 @@ class Members:
                 raise ValueError(f"vary['{path}']: give a distribution of scipy.stats, or a list of finite values")
         distributions = {path: distribution for path, distribution in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
-            Family.of(mechanism, vary)  # raises if there is no number at a path
-        combinations = list(product(*grid.values()))
-        of_mechanism = np.array(combinations).reshape(len(combinations), len(grid))
-        cell_values = np.tile(of_mechanism, (len(mechanisms), 1))  # (cells, lists)
+            Family.of(mechanism, vary)  # for its ValueError alone, if there is no number at a path
+        combinations = np.array(list(product(*grid.values())))  # of listed values, (combinations, lists)
+        cell_values = np.tile(combinations, (len(mechanisms), 1))  # (cells, lists)
         count = members * len(cell_values)
         quantiles = _sobol(count, len(distributions), seed)
         values = {path: np.repeat(cell_values[:, k], members) for k, path in enumerate(grid)}
@@ -87,7 +86,10 @@ class Members:
         """Draw the initial offset of the coordinates of member k: random places of journals, or a tiny offset, shape (n,)."""
         random = np.random.default_rng([self.seed, k])
         of_journals = displace_journals(scene, random)
-        return offset(scene, TINY, int(random.integers(2**31))) if of_journals is None else of_journals
+        if of_journals is not None:
+            return of_journals
+        seed_of_offset = int(random.integers(2**31))
+        return offset(scene, TINY, seed_of_offset)
 
 
 def _sobol(count: int, dimensions: int, seed: int) -> Array:
@@ -103,19 +105,23 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
 def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Array | None:
     """Draw an offset of coordinates (n,) that puts each journal at a random place in its bush; None without clearance.
 
-    Places are distributed uniformly over the bush. The offset is the least one that satisfies the constraints to first order.
+    Places are distributed uniformly over the bush. The offset dq solves J dq = places in the bushes and G dq = 0, where G is the
+    Jacobian of the constraints and J that of the places. The pseudo-inverse gives the least such dq.
     """
     elements = scene.source.elements
-    joints = [(k, elements[name]) for k, name in enumerate(scene.force_names) if isinstance(elements.get(name), Clearance)]
+    joints, relative = [], []
+    for k, name in enumerate(scene.force_names):
+        if isinstance(joint := elements.get(name), Clearance):
+            journal, bush = map(int, scene.tables.forces[k, [Forces.A, Forces.B]])  # their markers
+            joints.append(joint)
+            difference = slopes(scene, journal, scene.q0) - slopes(scene, bush, scene.q0)  # d(x, y, angle)/dq, (3, n)
+            relative.append(difference[:2])
     if not joints:
         return None
-    markers = [scene.tables.forces[k, [Forces.A, Forces.B]] for k, _ in joints]
-    difference = [slopes(scene, int(a), scene.q0) - slopes(scene, int(b), scene.q0) for a, b in markers]  # of x, y and angle
-    relative = np.vstack([of_markers[:2] for of_markers in difference])  # d(journal - bush)/dq, (2 joints, n)
-    radius = np.array([joint.gap for _, joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))  # type: ignore[attr-defined]
+    radius = np.array([joint.gap for joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))
     angle = random.uniform(0.0, 2 * np.pi, len(joints))
     target = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).ravel()
     constraints = scene.assemble(scene.q0, tangents=False).jacobian
-    matrix, units = np.vstack([relative, constraints]), scene.units
+    matrix, units = np.vstack([*relative, constraints]), scene.units
     right = np.concatenate([target, np.zeros(len(constraints))])
     return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ right))

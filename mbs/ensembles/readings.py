@@ -4,7 +4,7 @@ max min mean rms end         of a signal in the window; mean and rms are weighte
 impulse(signal)              integral over the window;
 share(signal)                share of the window in which it is above zero;
 onsets(signal)               number of times that it rises above zero: the impacts of a contact force;
-variation(signal)            total variation: sum of the magnitudes of its changes, between 2000 equal parts of the window;
+variation(signal)            total variation: sum of the magnitudes of its changes between samples, 2000 steps in a window;
 + - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax)).
 """
 
@@ -39,12 +39,12 @@ STATISTICS: dict[str, Reduction] = {
 }
 """Statistics by name."""
 ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (None, 1))
-"""Functions that the parser accepts, each with no text on its usage and one argument."""
+"""Functions that the parser accepts, with text on their usage for messages, here none, and number of arguments."""
 
 
 @dataclass(frozen=True)
 class Formula:
-    """Formula of signals, the argument of a statistic; equal formulas have the same text."""
+    """Formula of signals, the argument of a statistic. Its `text` is the tree written out, so equal formulas have one text."""
 
     text: str
     tree: ast.expr
@@ -53,6 +53,7 @@ class Formula:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
 
         def call(name: str, arguments: Sequence[ast.expr]) -> Any:
+            """Compute a function of a formula; `evaluate` passes arguments as trees."""
             return POINTWISE[name](evaluate(arguments[0], signals, call))
 
         return np.asarray(evaluate(self.tree, signals, call))
@@ -60,7 +61,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class StatisticReading:
-    """Reading: a formula of statistics, as a syntax tree in which signals are names."""
+    """Reading: a formula of statistics, as a syntax tree whose names are those of signals, though these have dots."""
 
     text: str
     tree: ast.expr
@@ -69,10 +70,10 @@ class StatisticReading:
     def of(cls, text: str) -> StatisticReading:
         """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic."""
         try:
-            tree, names = parse_reading(text, dict.fromkeys(TOKEN.findall(text)), ALLOWED)
+            tree, signals = parse_reading(text, dict.fromkeys(TOKEN.findall(text)), ALLOWED)
             for node in ast.walk(tree):
-                if isinstance(node, ast.Name):
-                    node.id = names.get(node.id, node.id)
+                if isinstance(node, ast.Name):  # _0, _1, ... stand for signals
+                    node.id = signals.get(node.id, node.id)
             _check(tree)
         except ValueError as error:
             message = str(error).removeprefix(f"{text}: ")
@@ -119,9 +120,9 @@ def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formu
     return np.stack([reading.value(sums.found, list(formulas), np.diff(sums.edges)) for reading in readings], axis=-1)
 
 
-def read_windows(of: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
+def read_windows(texts: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:
     """Compute readings of recorded signals in the windows between edges [s], shape (windows, readings)."""
-    readings = [StatisticReading.of(text) for text in of]
+    readings = [StatisticReading.of(text) for text in texts]
     formulas = formulas_of(readings)
     sums = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
     sums.add(time, columns(formulas, signals))
@@ -143,7 +144,8 @@ def _check(tree: ast.expr) -> None:
     """Raise a ValueError for a signal outside of a statistic, and for a statistic within another or without a signal."""
     for call in _statistics(tree):
         name, (argument,) = call.func.id, call.args  # type: ignore[attr-defined]
-        if not any(_signals(argument)) or any(_statistics(argument)):
+        has_signals, has_statistics = any(_signals(argument)), any(_statistics(argument))
+        if has_statistics or not has_signals:
             raise ValueError(f"{name} takes a signal, or a formula of signals")
     within_statistics = Counter(name for call in _statistics(tree) for name in _signals(call))
     for name in Counter(_signals(tree)) - within_statistics:  # signals that stand more often in the whole formula

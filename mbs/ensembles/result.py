@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ..geometry import Array
-from ..record.errors import LEVEL
+from ..record.errors import LEVEL as CONFIDENCE
 from ..sensitivity.numbers import Family
 from ..units import label_with_unit
 from .members import Members
@@ -95,10 +95,10 @@ class Ensemble:
         return _error(self.of(reading))
 
     def interval(self, reading: str) -> tuple[float, float]:
-        """Compute the confidence interval of the mean, of `LEVEL` = 95 %, by Student's distribution of the members' means."""
+        """Compute the 95 % confidence interval of the mean, by Student's distribution of the members' means."""
         values = self.of(reading)
         freedom = max(len(values) - 1, 1)
-        half_width = float(stdtrit(freedom, 0.5 + LEVEL / 2)) * _error(values)
+        half_width = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * _error(values)
         return self.mean(reading) - half_width, self.mean(reading) + half_width
 
     def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:
@@ -119,7 +119,7 @@ class Ensemble:
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
-        """Draw the mean of a reading over two numbers that vary by lists, by their paths."""
+        """Draw the mean of a reading as a function of two numbers that vary by lists: the mean of all cells with their values."""
         from matplotlib.pyplot import subplots
 
         if {x, y} - set(self.members.grid):
@@ -180,7 +180,7 @@ class Ensemble:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write readings, numbers and failures to one .npz file; the file appears when it is complete."""
+        """Write readings, numbers and reasons of failures, `said`, to one .npz file, which appears when it is complete."""
         target = Path(path)
         incomplete = target.with_name(f".{target.name}.part.npz")
         np.savez_compressed(
