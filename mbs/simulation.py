@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .accuracy.demand import Asked, Demand, Usual
-from .accuracy.levels import KINDS
+from .accuracy.levels import LEVELS_BY_SOLVER
 from .accuracy.refine import CheckedRun, refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
@@ -60,14 +60,15 @@ def _run_engine(*arguments: object) -> Run:
 
 
 SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_compiled, Closure: exact.once}
-"""Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
+"""Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`. That of
+`Spectral` also takes its compiled `scene`, if it is known."""
 
 Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
-"""Most repetitions of a run whose steps pass edges of a user's function: a step that ends on an edge moves later edges."""
+"""Most runs in a series of repetitions, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
 STALLED = 3
-"""Number of repetitions that end the series if in none of them the largest shift is less than half of the least one before. A
-shift is the time by which an edge moves from one repetition to the next, over its distance from the nearest edge."""
+"""Number of runs without progress after which a series of repetitions ends. A run makes progress if its shift of edges (see
+`Passed.shift`) is less than half of the least shift of the runs before these."""
 
 
 @one_thread()
@@ -130,7 +131,7 @@ def simulate(
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
             if isinstance(element, Drive):
-                element.motion.check_run(duration, name)
+                element.motion.check_run(duration, name)  # it searches the edges of the drive's function, which the memory keeps
     ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
     try:
         with use_memory(runs.memory):
@@ -139,7 +140,7 @@ def simulate(
                 result = _result(best, None, ledger, times)
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
-                levels = KINDS[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
+                levels = LEVELS_BY_SOLVER[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
                 answer = refine(levels.run_by_level(runs), levels, demand, duration)
                 best = answer.run
                 result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
@@ -160,7 +161,10 @@ class _Runs:
         self.scenes: dict[int | None, Any] = {}
 
     def __call__(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
-        """Run a solver; repeat the run while its steps pass edges of a user's function, so that steps end on the edges."""
+        """Run a solver; repeat the run while its steps pass edges of a user's function.
+
+        The memory keeps the edges that it finds in a run, and steps of the next run end on them, which moves later edges.
+        """
         shifts: list[float] = []
         for _ in range(MOST_REPETITIONS):
             run = self._run_once(mechanism, duration, solver)
@@ -169,12 +173,13 @@ class _Runs:
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
             least_before = min(shifts[:-STALLED], default=inf)
-            is_stalled = min(shifts[-STALLED:]) > least_before / 2
-            if passed.too_many or (not len(passed.edges) and (passed.shift <= SETTLED or is_stalled)):
+            has_settled = passed.shift <= SETTLED or min(shifts[-STALLED:]) > least_before / 2  # or the shift falls no more
+            if passed.too_many or (has_settled and not len(passed.edges)):
                 break
         if passed.too_many or len(passed.edges):
             count = f"more than {MOST}" if passed.too_many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
-            text = f"UNSEEN: a function was looked at every {WIDTH * duration:.2g} s; of its edges {count} lie between steps"
+            interval = WIDTH * duration  # [s]
+            text = f"UNSEEN: a function was looked at every {interval:.2g} s; of its edges {count} lie between steps"
             advice = "name them by a Piecewise, give a Table, or a shorter run"
             if passed.too_many:
                 advice += "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws"
@@ -187,7 +192,7 @@ class _Runs:
         if isinstance(solver, Spectral) and find_spec("numba"):
             scene = self.scene(solver.degree)
             options = {} if isinstance(scene, str) else {"scene": scene}  # a text is the reason why there is no scene
-        with catch_ctrl_c() as interrupted:  # solvers ask for Ctrl-C in their steps only, not while they build scene and record
+        with catch_ctrl_c() as interrupted:  # a solver reacts to Ctrl-C only in its steps, not before the first or after the last
             self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
             raise KeyboardInterrupt
@@ -206,7 +211,7 @@ class _Runs:
         if not has_compiler():
             return Exudyn(), "there is no compiler: pip install 'buckler[fast]'"
         any_duration = 1.0  # the degree is the same for all
-        levels = KINDS[Spectral](self.mechanism, any_duration, Spectral())
+        levels = LEVELS_BY_SOLVER[Spectral](self.mechanism, any_duration, Spectral())
         _, coarsest_solver = levels.settings(levels.first())
         scene = self.scene(coarsest_solver.degree)
         if isinstance(scene, str):
@@ -228,7 +233,8 @@ class _Runs:
             return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:
             status = answer.chaos if isinstance(demand, Asked) else Status.OK  # without an accuracy chaos is no fault
-            return replace(result, status=status, message=answer.errors.notes[0])  # that on the end of accuracy, see `refine`
+            note_on_chaos, *_ = answer.errors.notes  # `refine` puts it first
+            return replace(result, status=status, message=note_on_chaos)
         return result.suspect(shortfall) if shortfall else result
 
 

@@ -12,8 +12,9 @@ from .scene.scene import Scene
 
 MIN_STEP = 1e-9
 """Smallest step of Exudyn [s]: a million times the rounding of a time of some seconds."""
-COARSEST = 40
-"""Least number of steps of the compiled solver's coarsest run in a refinement."""
+SECOND_LEVEL_STEPS = 40
+"""Least number of steps of the compiled solver at the second level of a refinement; the first has 40/8^(1/4) = 24. The number has
+an effect only where the error control would take longer steps."""
 
 
 class Setting(Declared):
@@ -24,7 +25,7 @@ class Setting(Declared):
 
 @declared
 class Controlled(Setting):
-    """Steps that are adapted to the local error; 400 equal ones in a turn of the drive if constraints alone determine the motion.
+    """Steps adapted to the local error; equal ones, 400 in a turn of the drive, if constraints alone determine the motion.
 
     Examples
     --------
@@ -34,10 +35,10 @@ class Controlled(Setting):
 
     tolerance: float | None = quantity(
         "1", above=0, default=None,
-        doc="local position error allowed a step, relative to the mechanism's size: its longest link, or a tenth of the smallest "
-        "clearance; by default 1e-5, with clearance 1e-3",
+        doc="local error of positions allowed a step, relative to the longest link or, if that is less, a tenth of the smallest "
+        "clearance; by default 1e-5, with clearance 1e-3, with stiffly damped clearance 3e-5; for `Spectral` see there",
     )  # fmt: skip
-    max_step: float | None = quantity("s", above=0, doc="largest step; a 200th of the duration by default", default=None)
+    max_step: float | None = quantity("s", above=0, doc="largest step; by default a 200th of the duration", default=None)
     contact_resolution: int = whole(
         1, 10_000, doc="least number of steps in half an oscillation of a block on its stop or strut", default=40
     )
@@ -49,8 +50,8 @@ class Controlled(Setting):
         """Return the longest step of a run, s."""
         return self.max_step or duration / 200
 
-    def number(self, duration: float) -> int:
-        """Return the least number of steps of a run."""
+    def count_steps(self, duration: float) -> int:
+        """Return the least number of steps of a run, that of the longest steps."""
         return max(1, ceil(duration / self.longest(duration)))
 
 
@@ -74,17 +75,18 @@ class Equal(Setting):
         """Return the step of a run, s."""
         return duration / self.count
 
-    def number(self, _duration: float) -> int:
+    def count_steps(self, _duration: float) -> int:
         """Return the number of steps of a run."""
         return self.count
 
 
-def subdivide(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
-    """Add times between kinks that are closer to each other than the longest step, so that finer runs have finer steps there.
+def subdivide(kinks: Sequence[float], longest: float, default_longest: float) -> list[float]:
+    """Add times between kinks that are closer to each other than the longest step; return kinks and added times, sorted.
 
-    All times are in s. Between two such kinks lie `usual / longest` steps, rounded up: `usual` is the default longest step.
+    All times are in s. Solvers end steps on them. Between such kinks a run with the default longest step takes one step, and a
+    finer run `default_longest / longest` steps, rounded up: so the difference of two runs shows the error made there.
     """
-    parts = max(1, ceil(usual / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
+    parts = max(1, ceil(default_longest / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
     added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
     return sorted({*kinks, *(float(t) for piece in added for t in piece)})
 
@@ -101,9 +103,9 @@ class Closure(Setting):
 
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=Controlled,
-        doc="times at which the motion is sampled: 400 in each turn of the drive, on both sides of its kinks and closely within "
-        "contacts, at most `max_step` apart and at most `max_steps` of them; or at equal steps; a tolerance has no effect, as "
-        "the only error is rounding",
+        doc="times at which the motion is sampled: 400 in each turn of the drive, more near dead centres, and both sides of each "
+        "kink of a drive or load, at most `max_step` apart and at most `max_steps` of them; or equal steps; a tolerance has no "
+        "effect, as the only error is rounding",
     )  # fmt: skip
 
 
@@ -127,12 +129,12 @@ class Exudyn(Setting):
     newton_absolute: float | None = quantity(
         "N", above=0, default=None,
         doc="Newton's absolute tolerance of the residual, in addition to 1e-10 of its first value; by default 5e-12 of the "
-        "largest axial stiffness, ten times its rounding",
+        "largest axial stiffness, ten times the rounding error of an axial force, or 1e-8 N if that is more",
     )  # fmt: skip
 
 
 TOLERANCE = 1e-6
-"""Default tolerance of the compiled solver."""
+"""Default tolerance of the compiled solver, see `Spectral.steps`."""
 LEAST_STEPS = 50
 """Least number of steps of the compiled solver by default; the other solvers have 200, see `Controlled.longest`."""
 
@@ -150,8 +152,8 @@ class Spectral(Setting):
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
         doc="length of the steps; the tolerance, 1e-6 by default, is the local error allowed in a step, relative to the longest "
-        "link and a radian; the local error of deformations is relative to 100 times the largest deformation so far; the longest "
-        "step is a 50th of the duration by default; steps end where contacts begin, equal steps, too",
+        "link or a radian; of a deformation 100 times the tolerance is allowed, relative to the largest deformation so far; the "
+        "longest step is by default a 50th of the duration; steps end where contacts begin, equal steps, too",
     )  # fmt: skip
     degree: int | None = whole(2, 60, doc="degree of the strips' polynomials; 8 by default", default=None)
     contact_tolerance: float = quantity(
@@ -164,7 +166,7 @@ class Spectral(Setting):
 
     @property
     def tolerance(self) -> float:
-        """Local error allowed in a step."""
+        """Local error allowed in a step, relative as described in `steps`."""
         return self.steps.tolerance or TOLERANCE
 
     def longest(self, duration: float) -> float:
@@ -177,7 +179,8 @@ class Spectral(Setting):
 def usual_tolerance(scene: Scene) -> float:
     """Return the default tolerance of Exudyn for a scene, see `Controlled`.
 
-    Forces of impacts in stiffly damped clearance decay within a microsecond, of which 1e-3 misses a quarter and 3e-5 misses 2 %.
+    With stiffly damped clearance the force of an impact peaks within a microsecond. The computed peak is a quarter too small at
+    the tolerance 1e-3, and 2 % at 3e-5.
     """
     if not scene.clearances:
         return 1e-5

@@ -3,8 +3,9 @@
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
 amplitude of this vibration by |R(i w h)|, R the stability function of the integrator (E. Hairer, G. Wanner, Solving ordinary
 differential equations II, Springer 1996, ch. IV.3, doi 10.1007/978-3-642-05221-7). The losses of the force's amplitude in all
-steps up to a time add up to a missing amplitude A [N]. Without it the lighter mass m errs by A/(w m) in speed and by A/(w^2 m) in
-place. The force of an impact is proportional to the speed of approach and errs by the same share; its impulse errs by A/w.
+steps up to a time add up to a missing amplitude A [N]. A force A cos(w t) gives the lighter mass m speeds up to A/(w m) and moves
+it by up to A/(w^2 m): these are the errors of speed and place, and A/w is that of the impulse on m. The force of an impact is
+proportional to the speed of approach and errs by the same share.
 
 The mass m is not known exactly; it is at most half of the mass M of the mechanism. The record has running means of forces over
 the longest axial period that is possible, T = 2 pi sqrt(M/k), k the axial stiffness. So w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
@@ -23,13 +24,14 @@ from .trajectory import TINY, Trajectory
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 MASS_RATIO = 2.0
-"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least one, which gives the least errors."""
+"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. The ratio is not known;
+as A and A/(w m) = A sqrt(M/m)/(2 pi M/T) increase with it, errors are rather under- than overestimated."""
 COMMON = 3.0
 """Error by damping over the difference of two runs, to which the estimate for strips is limited: such runs also differ, as their
 steps damp unequally. The errors of most randomly drawn mechanisms are 2 to 5 times the difference; this is a middle value."""
 SAMPLES_BEFORE = 3
-"""Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that damp much are T/4
-or longer; three of them are longer than a period 2 pi/w = T/sqrt(2), in which the deviation has its largest value."""
+"""Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
+longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
 
 
 def radau(angle: Array) -> Array:
@@ -54,7 +56,8 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
     Strips count only where nothing strikes, and errors are then `COMMON` times the difference of the two runs at most: strips
-    also vibrate laterally, for which the formula gives too much. Deflections of links get no error where strips count.
+    also vibrate laterally, for which the formula gives too much. Deflections, which are lateral, then get no error. No place errs
+    by more than its own range.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
     has_strips = bool(forces & run.strip_forces)
@@ -69,7 +72,8 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
     for name, signal in run.signals.items():
         is_journal = bool(signal.scale)  # of the places only that of a journal has a `scale`, the clearance
         if signal.kind is Kind.PLACE and not is_journal and not (has_strips and name.endswith(".deflection")):
-            error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), run.own_sizes[name, Norm.RMS])
+            own_range = run.own_sizes[name, Norm.RMS]
+            error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), own_range)
             for norm in (Norm.RMS, Norm.PEAK):
                 common = COMMON * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], common)

@@ -1,8 +1,8 @@
 """Difference of the forces of one contact in two runs, impact by impact: impulses, peaks and times of onset.
 
 Impacts are not paired by number: after a graze that only one run has, all pairs would be wrong. Impulses are compared by Levy's
-distance of two increasing functions (P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, 1937), which
-hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
+distance of two increasing functions of time (P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, 1937),
+which hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ GRAZE = 1e-3
 """Least impulse of an impact whose onset and peak are compared, over the largest; of smaller ones only the impulse is. Ten times
 more would ignore small impacts, ten times less match noise."""
 SPLIT = 0.1
-"""Gap, over the duration of the first impact, below which two impacts are one: the force of a bending strip touches zero within a
-blow."""
+"""Time without contact, over the duration of the contact before it, below which two contacts are one impact: the force of a
+bending strip touches zero within a blow."""
 LEAST_DISTANCE = -9.0
-"""Decimal logarithm of the least distance of two impulses, below the least error that is estimated (`estimate.LEAST_ERROR`)."""
+"""Decimal logarithm of the least result of `levy`: it is below the least error that is estimated (`estimate.LEAST_ERROR`)."""
 BISECTIONS = 10
 """Bisections of the logarithm of that distance, of 9 decades: it is then known to 2 %."""
 
@@ -34,8 +34,8 @@ class Table(NamedTuple):
     onset: Array  # [s]
     end: Array  # [s]
     impulse: Array  # [N s]
-    peak: Array  # highest sample [N]
-    missed: Array  # height of the parabola through three samples above the highest one [N]
+    peak: Array  # highest sample of the force [N]
+    missed: Array  # highest vertex of the parabolas through three samples, less `peak` [N]
 
     def select(self, chosen: Array) -> Table:
         """Return some of the impacts, by a mask (impacts,)."""
@@ -60,14 +60,16 @@ class Impacts:
         edges = np.flatnonzero(touches[1:] != touches[:-1])
         if not len(edges):
             return cls(time, force, impulse, Table(*np.empty((5, 0))), end)
-        first, after = edges[::2], np.minimum(edges[1::2], len(time) - 1)  # samples: first of an impact, first after it
+        first = edges[::2]  # first sample of each contact
+        after = np.minimum(edges[1::2], len(time) - 1)  # first sample after it, also after a contact that the end cuts
         before = np.maximum(first - 1, 0)
         gap = time[before[1:]] - time[after[:-1]]  # time [s] of zero force between two impacts
         is_distinct = gap > SPLIT * (time[after] - time[first])[:-1]
         is_first, is_last = np.append(True, is_distinct), np.append(is_distinct, True)
         first, before, after = first[is_first], before[is_first], after[is_last]
-        peaks, tops = (_find_maxima(values, first, after + 1) for values in (force, _find_tops(time, force)))
-        table = Table(time[first], time[after], impulse[after] - impulse[before], peaks, tops - peaks)
+        peaks = _find_maxima(force, first, after + 1)
+        vertices = _find_maxima(_find_vertices(time, force), first, after + 1)
+        table = Table(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
         return cls(time, force, impulse, table, end)
 
     @property
@@ -88,7 +90,8 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     impacts_a, impacts_b = (each.table.select(each.table.impulse > least) for each in (a, b))
     count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
     if not count_a or not count_b:
-        return dict.fromkeys((Norm.IMPULSE, Norm.PEAK, Norm.ONSET), float(count_a != count_b))
+        no_impacts = not count_a and not count_b
+        return dict.fromkeys((Norm.IMPULSE, Norm.PEAK, Norm.ONSET), 0.0 if no_impacts else 1.0)
     i, j = match_times(impacts_a.onset, impacts_b.onset)
     shift = float(np.abs(impacts_a.onset[i] - impacts_b.onset[j]).max(initial=0.0))
     peak = _compare_peaks(impacts_a, impacts_b, b.find_highest(impacts_a, shift), a.find_highest(impacts_b, shift))
@@ -100,19 +103,21 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
 def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> float:
     """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
 
-    The excess of a peak is taken over the highest force of the other run, so that an impact in two parts makes no difference.
+    `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b. The excess of a peak is its
+    height above this force of the other run, or 0: an impact that only one run has in two parts makes no excess.
     The peaks of one impact may agree by chance. So every peak of b is uncertain by at least a relative scatter s of all peaks,
 
-        s^2 = sum (excess F)^2 / sum peak_b^4,
+        s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 
-    where F is the force of b at the impact, and the first sum is over the impacts of both runs that both have. An impact half as
-    high counts a sixteenth. `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b.
+    It is a mean with weights F^4, so that an impact half as high counts a sixteenth. The first sum is over impacts of a and of b
+    that both runs have; of two peaks of one impact only the higher one has an excess. The bounds are those of b. The peaks of a,
+    the coarser run, can only raise the upper one.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
-    weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))
+    weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))  # (excess/F) F^2
     scatter = np.sqrt(np.sum(weighted**2) / np.sum(b.peak**4)) * b.peak
-    upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # bounds of the highest force [N]
+    upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # bounds of the highest force of b [N]
     lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()
     peak = b.peak.max()
     return float(max(upper - peak, peak - lower) / peak)
@@ -133,24 +138,25 @@ def _find_maxima(values: Array, first: Array, after: Array) -> Array:
     return np.asarray(np.maximum.reduceat(np.append(values, 0.0), spans)[::2])  # `after` may be one beyond the last index
 
 
-def _find_tops(time: Array, force: Array) -> Array:
-    """Return the force [N] with each local maximum of a contact replaced by that of the parabola through its three samples."""
-    left, right, tops = force[:-2], force[2:], force.copy()
+def _find_vertices(time: Array, force: Array) -> Array:
+    """Return the force [N] with each local maximum of a contact raised to the vertex of the parabola through three samples."""
+    left, right, vertices = force[:-2], force[2:], force.copy()
     k = 1 + np.flatnonzero((force[1:-1] >= np.maximum(left, right)) & (np.minimum(left, right) > 0))
     h1, h2 = time[k] - time[k - 1], time[k + 1] - time[k]
     secant1, secant2 = (force[k] - force[k - 1]) / h1, (force[k + 1] - force[k]) / h2
     slope, square = (secant1 * h2 + secant2 * h1) / (h1 + h2), (secant2 - secant1) / (h1 + h2)  # force[k] + slope t + square t^2
     curved = square < 0
-    tops[k[curved]] -= slope[curved] ** 2 / (4 * square[curved])
-    return tops
+    vertices[k[curved]] -= slope[curved] ** 2 / (4 * square[curved])
+    return vertices
 
 
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
     """Compute Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
 
     J_a(t), J_b(t) are the impulses up to t, given with their times; J is J_b(end). `unit` is the mean time between impacts [s]: a
-    shift by a share of it counts as much as an error of the same share of J.
-    The least e is found by bisection of its logarithm. A time that fits at an e fits at all larger ones.
+    shift by a share of it counts as much as an error of the same share of J. The result is at most 1, also for larger distances.
+    The least e is found by bisection of its logarithm. Times t that meet the inequalities at an e meet them at all larger ones;
+    so, once an e is too small, only the times that failed there are looked at further.
     """
     (time_a, impulse_a), (time_b, impulse_b) = a, b
     grid = np.append(time_a[time_a < end], end)
@@ -163,9 +169,9 @@ def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float
         middle = (low + high) / 2
         e = 10**middle
         least, most = (np.interp(np.minimum(grid + shift * unit, end), time_b, impulse_b) for shift in (-e, e))
-        beyond = (least - e * total > impulse_a) | (impulse_a > most + e * total)
-        if beyond.any():
-            low, grid, impulse_a = middle, grid[beyond], impulse_a[beyond]
+        fails = (least - e * total > impulse_a) | (impulse_a > most + e * total)
+        if fails.any():
+            low, grid, impulse_a = middle, grid[fails], impulse_a[fails]
         else:
             high = middle
     return float(10**high)

@@ -24,7 +24,7 @@ from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..record.run import Run
 from ..scene.scene import Scene
-from ..solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, usual_tolerance
+from ..solvers import SECOND_LEVEL_STEPS, Closure, Controlled, Exudyn, Spectral, usual_tolerance
 from .damping import Factor, radau
 from .demand import PLACE_ERROR, DeflectionLimits
 from .trajectory import TINY
@@ -179,7 +179,7 @@ class SpectralLevels(Levels):
         """Return mechanism and solver; the second level from `FIRST` has the usual longest step and contact tolerance."""
         second_tolerance = FIRST / self.ratio
         coarseness = level.tolerance / second_tolerance
-        longest = self.duration / COARSEST * coarseness ** (1 / 4)
+        longest = self.duration / SECOND_LEVEL_STEPS * coarseness ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
         contact = min(0.5, self.solver.contact_tolerance * coarseness ** (2 / 3))  # convention: a quarter per level, at most 0.5
         meshed = any(link.body.meshed for link in self.mechanism.links)
@@ -230,8 +230,8 @@ class ClosureLevels(Levels):
         return self.mechanism, Closure(_shorten_steps(each, 1 / level.tolerance))
 
 
-KINDS: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLevels, Exudyn: ExudynLevels}
-"""Levels by the type of the solver."""
+LEVELS_BY_SOLVER: dict[type, type[Levels]] = {Closure: ClosureLevels, Spectral: SpectralLevels, Exudyn: ExudynLevels}
+"""Class of levels by the type of the solver."""
 
 
 def _shorten_steps(step: float, factor: float) -> Controlled:

@@ -15,7 +15,7 @@ from ..solvers import Closure, Exudyn, Spectral
 from .demand import USUAL_ERROR, Asked, Usual, Worst
 from .difference import Difference
 from .estimate import LEAST_ERROR, Separation
-from .levels import KINDS, Runner
+from .levels import LEVELS_BY_SOLVER, Runner
 from .refine import refine
 from .trajectory import Trajectory
 
@@ -39,7 +39,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     least = NEGLIGIBLE * result.asked if has_accuracy else LEAST_ERROR
     demand = Asked(result.asked) if has_accuracy else Usual()
     try:
-        levels = KINDS[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
+        levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
         answer = refine(levels.run_by_level(run), levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")

@@ -66,7 +66,7 @@ def _make_common_settings(duration: float, solver: Exudyn) -> exu.SimulationSett
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.verboseMode = 0
-    settings.timeIntegration.numberOfSteps = solver.steps.number(duration)
+    settings.timeIntegration.numberOfSteps = solver.steps.count_steps(duration)
     return settings
 
 

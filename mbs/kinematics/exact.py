@@ -101,7 +101,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     If more than `max_steps` steps are needed, `max_steps` + 1 steps are returned.
     """
     if not steps.adaptive:
-        return np.linspace(0.0, duration, steps.number(duration) + 1)
+        return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), SAMPLES_PER_TURN * turns))
     equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)

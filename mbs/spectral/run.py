@@ -18,7 +18,7 @@ from ..mechanism import Mechanism
 from ..process import Progress, catch_ctrl_c, working_time
 from ..record.errors import Failure, Status
 from ..record.run import Run
-from ..solvers import COARSEST, Spectral, subdivide
+from ..solvers import SECOND_LEVEL_STEPS, Spectral, subdivide
 from . import explicit, implicit, output
 from .fronts import Orders
 from .output import DormandPrince, Ended, Output, Radau
@@ -177,7 +177,7 @@ def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: flo
     with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
-        kinks = subdivide(kinks, longest, end / COARSEST)
+        kinks = subdivide(kinks, longest, end / SECOND_LEVEL_STEPS)
     times = np.unique([*kinks, end])
     return times[np.append(np.diff(times) > DISTINCT * end, True)]
 
@@ -213,7 +213,7 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.max_steps, out.fixed = solver.steps.max_steps, ends is not None or not solver.steps.adaptive
     out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
-    out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / COARSEST)
+    out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / SECOND_LEVEL_STEPS)
     out.least_onset = SLOWEST_ONSET
     # finer runs allow slower onsets, so that the difference of two runs shows what `GRAZE` changes
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)

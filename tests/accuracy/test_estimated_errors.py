@@ -15,7 +15,7 @@ import swung
 from buckler.mbs import Spectral
 from buckler.mbs.accuracy.demand import Asked, Usual
 from buckler.mbs.accuracy.difference import Difference
-from buckler.mbs.accuracy.levels import KINDS
+from buckler.mbs.accuracy.levels import LEVELS_BY_SOLVER
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind
@@ -45,7 +45,7 @@ DEMANDS = {"default": Usual(), "places": Asked(1e-3), "fine": Asked(1e-4), "forc
 def delivered(mechanism, duration, demand, solver=None):
     """A run with its errors."""
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
-    levels = KINDS[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
+    levels = LEVELS_BY_SOLVER[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
     with use_memory(EdgeMemory()):
         return refine(levels.run_by_level(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
 

@@ -11,7 +11,7 @@ from buckler.mbs.accuracy import refine as module
 from buckler.mbs.accuracy.demand import BALANCE, PLACE_ERROR, Asked, Usual, find_worst
 from buckler.mbs.accuracy.difference import Difference
 from buckler.mbs.accuracy.estimate import LEAST_ERROR, Separation, estimate_gains
-from buckler.mbs.accuracy.levels import DEGREE, FIRST, KINDS, Level, Levels
+from buckler.mbs.accuracy.levels import DEGREE, FIRST, LEVELS_BY_SOLVER, Level, Levels
 from buckler.mbs.accuracy.refine import refine
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
@@ -249,7 +249,7 @@ def test_no_place_is_known_better_than_the_journal_that_holds_it():
 @pytest.mark.parametrize("solver", [Spectral(), Exudyn()])
 def test_no_two_levels_share_a_setting(solver):
     """Two runs that share a longest step, a contact tolerance or elements agree in the error it makes."""
-    levels = KINDS[type(solver)](BAR, 1.0, solver)
+    levels = LEVELS_BY_SOLVER[type(solver)](BAR, 1.0, solver)
     made = [levels.settings(level) for level in (levels.first(), levels.finer(levels.first(), 8.0))]
     (coarse, first), (fine, second) = made
     tolerances = [each.steps.tolerance or usual_tolerance(Scene.of(BAR)) for each in (first, second)]
