@@ -59,8 +59,8 @@ class Growth:
     def _place_strip(self, q: Array, name: str, strip: Any, k: int, force: float) -> None:
         """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force.
 
-        `dofs` of an element are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
-        values at the ends of the element, the others belong to polynomials that vanish there.
+        `dofs` of a piece are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
+        values at the ends of the piece, the others belong to polynomials that vanish there.
         """
         link, motion = self.record.mechanism.link(name), self.record.links[name]
         start, end = (motion.point(point)[0] for point in (link.start, link.end))
@@ -68,29 +68,29 @@ class Growth:
         turn = float(np.arctan2(first_chord[0] * chord[1] - first_chord[1] * chord[0], first_chord @ chord))
         c, s = np.cos(turn), np.sin(turn)
         strain, along = force / link.body.section.axial_stiffness, chord / np.linalg.norm(chord)
-        origin = self.scene.q0[strip.elements[0].dofs[:2, 0]]
-        for element in strip.elements:
-            x, y = self.scene.q0[element.dofs[:2]]
+        origin = self.scene.q0[strip.pieces[0].dofs[:2, 0]]
+        for piece in strip.pieces:
+            x, y = self.scene.q0[piece.dofs[:2]]
             is_end = np.arange(len(x)) < 2
             x, y = x - origin[0] * is_end, y - origin[1] * is_end
             turned = np.array([c * x - s * y + start[k, 0] * is_end, s * x + c * y + start[k, 1] * is_end])
-            turned[:, :2] += along[:, None] * strain * np.array([element.start, element.end])
-            q[element.dofs[:2]] = turned
-            if len(element.dofs) > 2:
-                q[element.dofs[2]] = self.scene.q0[element.dofs[2]] + turn * is_end
+            turned[:, :2] += along[:, None] * strain * np.array([piece.start, piece.end])
+            q[piece.dofs[:2]] = turned
+            if len(piece.dofs) > 2:
+                q[piece.dofs[2]] = self.scene.q0[piece.dofs[2]] + turn * is_end
 
     def _bends(self, name: str, q: Array, mode: Array) -> bool:
         """Return True if the largest deflection of a strip from its chord, in a mode (n,) about q, is not negligible."""
         strip: Any = self.scene.builder.bodies[name]
-        first, last = strip.elements[0].dofs[:2, 0], strip.elements[-1].dofs[:2, 1]
+        first, last = strip.pieces[0].dofs[:2, 0], strip.pieces[-1].dofs[:2, 1]
         chord = q[last] - q[first]
         normal = np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
         deflection = 0.0
-        for element in strip.elements:
-            arc = np.array([element.start, element.end]) / strip.length
+        for piece in strip.pieces:
+            arc = np.array([piece.start, piece.end]) / strip.length
             of_chord = normal @ mode[first] * (1 - arc) + normal @ mode[last] * arc
-            at_ends = normal @ mode[element.dofs[:2, :2]] - of_chord
-            inner = normal @ mode[element.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
+            at_ends = normal @ mode[piece.dofs[:2, :2]] - of_chord
+            inner = normal @ mode[piece.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
             deflection = max(deflection, float(np.abs(at_ends).max()), float(np.abs(inner).max(initial=0.0)))
         motions = np.abs(mode / self.scene.units * self.scene.length)  # [m]; angles count at the arm of the longest link
         return deflection > BENDING_SHARE * float(motions.max())

@@ -29,8 +29,8 @@ class Piece:
         return int(self.dofs.shape[1]) - 1
 
     @property
-    def jacobian(self) -> float:
-        """Arc length per unit of the polynomial's variable [m]."""
+    def half_length(self) -> float:
+        """Half of its arc length, which is the arc length per unit of xi [m]."""
         return 0.5 * (self.end - self.start)
 
 
@@ -64,11 +64,11 @@ class SpectralStrip:
     def _locate(self, arc: float) -> tuple[Piece, float]:
         """Find the piece at an arc length [m], and the variable of its polynomial there."""
         piece = next((p for p in self.pieces if arc <= p.end * (1 + 1e-12)), self.pieces[-1])
-        return piece, float(np.clip((arc - piece.start) / piece.jacobian - 1.0, -1.0, 1.0))
+        return piece, float(np.clip((arc - piece.start) / piece.half_length - 1.0, -1.0, 1.0))
 
     def _evaluate_fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
         """Evaluate the fields of coordinates q (times, n) at xi, or derivatives of this order: (times, points, fields)."""
-        functions = basis(piece.degree, xi, order) / piece.jacobian**order
+        functions = basis(piece.degree, xi, order) / piece.half_length**order
         return np.asarray((q[:, piece.dofs] @ functions.T).swapaxes(1, 2))
 
     def point(self, name: str) -> tuple[Array, Array]:
@@ -97,7 +97,7 @@ class SpectralStrip:
             total = np.zeros((len(values), 2))
             for piece in self.pieces:
                 xi, w = gauss(piece.degree + 1)
-                total += piece.jacobian * np.einsum("tgf,g->tf", self._evaluate_fields(values, piece, xi)[..., :2], w)
+                total += piece.half_length * np.einsum("tgf,g->tf", self._evaluate_fields(values, piece, xi)[..., :2], w)
             out.append(total / self.length)
         return out[0], out[1], out[2]
 
@@ -107,7 +107,8 @@ class SpectralStrip:
         total = np.zeros(len(self.q_t))
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 1)
-            total += 0.5 * piece.jacobian * np.einsum("tgf,g,f->t", self._evaluate_fields(self.q_t, piece, xi) ** 2, w, density)
+            squares = self._evaluate_fields(self.q_t, piece, xi) ** 2
+            total += 0.5 * piece.half_length * np.einsum("tgf,g,f->t", squares, w, density)
         return total
 
     def strains(self) -> list[Strain]:
@@ -135,7 +136,7 @@ class SpectralStrip:
         fields, field_rates, free_fields = ([self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)] for q in states)
         strain, rate = strains_of(fields, field_rates)
         free, _ = strains_of(free_fields, [0.0 * each for each in free_fields])
-        return w * piece.jacobian, [a - b for a, b in zip(strain, free, strict=True)], rate
+        return w * piece.half_length, [a - b for a, b in zip(strain, free, strict=True)], rate
 
     def quadrature(self) -> tuple[Array, Array, Array]:
         """Evaluate Reissner's strip, the only one that takes line loads, at their Gauss points.
@@ -146,7 +147,7 @@ class SpectralStrip:
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 3)  # as in `registry.add_line_load`
             start_angle = self._evaluate_fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
-            weights.append(w * piece.jacobian)
+            weights.append(w * piece.half_length)
             fields.append(self._evaluate_fields(self.q, piece, xi) - start_angle)
             rates.append(self._evaluate_fields(self.q_t, piece, xi))
         return np.concatenate(weights), np.concatenate(fields, axis=1), np.concatenate(rates, axis=1)

@@ -115,8 +115,8 @@ def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
 
 def _record_strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
     """Return the motion of a strip, whose dofs number its own coordinates, not those of the mechanism."""
-    dofs = np.unique(np.concatenate([element.dofs.ravel() for element in body.elements]))
-    pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.elements]
+    dofs = np.unique(np.concatenate([piece.dofs.ravel() for piece in body.pieces]))
+    pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]
     states = (out.q[:, dofs], out.v[:, dofs], out.a[:, dofs])
     return SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], *states)
 

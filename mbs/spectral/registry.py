@@ -95,11 +95,11 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     """Add a line load by Gauss quadrature: at each point of the strip a force and a moment, times the weight [m]."""
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(ORIGIN)
-    for piece, element in enumerate(strip.elements):
-        points, weights = gauss(element.degree + 3)  # as in `SpectralStrip.quadrature`
+    for i, piece in enumerate(strip.pieces):
+        points, weights = gauss(piece.degree + 3)  # as in `SpectralStrip.quadrature`
         for x, w in zip(points, weights, strict=True):
-            weight = float(w) * element.jacobian
-            marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
+            weight = float(w) * piece.half_length
+            marker = strip.marker_at(builder, piece.start + (1.0 + float(x)) * piece.half_length, i)
             if any(load.force):
                 b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
                 builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=[*(weight * each for each in load.force), turn])

@@ -2,8 +2,11 @@
 
 Within a step coordinates follow the polynomial of fifth degree with the values, rates and accelerations of both ends.
 Multipliers follow the cubic through the step's start and nodes. Rows are close enough for linear interpolation between them.
-Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` an `Output`, `counts` are
-`output.COUNTS`, of which `samples` is the number of rows so far.
+Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
+step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
+
+A row has the forces' memories, from which forces are computed again: onset speeds, and bristles at the start of a step, which a
+reader integrates from there to the row's time.
 """
 
 import numpy as np
@@ -13,10 +16,11 @@ from .radau import evaluate_lagrange, measure_change
 from .tables import Memory
 
 LINE_EXPONENT = 0.75
-"""Exponent of the tolerance in the error of linear interpolation between rows: with 1 they would be far denser than a run is
-accurate, as its error falls more slowly than its tolerance."""
+"""Error allowed of linear interpolation between rows: the tolerance to this power, as the error of a run falls more slowly than
+its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows."""
 MOST_SAMPLES = 40
-"""Largest number of parts of a step with a row each. A step begins only if the output has room for them."""
+"""Largest number of parts of a step with a row each. A step begins only if the output has room for them, so that tenfold a fifth
+of `run.ROWS_PER_CALL` would stay free. With a tenth long steps would have a hundred times the error between rows."""
 JUMP = 0.1
 """Time between a jump of accelerations and the row beside it, over the shortest step."""
 END = 2
@@ -25,7 +29,7 @@ END = 2
 
 @kernel_function
 def write(state, out, counts, t, start):
-    """Write the present state as a row: onset speeds are those after the step, bristles those at its `start` [s]."""
+    """Write the present state as a row at time t, after a step that began at `start`; onset speeds are those after the step."""
     row = counts.samples
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
@@ -35,11 +39,11 @@ def write(state, out, counts, t, start):
 
 @kernel_function
 def write_after_jump(state, clock, controls, out, counts):
-    """Write a row `JUMP` after an event, with the accelerations and multipliers that it left; the rest by Euler's method."""
+    """Write a row `JUMP` after an event, with the accelerations and multipliers that it left; q and v by Euler's method."""
     moment = JUMP * controls.shortest
-    if clock.time >= controls.end - 2.0 * moment:  # the end has a row of its own, to which one moment must be left
+    if clock.time >= controls.end - 2.0 * moment:  # too near to the end, which has a row of its own
         return
-    write(state, out, counts, clock.time + moment, clock.time)
+    write(state, out, counts, clock.time + moment, clock.time)  # then replace q and v
     row = counts.samples - 1
     for i in range(state.q.size):
         out.q[row, i], out.v[row, i] = state.q[i] + moment * state.v[i], state.v[i] + moment * state.a[i]
@@ -49,14 +53,14 @@ def write_after_jump(state, clock, controls, out, counts):
 def write_at_face(state, out, counts, t, h, moment):
     """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
 
-    The row is `moment` [s] after the step's start or, if that is negative, before its end. In this short time only coordinates
-    move, with constant rates.
+    The row's time is t + `moment` or, if `moment` is negative, t + h + `moment`: near the step's start or its end. In this short
+    time only coordinates move, with constant rates.
     """
-    row, is_end = counts.samples, moment < 0.0
+    row, is_near_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam
-    if is_end:
+    if is_near_end:
         q, v, a, lam = state.node_q[END], state.node_v[END], state.node_a[END], state.node_lam[END]
-    out.time[row] = t + (h if is_end else 0.0) + moment
+    out.time[row] = t + h + moment if is_near_end else t + moment
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
         out.q[row, i] = q[i] + moment * v[i]
@@ -66,7 +70,10 @@ def write_at_face(state, out, counts, t, h, moment):
 
 @kernel_function
 def _write_memory(state, onset_memory, out, row, start):
-    """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s]."""
+    """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s].
+
+    `state.start_memory` is the memory before the step, `state.memory` the one after it.
+    """
     for k in range(state.start_memory.shape[0]):
         m = out.memory[row, k]
         m[Memory.ONSET], m[Memory.STEP_START] = onset_memory[k, Memory.ONSET], start
@@ -78,24 +85,31 @@ def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
 
     In a step of length h a quantity deviates from the line between its ends by at most h^2/8 times its second derivative, in k
-    parts by 1/k^2 of this. `depth_deviation` is this deviation of a contact's depth, over the depth.
+    parts by 1/k^2 of this. `elastic` is that of `Tables`. `depth_deviation` is the deviation of a contact's depth over the depth,
+    for k = 1; the contact tolerance is relative to the depth, too.
     """
-    of_coordinates = state.dq[0]  # used as work space
+    deviations = state.dq[0]  # of the coordinates, in an array that serves as work space
     for i in range(state.q.size):
-        of_coordinates[i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[END, i]))
-    size = measure_change(state, elastic, of_coordinates)  # in units of the error control
-    deviation = max(size / controls.tolerance**LINE_EXPONENT, depth_deviation / controls.contact_tolerance**LINE_EXPONENT)
-    return int(min(MOST_SAMPLES, np.ceil(np.sqrt(deviation) + 1e-9)))
+        deviations[i] = 0.125 * h * h * max(abs(state.a[i]), abs(state.node_a[END, i]))
+    largest = measure_change(state, elastic, deviations)  # in units of the error control, as the tolerance
+    of_coordinates = largest / controls.tolerance**LINE_EXPONENT
+    of_depth = depth_deviation / controls.contact_tolerance**LINE_EXPONENT
+    parts = np.ceil(np.sqrt(max(of_coordinates, of_depth)) + 1e-9)  # 1e-9: one part if both are 0
+    return int(min(MOST_SAMPLES, parts))
 
 
 @kernel_function
 def write_between(state, out, counts, t, h, parts):
-    """Write rows within a step from time t, at the ends of all parts but the last."""
+    """Write rows within a step from time t, at the ends of all parts but the last.
+
+    With y = (time - t)/h a coordinate is q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5: Hermite's quintic.
+    """
     for part in range(1, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
-            v0, a0, v1, a1 = h * state.v[i], h * h * state.a[i], h * state.node_v[END, i], h * h * state.node_a[END, i]
-            # q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5
+            v0, v1 = h * state.v[i], h * state.node_v[END, i]  # dq/dy at both ends
+            a0, a1 = h * h * state.a[i], h * h * state.node_a[END, i]  # the second derivatives
+            # differences from the quadratic q + v0 y + a0 y^2/2 at y = 1: of the value and both derivatives
             d0, d1, d2 = state.node_q[END, i] - state.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
             c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
             out.q[row, i] = state.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))

@@ -1,6 +1,7 @@
 """State at the start of a run: rates and accelerations that satisfy the constraints; arrays of the integrators.
 
-Coordinates q (n,), rates v, accelerations a, multipliers lambda (r,), forces f, constraints g(q, t) = 0 with G = dg/dq.
+Coordinates q (n,), rates v, accelerations a, multipliers lambda (r,), forces f, constraints g(q, t) = 0 with G = dg/dq. Their
+first derivative by time is G v = speed, with speed = -dg/dt; their second is G a = change, with the terms without a on the right.
 """
 
 from typing import NamedTuple
@@ -13,12 +14,12 @@ from .frame_body import FrameBody
 from .output import DormandPrince, DormandPrinceState, RadauState
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
+from .tables import BlockColumn, Forces, Markers, Memory, Report, StripColumn, Tables
 
 ROUNDING = 1e-12
 """Violation of G v = speed, over the largest speed, below which start rates are not corrected: rounding."""
 MOST_ITERATIONS = 20
-"""Number of iterations after which `balance` returns the last: enough for 1e-12 if each reduces the change to a quarter."""
+"""Iterations after which `balance` returns the last, converged or not; enough for 1e-12 if each divides the change by 4."""
 LEAST_RATE = 1e-3
 """Least scale of errors of rates in the explicit method, in units of coordinates [1/s]: at rest no rate gives a scale."""
 
@@ -33,8 +34,9 @@ class Balance(NamedTuple):
 def start_rates(scene: CompiledScene) -> Array:
     """Compute the rates of all coordinates at t = 0, (n,), from the velocities of links that the scene's start has.
 
-    Strips move as rigid bodies, and bend where the start asks for it. If these rates violate G v = speed (a pin inside a curved
-    strip), v is changed with least kinetic energy. Raises KinematicsError if drives and given velocities contradict each other.
+    Links move as rigid bodies. Strips bend, too, if the linkage cannot move otherwise: their points then have `additional`
+    velocities. If these rates violate G v = speed (a pin inside a curved strip), the change of v has least kinetic energy. Raises
+    KinematicsError if drives and given velocities contradict each other.
     """
     found = scene.source.start  # velocities of links as rigid bodies, from the closure of the linkage
     v = np.zeros(scene.size)
@@ -43,23 +45,25 @@ def start_rates(scene: CompiledScene) -> Array:
             v += body.rigid_motion(scene.builder) @ found.rates[found.linkage.index[name]]
         if isinstance(body, StripBody) and name in found.additional:
             v += body.bending_rates(scene.builder, found, scene.mechanism.link(name))
-    for dof, link, point, is_rotor in scene.builder.separate_masses:  # masses with coordinates of their own; dof of the first
+    for dof, link, point, is_rotor in scene.builder.separate_masses:  # point masses and rotors with dofs of their own from `dof`
         if is_rotor:
             v[dof] = found.rates[found.linkage.index[link], 2]
         else:
             v[dof : dof + 2] = found.velocity(link, point)
     for dof, state in scene.builder.state_rates.items():
-        v[dof] = state  # of a law, which is the rate of a coordinate (`stateful`)
+        v[dof] = state  # a state of a law is the rate of a coordinate made for it (`stateful`)
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)
     missing = equations.speed - equations.jacobian @ v
     if np.abs(missing).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
-        v = v + scene.accelerate(scene.q0, np.zeros(scene.size), missing)[0]  # G dv = missing
+        # the equations of accelerations without forces: M dv + G^T mu = 0, G dv = missing
+        least_change, _ = scene.accelerate(scene.q0, np.zeros(scene.size), missing)
+        v = v + least_change
     return v
 
 
 def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     """Compute the derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
-    place(scene.tables, scene.work, q, np.zeros(scene.size))
+    place(scene.tables, scene.work, q, np.zeros(scene.size))  # fills `work.jacobian`, the derivatives of all markers
     first, count = scene.tables.markers[marker, [Markers.FIRST, Markers.COUNT]]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):
@@ -87,7 +91,8 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
 
-    Components are normal with standard deviation `spread`, zero if modal, then projected by the pseudo-inverse of G.
+    Components are normal with standard deviation `spread`, in m or rad, but 0 for modal coordinates. The pseudo-inverse of G
+    then projects the change, which may move modal coordinates again.
     """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
@@ -98,35 +103,43 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run from this state, `memory` (forces, 4).
+    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` has the columns `Memory`.
 
-    `output` tells the fields with their shapes, in the sizes n, r, k, e, p; m unknowns, g entries of G. z makes zeros.
+    The fields are in the order of `output.RadauState`, which tells what they are. `z` makes zeros.
     """
-    tables, newton, mass = scene.tables, scene.fronts, scene.mass_fronts
-    n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, StripColumn.POINTS].sum())
-    m, z, slots, g = n + r, np.zeros, len(tables.mass), _count_jacobian_entries(tables)
+    tables, newton, mass, z = scene.tables, scene.fronts, scene.mass_fronts, np.zeros
+    n, r, forces, elastic = len(q), len(lam), len(memory), len(tables.elastic)
+    points = int(tables.strips[:, StripColumn.POINTS].sum())  # Gauss points of all strips
+    unknowns, slots, entries = n + r, len(tables.mass), _count_jacobian_entries(tables)  # `slots`: nonzeros, and one more
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
+    stresses, reports = (points, 3), (forces, len(Report))
     return RadauState(
-        q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
+        # the state at a step's start, at its nodes, and of the last step
+        q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z(stresses),
         node_q=z((3, n)), node_v=z((3, n)), node_a=z((3, n)), node_lam=z((3, r)),
-        node_stress=z((3, p, 3)), node_stress_residual=z((3, p, 3)), past_v=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
-        residual=z((3, m)), right_side=z(m), real_solution=z(m), complex_solution=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)),
-        force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g), start_jacobian=z(g),
+        node_stress=z((3, *stresses)), node_stress_residual=z((3, *stresses)),
+        past_v=z((4, n)), past_lam=z(r), past_stress=z(stresses),
+        # Newton's method, and the terms of the equations
+        residual=z((3, unknowns)), right_side=z(unknowns), real_solution=z(unknowns),
+        complex_solution=z(unknowns, dtype=complex), dq=z((3, n)), dv=z((3, n)),
+        force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(entries), start_jacobian=z(entries),
+        # matrices, their factors and row exchanges
         saddle_mass=z(slots), damping=z(slots), stiffness=z(slots), real_matrix=z(slots), complex_matrix=z(slots, dtype=complex),
         real_factors=z(newton.size), complex_factors=z(newton.size, dtype=complex),
         real_swaps=z(exchanges, dtype=np.int64), complex_swaps=z(exchanges, dtype=np.int64),
         saddle=tables.mass.copy(), saddle_factors=z(mass.size), saddle_swaps=z(len(mass.unknowns), dtype=np.int64),
-        row_magnitude=z(m), front_work=z(largest), complex_front_work=z(largest, dtype=complex),
-        memory=memory.copy(), start_memory=memory.copy(), start_reports=z((k, 8)), end_reports=z((k, 8)), largest_force=z(k),
-        start_deformation=z(e), largest_deformation=z(e),
-        unit=scene.units, inverse_error_unit=z(n), error_unit_across=z(e), chord=z((e, 2)), error_ratio=np.ones(1),
+        row_magnitude=z(unknowns), front_work=z(largest), complex_front_work=z(largest, dtype=complex),
+        # forces, and the error control
+        memory=memory.copy(), start_memory=memory.copy(), start_reports=z(reports), end_reports=z(reports),
+        largest_force=z(forces), start_deformation=z(elastic), largest_deformation=z(elastic),
+        unit=scene.units, inverse_error_unit=z(n), error_unit_across=z(elastic), chord=z((elastic, 2)), error_ratio=np.ones(1),
     )  # fmt: skip
 
 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
-    """Allocate the data of an explicit run that starts from this state; `memory` (forces, 4)."""
+    """Allocate the data of an explicit run that starts from this state; `memory` has the columns `Memory`."""
     tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
-    order = scene.find_mass_fronts(constant=free_modes)  # free modes are solved for apart, see `kernel.couple_modes`
+    order = scene.find_mass_fronts(constant=free_modes)  # `kernel.couple_modes` then solves for the modes apart
     n, r, k, g, z = len(q), len(lam), len(memory), _count_jacobian_entries(tables), np.zeros
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
@@ -134,7 +147,8 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
         y=y, y_new=y.copy(), y_stage=y.copy(), stage_rates=z((7, len(y))),
         lam=np.array(lam, dtype=float), force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g),
         factored_jacobian=z(g), matrix=tables.mass.copy(), factors=z(order.size), swaps=z(len(order.unknowns), dtype=np.int64),
-        row_magnitude=z(n + r), front_work=z(order.largest), right_side=z(n + r), memory=memory.copy(), start_reports=z((k, 8)),
+        row_magnitude=z(n + r), front_work=z(order.largest), right_side=z(n + r),
+        memory=memory.copy(), start_reports=z((k, len(Report))),
         largest_rate=np.array([largest_rate]), units=scene.units,
         has_factors=z(1, dtype=np.int64), free_modes=np.array([int(free_modes)]),
     )  # fmt: skip

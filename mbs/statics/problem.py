@@ -271,12 +271,12 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
     out, others = np.zeros(fine.size), []
     for scene in (coarse, fine):
-        of_strips = [place for body in scene.strips for element in body.elements for place in element.dofs.ravel()]
+        of_strips = [place for body in scene.strips for piece in body.pieces for place in piece.dofs.ravel()]
         others.append(np.setdiff1d(np.arange(scene.size), of_strips))
     out[others[1]] = q[others[0]]
     for body, finer_body in zip(coarse.strips, fine.strips, strict=True):
-        for element, finer in zip(body.elements, finer_body.elements, strict=True):
-            out[finer.dofs[:, : element.dofs.shape[1]]] = q[element.dofs]
+        for piece, finer in zip(body.pieces, finer_body.pieces, strict=True):
+            out[finer.dofs[:, : piece.dofs.shape[1]]] = q[piece.dofs]
     return out
 
 
@@ -284,9 +284,9 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
     """Return the largest distance of two poses a and b (n,), in units of the coordinates; an upper bound along strips."""
     change = np.abs(a - b) / scene.units
     for strip in scene.strips:
-        for element in strip.elements:
+        for piece in strip.pieces:
             # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
-            ends, inner = element.dofs[:, :2], element.dofs[:, 2:]
+            ends, inner = piece.dofs[:, :2], piece.dofs[:, 2:]
             bounds = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))  # of these polynomials, which are zero at the ends
             change[ends] += (change[inner] * bounds).sum(axis=1)[:, None]
             change[inner] = 0.0

@@ -62,7 +62,7 @@ class Tangent:
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
         large = abs(a.stiffness).diagonal().copy()
-        for piece in (piece for strip in scene.strips for piece in strip.elements):
+        for piece in (piece for strip in scene.strips for piece in strip.pieces):
             x, y = piece.dofs[:2]  # stiffness across a strip is a difference of numbers as large as the axial stiffness
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))

@@ -105,9 +105,9 @@ def _rigid(scene, q):
     """Rates of all coordinates in translations and a turn of the whole about the origin."""
     out = np.zeros((scene.size, 3))
     for name, body in scene.builder.bodies.items():
-        if hasattr(body, "elements"):
-            for element in body.elements:
-                x, y, *angle = element.dofs
+        if hasattr(body, "pieces"):
+            for piece in body.pieces:
+                x, y, *angle = piece.dofs
                 out[x[:2], 0] = out[y[:2], 1] = 1.0
                 out[x, 2], out[y, 2] = -q[y], q[x]
                 for place in angle:
