@@ -67,7 +67,7 @@ class Arrow(NamedTuple):
 
 
 class Label(NamedTuple):
-    """A text centred at a place in a frame; `what` the text names is a 'point', a 'link', or part of a 'symbol'."""
+    """A text centred at a place in a frame. It names a 'point' or a 'link', or is part of a 'symbol': one of these is `what`."""
 
     frame: str
     text: str
@@ -104,6 +104,7 @@ INKS: dict[str, Ink] = {
     "block": Ink("#1B2733", "#E4E9EE", 1.2),
     "stop": Ink("#6B2D12", "#C98A6B", 1.2),
     "spring": Ink("#4B5560", "", 1.2),
+    "coupling": Ink("#4B5560", "", 1.2),
     "load": Ink("#B3261E", "", 1.6),
     "drive": Ink("#1B5FAA", "", 1.6),
     "motor": Ink("#1B5FAA", "#E3EEFA", 1.4),
@@ -143,32 +144,32 @@ class Sheet:
         self.frames = {"": FrameSource("")}
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
-    def at(self, body: str, point: str) -> str:
+    def frame_at(self, body: str, point: str) -> str:
         """Return the frame of a point on a body, or on any link if the record has no motion of the body, such as a strut."""
         has_motion = body == GROUND or body in self.record.links
-        return self.frame(f"{body}:{point}" if has_motion else point)
+        return self.frame_of(f"{body}:{point}" if has_motion else point)
 
-    def frame(self, ref: str) -> str:
-        """Return the frame of a point reference, such as 'crank:A'."""
+    def frame_of(self, ref: str) -> str:
+        """Return the frame of a point reference: of the body in 'crank:A', of any body that has the point in 'A'."""
         self.frames.setdefault(ref, FrameSource(ref))
         return ref
 
-    def upright(self, ref: str) -> str:
+    def upright_frame(self, ref: str) -> str:
         """Return the frame that follows a point reference without turning."""
         self.frames.setdefault(f"={ref}", FrameSource(ref, turns=False))
         return f"={ref}"
 
-    def inside(self, bush: str, pin: str, factor: float) -> str:
-        """Return the frame of a pin whose distance from the bush is drawn larger by a factor."""
+    def enlarged_frame(self, bush: str, pin: str, factor: float) -> str:
+        """Return the frame of a pin whose distance from the centre of its bush is drawn larger by a factor."""
         name = f"{bush}~{pin}"
         self.frames[name] = FrameSource(bush, pin=pin, factor=factor)
         return name
 
-    def body(self, name: str) -> str:
+    def body_frame(self, name: str) -> str:
         """Return the frame of a link, at its start; of the ground, at the origin."""
-        return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
+        return "" if name == GROUND else self.frame_at(name, self.mechanism.link(name).start)
 
-    def local(self, name: str, point: str) -> Pair:
+    def place_on(self, name: str, point: str) -> Pair:
         """Return the coordinates [m] of a point in the frame of a link or of the ground."""
         points = self.mechanism.points
         (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]

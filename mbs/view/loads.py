@@ -1,7 +1,9 @@
 """Symbols of springs, loads, masses, drives and couplings. Belts, ropes and pitch circles are drawn to scale.
 
-Each function takes the sheet, the name of the element and the element. Numbers are proportions, over the size of a symbol
-(`sheet.unit`), chosen by their look. Points of a `Span` are (fraction of the way to its other end, offset to the left [m]).
+Each function is a `symbols.Symbol`: it takes the sheet, the name of the element and the element. Numbers are proportions, over
+the size of a symbol (`sheet.unit`), chosen by their look. Frames of `sheet.frame_at` and `sheet.body_frame` turn with a body,
+those of `sheet.upright_frame` do not. At t = 0 all have the axes of the ground. Places in a frame are in m; those of a `Span` are
+pairs (fraction of the way to its other end [1], offset to the left [m]).
 """
 
 from collections.abc import Iterator
@@ -21,7 +23,7 @@ from .drawing import Disc, Label, Mark, Outline, Sheet, Span, arrow, hatching, p
 
 def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
     """Yield a zigzag between the two ends of a spring."""
-    ends = [sheet.at(*place(ref)) for ref in (spring.a, spring.b)]
+    ends = [sheet.frame_at(*place(ref)) for ref in (spring.a, spring.b)]
     u, half = sheet.unit, 0.5 * sheet.unit
     inner = [(0.15 + 0.7 * (k + 0.5) / 14, half if k % 2 else -half) for k in range(14)]
     yield Span(ends[0], ends[1], "spring", ((0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)))
@@ -33,19 +35,21 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 
 def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that the two bodies of the spring share."""
-    frame = sheet.upright(sheet.shared_point(spring.first, spring.second))
-    polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in (2.25 * 2 * pi * k / 60 for k in range(61))]  # 2.25 turns
+    frame = sheet.upright_frame(sheet.shared_point(spring.first, spring.second))
+    angles = [2.25 * 2 * pi * k / 60 for k in range(61)]  # rad, 2.25 turns
+    polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in angles]
     yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))
 
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """Yield an arrow that ends at the loaded point, in the direction of the force at t = 0."""
     along = unit(load.initial_force(sheet.mechanism))
-    follows = load.follows.partition(":")[0] if load.follows else None  # the link with which the force turns
     point = place(load.point).point
-    frame = sheet.body(follows) if follows else sheet.upright(point)
-    start = sheet.local(follows, point) if follows else (0.0, 0.0)
-    tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
+    frame, loaded = sheet.upright_frame(point), (0.0, 0.0)  # and the loaded point in the frame
+    if load.follows:  # a link with which the force turns
+        link = load.follows.partition(":")[0]
+        frame, loaded = sheet.body_frame(link), sheet.place_on(link, point)
+    tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, scale=sheet.unit, origin=loaded)
     yield from arrow(frame, "load", tail, tip, sheet.unit)
 
 
@@ -53,21 +57,22 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Yield arrows onto the ends of a strip for a distributed force, a turning arrow for a distributed moment."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     for point in (link.start, link.end) if any(load.force) else ():
-        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), u, sheet.local(link.name, point))
-        yield from arrow(sheet.body(link.name), "load", tail, tip, u)
+        loaded = sheet.place_on(link.name, point)
+        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), scale=u, origin=loaded)
+        yield from arrow(sheet.body_frame(link.name), "load", tail, tip, u)
     if load.moment:
         yield from torque(sheet, _name, load)
 
 
 def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
     """Yield a turning arrow on the loaded link, at 0.3 of its length, beside the link's name."""
-    x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
-    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
+    x, y = sheet.place_on(load.link, sheet.mechanism.link(load.link).end)
+    yield from turning(sheet.body_frame(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
 def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
     """Yield a circle with an M and a turning arrow at the joint in which the motor turns a link."""
-    frame, u = sheet.upright(sheet.pivot(load.link)), sheet.unit
+    frame, u = sheet.upright_frame(sheet.pivot(load.link)), sheet.unit
     upper_left = (-1.6 * u, 1.6 * u)  # where no name of a point is drawn
     yield Disc(frame, "motor", upper_left, 0.85 * u)
     yield Label(frame, "M", upper_left, "symbol")
@@ -78,16 +83,17 @@ def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
     """Yield a turning arrow about the pivot of a driven link, or a straight arrow beside a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
-        yield from turning(sheet.upright(sheet.pivot(drive.target)), "drive", 1.15 * u)
+        yield from turning(sheet.upright_frame(sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
     guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
-    tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
-    yield from arrow(sheet.upright(drive.target), "drive", tail, tip, 0.8 * u)
+    tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), scale=u)
+    yield from arrow(sheet.upright_frame(drive.target), "drive", tail, tip, 0.8 * u)
 
 
 def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
     """Yield a dark disc at a point mass: on its link, or on any body that has the point."""
-    yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
+    frame = sheet.frame_at(mass.link, mass.point) if mass.link else sheet.frame_of(mass.point)
+    yield Disc(frame, "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
 def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
@@ -105,26 +111,26 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     """Yield the pitch circle of a pinion and a piece of the pitch line of its rack."""
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
-    (x, y), (dx, dy) = sheet.local(other, centre), rack.along
+    (x, y), (dx, dy) = sheet.place_on(other, centre), rack.along
     middle = x + r * dy, y - r * dx  # of the pitch line, on the right of the pinion
-    yield Outline(sheet.body(other), "spring", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)))
+    yield Outline(sheet.body_frame(other), "coupling", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)))
 
 
 def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
     """Yield two pulleys and the two spans of belt between them."""
     yield _circle(sheet, belt.first, belt.radius)
     yield _circle(sheet, belt.second, belt.other_radius)
-    ends = [sheet.at(*place(at)) for at in (belt.first, belt.second)]
+    ends = [sheet.frame_at(*place(at)) for at in (belt.first, belt.second)]
     for side in (1, -1):
         other_side = -side if belt.crossed else side
-        yield Span(ends[0], ends[1], "spring", ((0.0, side * belt.radius), (1.0, other_side * belt.other_radius)))
+        yield Span(ends[0], ends[1], "coupling", ((0.0, side * belt.radius), (1.0, other_side * belt.other_radius)))
 
 
 def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
     """Yield the straight parts of a rope, and a disc at each pulley."""
-    frames = [sheet.at(*end) for end in rope.path(sheet.mechanism)]
+    frames = [sheet.frame_at(*end) for end in rope.path(sheet.mechanism)]
     for first, second in pairwise(frames):
-        yield Span(first, second, "spring", ((0.0, 0.0), (1.0, 0.0)))
+        yield Span(first, second, "coupling", ((0.0, 0.0), (1.0, 0.0)))
     for frame in frames[1:-1]:
         yield Disc(frame, "pin", (0.0, 0.0), 0.5 * sheet.unit)
 
@@ -132,4 +138,4 @@ def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
 def _circle(sheet: Sheet, at: str, radius: float) -> Outline:
     """Return a circle about a point of a body, and a spoke that shows its rotation."""
     angles = [2 * pi * k / 48 for k in range(49)]
-    return Outline(sheet.at(*place(at)), "spring", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)))
+    return Outline(sheet.frame_at(*place(at)), "coupling", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)))

@@ -25,6 +25,8 @@ from .symbols import draw_marks
 
 STATIONS = 25
 """Number of points of the line of a massless strip."""
+INTERVALS = 32
+"""Approximate number of intervals between the points of the line of a strip that bends."""
 Bent = tuple[Array, Array, Array]
 """Bent line of a flexible link: places [m] (times, stations, 2); bending [1/m] and axial strain [1], each (times, stations).
 
@@ -64,7 +66,7 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is not None:
         return _strip(motion, source.links[link.name], source.time, record.time)
-    return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
+    return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, INTERVALS + 1)))
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
@@ -73,7 +75,8 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     The strains are those of `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its line
     that small errors of interpolated places would make large axial forces.
     """
-    per_element = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))  # stations of an element: some 32 in all
+    elements = len(motion.arcs(1)) - 1
+    per_element = max(2, min(8, round(INTERVALS / elements)))
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
     fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
@@ -85,7 +88,7 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     def interpolate(strain: Any) -> Array:
         """Interpolate a strain at integration points linearly to the stations and times."""
         weights = strain.weights.ravel()
-        arcs = np.cumsum(weights) - weights / 2
+        arcs = np.cumsum(weights) - weights / 2  # middles of the parts of the line that the points stand for
         matrix = np.array([np.interp(stations, arcs, row) for row in np.eye(len(arcs))])
         values = strain.value.reshape(len(rows), -1) @ matrix
         return np.asarray((1 - fraction) * values[before] + fraction * values[after])
@@ -260,7 +263,7 @@ def _movie(record: Record, source: Record) -> Movie:
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
-        sheet.frame(point)
+        sheet.frame_of(point)
     frames = {name: _frame(record, frame) for name, frame in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:

@@ -1,6 +1,7 @@
 """Export of the motion of a run to ParaView: a mesh of all links at the first time and its displacements, as an XDMF time series.
 
-A flexible link is a chain of hexahedra of the strip's width and thickness, a rigid link a prism on its outline.
+A flexible link is a chain of hexahedra of the strip's width and thickness, a rigid link a prism on its outline. Shapes come from
+a `Movie`: outlines of rigid links are fixed in frames (x, y, angle) that move; the bent line of a flexible link is in a band.
 """
 
 from collections.abc import Iterator
@@ -17,12 +18,12 @@ from .movie import Movie, make_movie, to_ground
 
 
 class MeshSolid(NamedTuple):
-    """Mesh of a link: nodes (times, n, 3) [m], meshio's type and node numbers of its cells, named values at nodes (times, n)."""
+    """Mesh of a link."""
 
-    corners: Array
-    kind: str
-    cells: Array
-    data: dict[str, Array]
+    nodes: Array  # places [m], (times, n, 3)
+    cell_type: str  # meshio's name
+    cells: Array  # numbers of the nodes of each cell
+    values: dict[str, Array]  # at the nodes, by name, (times, n)
 
 
 def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = None) -> Path:
@@ -34,23 +35,25 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
         raise ValueError(f"path = '{path}': must end in .xdmf")
     movie = result.movie
     if times is not None:
-        record = result.film.record  # of the run, from which a movie at any times can be made
+        record = result.film.record  # from which a movie at any times of the run can be made
         if record is None:
             raise ValueError("times: a pickled result holds its movie's times only")
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
     solids = list(_solids(movie))
-    corners = np.concatenate([solid.corners for solid in solids], axis=1)
-    counts = [solid.corners.shape[1] for solid in solids]
-    first, link_number = np.cumsum([0, *counts]), np.repeat(np.arange(len(solids)), counts)
+    nodes = np.concatenate([solid.nodes for solid in solids], axis=1)
+    counts = [solid.nodes.shape[1] for solid in solids]
+    first_nodes = np.cumsum([0, *counts])[:-1]  # number of each solid's first node
+    link_number = np.repeat(np.arange(len(solids)), counts)
     # a rigid link has no such values: they are 0 there
-    data = {name: np.concatenate([solid.data.get(name, np.zeros(solid.corners.shape[:2])) for solid in solids], axis=1)
-            for name in ("curvature", "axial_force", "stress")}  # fmt: skip
+    columns = {name: np.concatenate([solid.values.get(name, np.zeros(solid.nodes.shape[:2])) for solid in solids], axis=1)
+               for name in ("curvature", "axial_force", "stress")}  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     with TimeSeriesWriter(path, data_format="XML") as writer:
-        writer.write_points_cells(corners[0], [(s.kind, s.cells + k) for s, k in zip(solids, first[:-1], strict=True)])
+        cells = [(solid.cell_type, solid.cells + first) for solid, first in zip(solids, first_nodes, strict=True)]
+        writer.write_points_cells(nodes[0], cells)
         for k, t in enumerate(movie.time):
-            values = {name: column[k].astype(np.float32) for name, column in data.items()}
-            values |= {"displacement": corners[k] - corners[0], "link": link_number.astype(np.int32)}
+            values = {name: column[k].astype(np.float32) for name, column in columns.items()}
+            values |= {"displacement": nodes[k] - nodes[0], "link": link_number.astype(np.int32)}
             writer.write_data(float(t), point_data=values)
     return path
 
@@ -70,15 +73,14 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
         right, left = (band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0))
         bottom, top = -band.width / 2, band.width / 2
         section = [_at_height(right, bottom), _at_height(left, bottom), _at_height(right, top), _at_height(left, top)]
-        corners = np.stack(section, axis=2)
-        # corners 0 to 3 at a station, 4 to 7 at the next; VTK lists the four of one face, then those opposite to them
+        nodes = np.stack(section, axis=2).reshape(len(movie.time), -1, 3)
+        # nodes 0 to 3 are at a station, 4 to 7 at the next; VTK lists the four of one face, then those opposite to them
         hexahedron = np.array([0, 4, 5, 1, 2, 6, 7, 3])
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + hexahedron
         values = {"curvature": band.bending, "axial_force": band.axial_force, "stress": band.stress}
-        data = {key: np.repeat(column, 4, axis=1) for key, column in values.items()}
-        yield MeshSolid(corners.reshape(len(movie.time), -1, 3), "hexahedron", cells, data)
+        yield MeshSolid(nodes, "hexahedron", cells, {key: np.repeat(column, 4, axis=1) for key, column in values.items()})
 
 
-def _at_height(plane: Array, height: ArrayLike) -> Array:
-    """Add the coordinate normal to the plane [m] to places (times, n, 2)."""
-    return np.concatenate([plane, np.broadcast_to(np.reshape(height, (1, -1, 1)), (*plane.shape[:2], 1))], axis=2)
+def _at_height(places: Array, height: float) -> Array:
+    """Add the coordinate `height` [m], normal to the plane, to places (times, n, 2)."""
+    return np.concatenate([places, np.full((*places.shape[:2], 1), height)], axis=2)

@@ -229,9 +229,11 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, in_legend = "xy".index(axis), set[str]()
-    for branch in (path, *getattr(path, "branches", ())):
-        # positions (steps, 2) or, of periodic motions, amplitudes; those at critical points; '' or 'amplitude of ' for the label
-        places, critical_places, prefix = branch.heights(link, point)
+    branches = (path, *getattr(path, "branches", ()))
+    # for each branch positions (steps, 2) or, of periodic motions, amplitudes; the same at critical points; a text for the label
+    heights = [branch.heights(link, point) for branch in branches]
+    _, _, prefix = heights[0]  # '' or 'amplitude of ', the same for all branches
+    for branch, (places, critical_places, _) in zip(branches, heights, strict=True):
         for curve, stable in _pieces(branch, places[:, column]):
             label = "stable" if stable else "unstable"
             style = "C0-" if stable else "C3--"
@@ -258,18 +260,18 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
     states = np.column_stack([path.q, path.parameter / span])
     steps = np.linalg.norm(np.diff(states, axis=0), axis=1)
     arc, stable = np.concatenate([[0.0], np.cumsum(steps)]), path.stable
-    cuts, cut_steps = [arc[0], arc[-1]], set[int]()
+    cuts, cut_steps = list[float](), set[int]()
     for critical in path.points:
         state = np.append(critical.rest.q, critical.rest.parameter / span)
         away = np.linalg.norm(states - state, axis=1)
         k = int(np.argmin(away[:-1] + away[1:] - steps))
         cuts.append(arc[k] + steps[k] * away[k] / (away[k] + away[k + 1]))
         cut_steps.add(k)
+    is_regular = ~np.isin(arc, cuts)  # not a critical point itself
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())
     cuts += [(arc[k] + arc[k + 1]) / 2 for k in changes - cut_steps]
-    is_regular = ~np.isin(arc, cuts[2:])  # not a critical point itself
     curve, pieces = CubicSpline(arc, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()
-    for start, end in pairwise(sorted(cuts)):
+    for start, end in pairwise(sorted([arc[0], *cuts, arc[-1]])):
         equilibria = stable[(arc >= start) & (arc <= end) & is_regular]
         # a piece without equilibria lies between two critical points: its stability is not that of the piece before
         is_stable = bool(equilibria.all()) if len(equilibria) else not pieces[-1][1]

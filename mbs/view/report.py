@@ -128,7 +128,8 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
         fields = mark._asdict()
-        frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}  # names become numbers
+        # the fields that name frames get the numbers of these frames
+        frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}
         marks.append([type(mark).__name__, *map(_round, (fields | frames).values())])
     bands = {}
     for name, band in movie.bands.items():  # with bending and axial strain the page can show curvature or stress
@@ -193,7 +194,7 @@ def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array
     k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
     share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)
     at = values[:, k] * (1 - share) + values[:, k + 1] * share
-    first = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)  # sample of each bin
+    first = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)  # number of each bin's first sample
     has_samples = np.searchsorted(time, edges[1:], side="right") > first
     # `reduceat` reduces the samples from each first one to the next; for a bin without samples it returns one of another bin
     low = np.where(has_samples, np.fmin.reduceat(values, first, axis=1), np.nan)

@@ -3,8 +3,8 @@
 A symbol is a function (sheet, name, element) that yields marks. The table is by the name of the element's class; a class that is
 not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark. Numbers are
 proportions, over the size of a symbol (`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad].
-The frames of `sheet.at`, `sheet.body` and `sheet.frame` turn with a body, those of `sheet.upright` do not; `sheet.local` are
-coordinates in the frame of `sheet.body`.
+Frames of `sheet.frame_at`, `sheet.body_frame` and `sheet.frame_of` turn with a body, those of `sheet.upright_frame` do not; at
+t = 0 all have the axes of the ground. `sheet.place_on` gives coordinates in the frame of `sheet.body_frame`.
 """
 
 from collections.abc import Callable, Iterator
@@ -39,7 +39,7 @@ def draw_marks(sheet: Sheet) -> list[Mark]:
     marks += _gravity(sheet)
     joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
     for point in sheet.mechanism.points:
-        frame = sheet.upright(point)
+        frame = sheet.upright_frame(point)
         if point not in joints and any(point in link.points for link in sheet.mechanism.links):
             marks.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
         marks.append(Label(frame, point, _free_side(sheet, point), "point"))
@@ -78,11 +78,12 @@ def symbol(element: object) -> Symbol:
 
 def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a rigid link to scale: a bar through its points, or a plate if they are not in line."""
-    section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
+    section, frame, ink = link.body.section, sheet.body_frame(name), sheet.inks[name]
     has_section = isinstance(section, Section)
     thickness, width = (section.thickness, section.width) if has_section else (0.5 * sheet.unit, 0.5 * sheet.unit)
-    local = [sheet.local(name, point) for point in link.points]
-    length, along = hypot(*local[1]), unit(local[1])
+    local = [sheet.place_on(name, point) for point in link.points]  # of start, end, further points; the start is the origin
+    _, end, *_ = local
+    length, along = hypot(*end), unit(end)
     label = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off_line = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off_line) > thickness:
@@ -99,7 +100,7 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         offset = 0.5 * thickness + sheet.unit * (half_height * abs(normal_y) + half_width * abs(normal_x))
         label = (label[0] + offset * normal_x, label[1] + offset * normal_y)
     if not has_section:
-        x, y = link.body.mass_properties(length)[2]
+        _mass, _inertia, (x, y) = link.body.mass_properties(length)  # centre of mass in axes along and across the link
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
         yield Disc(frame, ink, centre, 0.32 * sheet.unit)
         yield Disc(frame, "mass", centre, 0.1 * sheet.unit)
@@ -109,13 +110,14 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
-    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")  # in the frame at the middle of the strip
+    middle = MIDDLE + name  # name of the frame at the middle of the strip
+    yield Label(middle, name, (0.0, 0.9 * sheet.unit), "link")
 
 
 def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
     """Yield a triangle on the ground below a joint with the ground."""
     if GROUND in (joint.first, joint.second):
-        u, frame = sheet.unit, sheet.at(GROUND, joint.point)
+        u, frame = sheet.unit, sheet.frame_at(GROUND, joint.point)
         yield Outline(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), closed=True)
         yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
 
@@ -123,21 +125,22 @@ def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
 def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
     """Yield the pin of an ideal revolute joint."""
     yield from support(sheet, joint)
-    yield Disc(sheet.at(_moving_body(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
+    yield Disc(sheet.frame_at(_moving_body(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
 
 
 def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     """Yield a pin in a bush, radii not to scale; the eccentricity is enlarged so that the drawn circles touch in contact."""
     yield from support(sheet, joint)
-    outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
+    outer, inner, u = sheet.frame_at(joint.second, joint.point), sheet.frame_at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
-    yield Disc(sheet.inside(outer, inner, 0.28 * u / joint.gap), "pin", (0.0, 0.0), 0.38 * u)  # 0.28: difference of the radii
+    drawn_gap = 0.28 * u  # difference of the drawn radii
+    yield Disc(sheet.enlarged_frame(outer, inner, drawn_gap / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Yield a dark square for two bodies welded together."""
     yield from support(sheet, joint)
-    half, frame = 0.42 * sheet.unit, sheet.at(_moving_body(joint), joint.point)
+    half, frame = 0.42 * sheet.unit, sheet.frame_at(_moving_body(joint), joint.point)
     yield Outline(frame, "mass", ((-half, -half), (half, -half), (half, half), (-half, half)), closed=True)
 
 
@@ -145,17 +148,17 @@ def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """Yield a pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
-    outline = place_along(groove, along, origin=sheet.local(joint.second, joint.point))
-    yield Outline(sheet.body(joint.second), "rail", outline, closed=True)
-    yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
+    outline = place_along(groove, along, origin=sheet.place_on(joint.second, joint.point))
+    yield Outline(sheet.body_frame(joint.second), "rail", outline, closed=True)
+    yield Disc(sheet.frame_at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     """Yield a block of the first body on a line of the second."""
     u, along = sheet.unit, unit(joint.along)
-    line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
-    yield Outline(sheet.body(joint.second), "rail", line)
-    yield Outline(sheet.at(joint.first, joint.point), "block", _block(along, u), closed=True)
+    line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, scale=u, origin=sheet.place_on(joint.second, joint.point))
+    yield Outline(sheet.body_frame(joint.second), "rail", line)
+    yield Outline(sheet.frame_at(joint.first, joint.point), "block", _block(along, u), closed=True)
 
 
 def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
@@ -164,10 +167,10 @@ def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     travel = (sheet.record.point(guide.point)[0] - sheet.mechanism.points[guide.point]) @ np.array(along)
     travel = travel[np.isfinite(travel)]
     a, b = float(travel.min(initial=0.0)), float(travel.max(initial=0.0))
-    frame = sheet.at(GROUND, guide.point)
+    frame = sheet.frame_at(GROUND, guide.point)
     start, end = place_along(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
     yield from hatching(frame, start, end, u, "rail")
-    block = sheet.upright(guide.point)
+    block = sheet.upright_frame(guide.point)
     yield Outline(block, "block", _block(along, u), closed=True)
     yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
 
@@ -179,25 +182,25 @@ HALF_BLOCK = (0.95, 0.58)
 def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
     """Return the outline of a block along a direction."""
     x, y = HALF_BLOCK
-    return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, unit)
+    return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, scale=unit)
 
 
 def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
     normal = stop.face_normal(mechanism)
-    side = stop.side(mechanism)  # 1 if the normal leads from the stop's point to the face, else -1
+    side = stop.side(mechanism)  # 1 if the normal leads from the stop's point at t = 0 to the face, else -1
     body, reference = place(stop.origin(mechanism))  # point of the body with the face, in whose frame the wall is fixed
-    frame = sheet.at(body, reference)
+    frame = sheet.frame_at(body, reference)
     (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
     is_block = stop.point in {guide.point for guide in mechanism.guides}
     size_of_point, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
-    front = stop.distance_to_face(mechanism) + side * size_of_point  # coordinate along the normal, from the stop's point
+    front = stop.distance_to_face(mechanism) + side * size_of_point  # coordinate from the stop's point along the normal, signed
     back = front + side * 0.6 * u
     wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, normal, origin=(x - x0, y - y0)), closed=True)
-    push = (-side * normal[0], -side * normal[1])
-    point = sheet.frame(stop.point) if stop.is_in_guide else sheet.at(stop.body(mechanism), stop.point)
+    push = (-side * normal[0], -side * normal[1])  # the direction of the force on the point, fixed in the frame of the wall
+    point = sheet.frame_of(stop.point) if stop.is_in_guide else sheet.frame_at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 
 
@@ -206,9 +209,9 @@ def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
     for field in ("point", "at", "a", "first", "link", "target", "start"):
         reference = getattr(element, field, None)
         if isinstance(reference, str) and place(reference).point in sheet.mechanism.points:
-            frame = sheet.at(*place(reference))
+            frame = sheet.frame_at(*place(reference))
         elif isinstance(reference, str) and reference in sheet.inks:
-            frame = sheet.body(reference)
+            frame = sheet.body_frame(reference)
         else:
             continue
         half = 0.8 * sheet.unit
@@ -228,12 +231,12 @@ SYMBOLS: dict[str, Symbol] = {
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
-    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; pages omit arrows without such signals."""
+    """Yield an arrow at an element's point for the signals `NAME.fx`, `NAME.fy`; report pages omit it if a run has none."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
         body = getattr(element, "second", "")
         is_on_body = body not in ("", GROUND)  # a joint's point on the second body, where the force acts
-        frame = sheet.at(body, point) if is_on_body else sheet.frame(place(point).point)
+        frame = sheet.frame_at(body, point) if is_on_body else sheet.frame_of(place(point).point)
         yield Arrow(frame, "force", (f"{name}.fx", f"{name}.fy"))
 
 
