@@ -59,7 +59,7 @@ class States(Declared):
     """
 
     rates: Callable[..., object] = field(
-        Rates("t, ..."),  # `Stateful.check_states` checks the rates, as the load has the arguments that follow t
+        Rates("t, ..."),  # the load knows the other arguments: its method `Stateful.check_states` checks the rates
         "of the states, 1/s: functions of the load's arguments, or one function that returns all rates",
     )
     initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
@@ -68,8 +68,8 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
-    `signature` has the variables of a function without states, its unit and number of components. With states the function has
-    the arguments `variables_with_states`, then the states.
+    `signature` has the variables of a function without states, its unit and number of components: a force depends on the time t,
+    a torque on t, angle and speed. With states the function has the arguments `variables_with_states`, then the states.
     """
 
     signature: ClassVar[Law]
@@ -96,15 +96,15 @@ class Stateful(Load):
         return tuple(sorted({*kinks(self.value, duration), *of_rates}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the load on the body for the motion at the samples; functions of time are evaluated at `times` [s]."""
+        """Return the load on the body for the motion at the samples; functions of time are evaluated at `times` near them [s]."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the load on the body."""
+        """Yield the load on the body, from `push` with all functions at the samples."""
         yield self.push(name, record, record.time)
 
     def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work [J]; where a function jumps at a sample, the steps before and after use the power on their sides."""
+        """Compute the work (times,) [J]; for a function with edges from the powers just before and just after each sample."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -128,8 +128,8 @@ class Stateful(Load):
         return [*self.variables_with_states.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start_arguments(self, mechanism: Parts) -> list[float]:
-        """Return all arguments of the functions at t = 0, at rest."""
-        if self.states is None:  # then a force has the argument t alone, a torque t, angle and speed
+        """Return all arguments of the functions at t = 0, at rest; without states the first ones only, as in `signature`."""
+        if self.states is None:
             return self.start_motion(mechanism)[: len(self.variables)]
         return [*self.start_motion(mechanism), *self.states.initial]
 
@@ -151,7 +151,7 @@ class Stateful(Load):
         rates.check_call(f"{self.where}: states.rates", self.states.rates, start)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
-        """Evaluate the function at `times` with the motion and states of the samples, (times,) or (times, components)."""
+        """Evaluate the function `value` at `times` with motion and states of the samples, (times,) or (times, components)."""
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         states, _ = self._read_states(name, record)
@@ -162,10 +162,15 @@ class Stateful(Load):
     def _read_states(self, name: str, record: Recorded) -> tuple[Array, Array]:
         """Return the states and their rates, each (states, times); none without states."""
         columns = record.channel(name, "states").T
-        return columns[: len(columns) // 2], columns[len(columns) // 2 :]
+        count = len(columns) // 2  # the channel has all states, then all rates
+        return columns[:count], columns[count:]
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the functions with the arguments that follow the time; none for a function of time alone: its edges are known."""
+        """Yield the functions, each with its arguments after the time, for the search of edges in a run.
+
+        A function of time alone is left out, as its edges are found before the run. An `Argument` consists of values over the
+        run and of their rates, if known.
+        """
         variables = tuple(getattr(self.value, "variables", self.variables))  # a formula may have fewer than the load
         is_of_time_alone = isinstance(self.value, Table) or variables == ("t",)
         if not callable(self.value) or (is_of_time_alone and self.states is None):
@@ -175,7 +180,8 @@ class Stateful(Load):
         coordinates, rates = measures[:half], measures[half:]
         arguments = [*map(Argument, coordinates, rates), *map(Argument, rates)]
         arguments += map(Argument, *self._read_states(name, record))
-        for function in self.functions() if self.states is not None else (self.value,):
+        functions = [self.value] if self.states is None else self.functions()
+        for function in functions:
             yield function, arguments
 
     def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:

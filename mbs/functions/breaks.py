@@ -2,8 +2,8 @@
 
 The function is sampled at each `WIDTH` of the run. A second difference that is much larger than its neighbours is a jump or a
 kink, which bisection locates. The intervals between are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte,
-L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. Ends of pieces shorter
-than a run's longest steps are quick changes. Jumps missing in a periodic series are added, as pulses may be below `WIDTH`.
+L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. The ends of pieces
+shorter than `PIECE` samples are quick changes. Jumps missing in a periodic series are added: pulses may be below `WIDTH`.
 """
 
 from collections.abc import Callable, Iterator
@@ -33,7 +33,8 @@ DEGREE = 8
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
-"""Largest error of a polynomial over the range of the function, and of its integral over the run's of |value - median|."""
+"""Largest error of a polynomial, over the range of the function. It also bounds the error summed over the samples of a piece,
+over the sum of |value - median| over the samples of the run."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -43,7 +44,9 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
-"""Error of the time of a jump predicted by the period, over the duration: rounding of thousands of periods."""
+"""Half width of the interval about a predicted or named jump in which the jump is located, over the duration.
+
+The rounding of thousands of periods is less. A tenfold width could hold the next jump as well."""
 RECURRING = 20
 """Least number of jumps from which a period is detected, and largest number of jumps in a period."""
 
@@ -92,9 +95,7 @@ def _search(values_at: Values, duration: float, width: float) -> Edges:
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # first samples at or after edges
     integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of |value - median|/range [samples]
-    # sample a may be the last time before a jump, and b - 1 is before the next edge: the function is smooth from a + 1 to b - 1
-    pieces = ((a, _split(values / span, a + (a > 0), b - 1, MISFIT * integral), b) for a, b in pairwise(edges))
-    quick = (times[k] for piece in pieces for k in _find_quick_changes(*piece))
+    quick = (times[k] for a, b in pairwise(edges) for k in _find_quick_changes(values / span, a, b, MISFIT * integral))
     quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
     capped = len(quick_times) > MOST_SMOOTH
     found = sorted({*sudden.tolist(), *([] if capped else quick_times)})
@@ -134,8 +135,9 @@ def count_others(function: Callable[..., object]) -> int:
 
 def _find_outstanding(values: Array) -> Array:
     """Find the samples whose second difference is much larger than at the neighbours at `REACHES`."""
-    second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)
-    padded = np.pad(second, pad := max(REACHES), mode="edge")  # neighbours of the first and last samples
+    second = reduce(np.maximum, np.abs(np.diff(values, 2, axis=0)).T)  # of all components; max(axis=1) takes 40 times as long
+    pad = max(REACHES)
+    padded = np.pad(second, pad, mode="edge")  # neighbours of the first and last samples
 
     def largest(*shifts: int) -> Array:
         """Return the largest second difference at some shifts [samples] from each sample."""
@@ -185,13 +187,14 @@ def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
         second = np.abs(np.diff(values_at(quarters.ravel()).reshape(len(start), 5, -1), 2, axis=1)).max(axis=2)
         half, each = np.argmax(second, axis=1), np.arange(len(start))
         start, end = quarters[each, half], quarters[each, half + 2]
-    return end
+    return end  # equal to start up to rounding
 
 
 def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Array:
     """Add missing jumps to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
 
     The period is the median distance of upward jumps, refined by their mean distance; phases are times of jumps in a period.
+    Times are equal here if they round to the same multiple of `side`. A jump that is predicted twice is kept once.
     """
     if len(jumps) < RECURRING:
         return jumps
@@ -200,9 +203,10 @@ def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Arra
     up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]  # upward in the component with the largest jump
     if len(up) < RECURRING / 2:
         return jumps
-    period = float(np.median(np.diff(up)))
-    period = float(np.ptp(up)) / max(1, round(float(np.ptp(up)) / period))
-    phases = np.unique(np.round((jumps % period) / side) * side)  # equal to `side` or less: one phase
+    whole = float(np.ptp(up))
+    count = max(1, round(whole / float(np.median(np.diff(up)))))  # of periods from the first to the last upward jump
+    period = whole / count
+    phases = np.unique(np.round((jumps % period) / side) * side)
     if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
         return jumps
     predicted = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
@@ -236,13 +240,13 @@ def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int
     yield from _split(values, middle, last, allowed)
 
 
-def _find_quick_changes(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
-    """Yield the inner ends of pieces that are shorter than `PIECE`, of an interval from sample `first` to `last`."""
-    before, here = first, next(inner, last)
-    for after in chain(inner, (last,)):
-        if min(here - before, after - here) < PIECE and here < last:
+def _find_quick_changes(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
+    """Yield the inner ends of pieces shorter than `PIECE`, between edges at or before the samples `first` and `last`."""
+    start = first + 1 if first > 0 else first  # the first edge may lie just after its sample, the next one before `last`
+    ends = chain((first,), _split(values, start, last - 1, allowed), (last,))
+    for (before, here), (_, after) in pairwise(pairwise(ends)):
+        if min(here - before, after - here) < PIECE:
             yield here
-        before, here = here, after
 
 
 def _misfit(values: Array) -> float:

@@ -1,8 +1,8 @@
 """Edges (jumps, kinks, quick changes) of a user's functions along a run, which is then repeated with steps that end on edges.
 
-Edges of a function of time are known before the run. Edges of a function of states are found along the run, with the states
-interpolated by cubics between the samples. If the function depends on one state only, its edges are values of that state.
-Values of functions are arrays (times, components), values of states (times,).
+A state here is any argument besides the time: a coordinate, its rate, or a state of a law. Edges of a function of time are known
+before the run. Edges of a function of states are found along the run, with the states interpolated by cubics between samples.
+If the function depends on one state only, its edges are values of that state.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ MISFIT = 0.1
 MISFIT_SHARE = 0.01
 """Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
 CLOSE = 0.025
-"""Distance of two edges, over the run, below which one step may pass both: the longest step of the coarsest level is as long."""
+"""Distance of two edges, over the run, below which one step may pass both: the longest step of the coarsest level is as long.
+Only the shift of such close edges is watched, as error control sees single edges."""
 STOP_DISTANCE = 1e-5
 """Distance from an edge to the ends of steps before and after it, over the distance of two edges: a short step crosses the edge.
-Finer runs halve this distance, so that the difference of runs shows its effect."""
+It is halved after each run whose edges have settled: the difference from the next, finer run shows its effect."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
 MOST_EDGES = 200
@@ -67,9 +68,10 @@ Curve = Callable[[Array], Array]
 
 
 class Passed(NamedTuple):
-    """Edges [s] that a run passed two or more at a time, between two samples; `too_many` is True if too many to locate.
+    """Edges [s] that a run passed two or more at a time, between two samples: error control may miss such a pulse.
 
-    `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge.
+    `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge. `too_many` is
+    True if a function has more edges than can be located, and the samples do not resolve it.
     """
 
     edges: Array
@@ -93,11 +95,12 @@ class _Known(NamedTuple):
 
     @classmethod
     def of(cls, state: int, course: Array, values: Array) -> _Known | None:
-        """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None for too many.
+        """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None above `MOST_EDGES`.
 
-        Steps end at distinct values of the state `MEASURE`, and at each passage of values of another state: these are counted.
+        Counted are the places at which steps end: distinct values of the state `MEASURE`, each passage for another state.
         """
-        low, high, values = float(course.min()), float(course.max()), np.sort(values)
+        low, high = float(course.min()), float(course.max())
+        values = np.sort(values)
         distinct = values[np.diff(values, prepend=-np.inf) > ON_SAMPLE * (high - low)]
         count = len(distinct if state == MEASURE else values)
         return cls(state, distinct, low, high) if count <= MOST_EDGES else None
@@ -114,17 +117,25 @@ class _Known(NamedTuple):
         return self.values if self.state == TIME else _crossings(curves[self.state : self.state + 1], [self.values], end)
 
 
-class EdgeMemory:
-    """`edges` [s] found along the runs of one call, and `stops` [s], shortly before and after them, at which steps end.
+class _Comparison(NamedTuple):
+    """Edges (n,) [s] of a run, compared with the run before."""
 
-    Edges of a function are searched in each run until they are known: as values of one state, or as equal times in two runs. Once
-    edges have settled, all functions are searched anew, which confirms the known edges for later runs. Located edges are known
-    values of the state `MEASURE` at which the solver itself ends its steps.
+    shift: float  # largest of edges closer than `CLOSE`, over their distance from the nearest edge
+    edges: Array
+    distances: Array  # from the nearest edge [s], (n,), at most `CLOSE` of the run
+
+
+class EdgeMemory:
+    """`edges` [s] of the last run of a call, and `stops` [s], shortly before and after them, at which steps of the next run end.
+
+    A function is searched in each run until its edges are known: as values of one state, or as equal times in two runs. Edges are
+    settled if they shift by `SETTLED` at most from one run to the next. Then all functions are searched once more, which confirms
+    the known edges. Edges are located if the solver itself ends steps on them, which it can at values of the state `MEASURE`.
     """
 
     def __init__(self) -> None:
         self.edges, self.stops = np.empty(0), np.empty(0)
-        self._distance = STOP_DISTANCE  # of stops from an edge, over its distance from the next one
+        self._stop_distance = STOP_DISTANCE
         self._confirmed = False
         # functions have numbers, by their order in a run
         self._known: dict[int, _Known] = {}
@@ -141,7 +152,7 @@ class EdgeMemory:
         return self._of_time[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
-        """Return, by element, the values of the first state at which functions have edges; the caller lets steps end there."""
+        """Return, by element, the known values of the first state at edges; the next run of the caller ends its steps there."""
         known = {self._names[k]: known for k, known in self._known.items()}
         self._located = {name: known[name].values for name in names if name in known and known[name].state == MEASURE}
         return self._located
@@ -154,44 +165,49 @@ class EdgeMemory:
             self._names.append(name)
             every_function.append((function, [each.curve(time, first) for each in arguments]))
         found, too_many = self._find_all(time, every_function)
-        if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
-            self._known = {}  # known edges have settled: a search in this run confirms them, once for all runs
+        if self._known and not self._confirmed and self._compare(time, found).shift <= SETTLED:
+            self._known = {}  # a second search of this run, now of all functions, confirms the known edges
             found, too_many = self._find_all(time, every_function)
-        shift, every, spacing = self._compare(time, found)
-        self._located = {}
+        self._located = {}  # each run calls `locate` anew, or locates no edges
+        shift, self.edges, distances = self._compare(time, found)
         passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
-        settled = shift <= SETTLED and not len(passed)
-        self._confirmed = self._confirmed or settled
-        self._distance /= 2 if settled else 1
-        distance = self._distance * spacing
-        self.edges = every
-        # `every` is empty if there are too many edges: then steps end on those that the run passed
-        self.stops = np.unique([every - distance, every + distance]) if len(every) else passed
+        if shift <= SETTLED and not len(passed):
+            self._confirmed = True
+            self._stop_distance /= 2
+        sides = self._stop_distance * distances
+        # without edges, as there are more than `MOST_EDGES`, steps end on those that the run passed
+        self.stops = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed
         return Passed(passed, shift, too_many)
 
     def _find_all(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
-        """Find the edges [s] of each function along a run, without located ones, and whether one has too many to be resolved."""
-        end, found, too_many = float(time[-1]), [], False
+        """Find the edges [s] of each function in a run, without located ones, and if a function has too many to be resolved."""
+        found, too_many = [], False
         for k, (function, curves) in enumerate(called):
             if k in self._known and self._known[k].covers(time, curves):
-                found.append(self._known[k].times(curves, end))
+                found.append(self._known[k].times(curves, float(time[-1])))
                 continue
-            edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)  # noqa: B023
-            times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
+            times, is_capped = self._search_run(k, function, time, curves)
             found.append(times)
-            before, self._times_before[k] = self._times_before.get(k), times
-            if edges.capped:
-                too_many = too_many or not _is_resolved(function, time, curves)
-                continue
-            state = _state_of_edges(function, time, curves, times)
-            known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
-            if known is not None:
-                self._known[k] = known
-            elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
-                self._known[k] = _Known(TIME, times)
+            too_many = too_many or (is_capped and not _is_resolved(function, time, curves))
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
         capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
+
+    def _search_run(self, k: int, function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> tuple[Array, bool]:
+        """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
+        end = float(time[-1])
+        edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
+        times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
+        before, self._times_before[k] = self._times_before.get(k), times
+        if edges.capped:
+            return times, True
+        state = _state_of_edges(function, time, curves, times)
+        known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
+        if known is not None:
+            self._known[k] = known
+        elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
+            self._known[k] = _Known(TIME, times)
+        return times, False
 
     def _is_located(self, k: int) -> bool:
         """Return True if the run's steps end on all known edges of a function."""
@@ -201,15 +217,14 @@ class EdgeMemory:
         distance = np.abs(values[:, None] - self._located[self._names[k]]).min(axis=1, initial=np.inf)
         return state == MEASURE and bool((distance <= ON_SAMPLE * (high - low)).all())
 
-    def _compare(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
-        """Return the largest shift of close edges since the last run, the edges [s], and their distances [s] to the nearest ones.
-
-        There are no edges if they are more than `MOST_EDGES`.
-        """
-        every, close = _merge(found, time), CLOSE * float(time[-1])
-        every = every if len(every) <= MOST_EDGES else np.empty(0)
-        spacing = np.minimum(_spacings(every), close)
-        return float(_shift(every, self.edges, spacing)[spacing < close].max(initial=0.0)), every, spacing
+    def _compare(self, time: Array, found: list[Array]) -> _Comparison:
+        """Compare the edges found in a run with those of the run before; without edges if they are more than `MOST_EDGES`."""
+        every, limit = _merge(found, time), CLOSE * float(time[-1])
+        edges = every if len(every) <= MOST_EDGES else np.empty(0)
+        distances = np.minimum(_spacings(edges), limit)
+        is_close = distances < limit
+        shift = _shift(edges, self.edges, distances)[is_close].max(initial=0.0)
+        return _Comparison(float(shift), edges, distances)
 
 
 _MEMORY: ContextVar[EdgeMemory | None] = ContextVar("edge_memory", default=None)
@@ -322,8 +337,8 @@ def _is_resolved(function: Callable[..., object], time: Array, curves: Sequence[
 
 def _spacings(edges: Array) -> Array:
     """Return the distance of each edge from the nearest other edge."""
-    gaps = np.diff(edges)
-    return np.minimum(np.append(gaps, np.inf), np.append(np.inf, gaps))[: len(edges)]
+    gaps = np.diff(edges, prepend=-np.inf, append=np.inf)
+    return np.minimum(gaps[:-1], gaps[1:])
 
 
 def _shift(edges: Array, before: Array, spacings: Array) -> Array:

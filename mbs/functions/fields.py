@@ -99,7 +99,7 @@ class Function(Callables):
         except ValueError as error:
             raise ValueError(f"{name} = {error}") from None
         values = [call_checked(name, part, *arguments)(*arguments) for part in parts]  # a trial call, then one for the value
-        value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = 0"
+        value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = {arguments[0]:g}"
         if np.shape(value) != ((self.size,) if self.size > 1 else ()):
             raise ValueError(f"{label} = {short(value)}: must be {f'{self.size} numbers' if self.size > 1 else 'a number'}")
         for each in np.ravel(value).tolist():

@@ -105,6 +105,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
 
 
 def _not_allowed(node: ast.expr) -> str:
+    # 2(x + 1) is a call in Python, and 2,5 a tuple
     advice = {ast.Tuple: "; decimals are written with a point", ast.Call: "; a product is written with *"}
     return f"'{ast.unparse(node)[:60]}' is not allowed in a formula{advice.get(type(node), '')}"
 
@@ -116,10 +117,10 @@ def names_in(node: ast.AST) -> set[str]:
 
 
 class _RealArithmetic(ast.NodeTransformer):
-    """Transformer of whole numbers to floats, which are bounded, and of ** to `pow`, which returns no complex number."""
+    """Transformer of whole numbers to floats, as huge powers of whole numbers take long, and of ** to `pow`, which is real."""
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        """Return a constant as a float."""
+        """Return a number as a float."""
         return ast.Constant(float(node.value))  # type: ignore[arg-type]  # `parse` allows numbers only
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:

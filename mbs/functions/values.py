@@ -9,7 +9,8 @@ import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from functools import lru_cache
+from dataclasses import field as plain_field
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from math import ceil, inf, log2
 from typing import Any
@@ -31,20 +32,20 @@ OURS = "buckler."
 """Beginning of the names of Buckler's modules."""
 PIECES = 128
 """Number of pieces of a time span whose integrals are stored: an integral up to any time costs at most one new piece."""
-MOST = 10_000
-"""Largest number of intervals in the adaptive quadrature of a piece."""
-EXACT = 1e-11
-"""Relative tolerance of the quadrature."""
+MOST_INTERVALS = 10_000
+"""Largest number of intervals in the adaptive quadrature of a piece; pieces with vibrations, humps or kinks need twenty."""
+QUADRATURE_TOLERANCE = 1e-11
+"""Relative tolerance of the quadrature; with a tenfold one the error of vibrations, humps or kinks is still some 1e-15."""
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.breaks` finds.
 
-    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions it consists of. The search
-    needs the duration of the run [s], without which other functions have no kinks. An `Integral` divides it into pieces.
+    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions it consists of. Others are
+    searched within the duration of the run [s], and have no kinks if it is infinite.
     """
     if isinstance(function, Integral) and duration < inf:
-        function.span(duration)
+        function.span(duration)  # the kinks of its integrand are needed here, and by its own quadrature in the run
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
     if hasattr(function, "made_of"):
@@ -62,7 +63,7 @@ class UserFunction:
     """Base of formulas and tables, which are pickled by their fields."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
+        return type(self), tuple(getattr(self, f.name) for f in fields(self) if f.init)  # type: ignore[arg-type]
 
 
 _function_of = lru_cache(maxsize=256)(function_of)
@@ -72,47 +73,60 @@ _function_of = lru_cache(maxsize=256)(function_of)
 class Expression(UserFunction, Declared):
     """A formula of the time t [s], or of the variables of one of `SIGNATURES`.
 
-    `buckler.mbs.functions.formulas` lists the allowed syntax. The variables are those of the first signature that has all names
-    in the formula, then the states in the formula.
+    `buckler.mbs.functions.formulas` lists the allowed syntax.
     """
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
 
     def agree(self) -> None:
-        """Raise a ValueError unless the variables belong to one signature; make the functions of floats and of arrays."""
-        states = set(STATE.findall(self.text)) if isinstance(self.text, str) else set()
-        tree = parse(self.text, {name for names in SIGNATURES for name in names} | states)
-        used = names_in(tree) - states
-        fitting = [names for names in SIGNATURES if used <= set(names)]
-        if not fitting:
-            known = "; ".join(", ".join(names) for names in SIGNATURES)
-            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {known}")
-        variables = (*fitting[0], *sorted(states))
-        object.__setattr__(self, "variables", variables)
-        object.__setattr__(self, "used", used | states)
-        object.__setattr__(self, "_value", self.of(variables))
-        object.__setattr__(self, "_on_arrays", function_of(self.text, variables, arrays=True))
+        """Raise a ValueError unless the variables of the formula belong to one signature."""
+        _ = self.variables  # the property raises the error
+
+    @cached_property
+    def names(self) -> set[str]:
+        """Names of the variables and states in the formula."""
+        return names_in(parse(self.text, {*STATE.findall(self.text), *(name for names in SIGNATURES for name in names)}))
+
+    @cached_property
+    def variables(self) -> tuple[str, ...]:
+        """Arguments of the function: the first signature that has all variables of the formula, then the states."""
+        states = set(filter(STATE.fullmatch, self.names))
+        for names in SIGNATURES:
+            if self.names - states <= set(names):
+                return (*names, *sorted(states))
+        known = "; ".join(", ".join(names) for names in SIGNATURES)
+        raise ValueError(f"'{self.text}': {', '.join(sorted(self.names - states))} do not go together; known: {known}")
+
+    @cached_property
+    def _on_floats(self) -> Callable[..., Any]:
+        return self.of(self.variables)
+
+    @cached_property
+    def _on_arrays(self) -> Callable[..., Any]:
+        return function_of(self.text, self.variables, arrays=True)
 
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
         """Return the Python function of variables, the same object at each call; ValueError if the formula has others."""
-        if unknown := self.used - set(variables):  # type: ignore[attr-defined]
+        if unknown := self.names - set(variables):
             raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
         return _function_of(self.text, tuple(variables))
 
     def __call__(self, *values: Any) -> Any:
         """Return the value for floats or arrays of `variables`; further arguments are ignored."""
-        count = len(self.variables)  # type: ignore[attr-defined]
+        count = len(self.variables)
         if len(values) < count:
-            raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
+            raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")
         if any(isinstance(value, np.ndarray) for value in values):
             with np.errstate(all="ignore"):
                 shape = np.broadcast_shapes(*map(np.shape, values))
-                found = np.zeros(shape) + self._on_arrays(*values[:count])  # type: ignore[attr-defined]
-            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # raises, with arguments
+                found = np.zeros(shape) + self._on_arrays(*values[:count])
+            if np.isfinite(found).all():
+                return found
+            return np.vectorize(self, otypes=[float])(*values)  # one by one, so that the error names the arguments that fail
         try:
-            return self._value(*values[:count])  # type: ignore[attr-defined]
+            return self._on_floats(*values[:count])
         except (ArithmeticError, ValueError) as error:
-            where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))  # type: ignore[attr-defined]
+            where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
 
     def integral(self) -> Integral:
@@ -134,15 +148,18 @@ class Table(UserFunction, Declared):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
             raise ValueError("times: must increase")
-        if self.smooth:
-            from scipy.interpolate import CubicSpline  # it takes a while to load, and few need it
 
-            object.__setattr__(self, "_curve", CubicSpline(self.times, self.values))
+    @cached_property
+    def _curve(self) -> Any:
+        """Cubic spline or broken line through the values."""
+        from scipy.interpolate import CubicSpline, make_interp_spline  # they take a while to load, and few need them
+
+        return CubicSpline(self.times, self.values) if self.smooth else make_interp_spline(self.times, self.values, k=1)
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the value at a time or an array of times [s]."""
         if self.smooth:
-            found = self._curve(np.clip(t, self.times[0], self.times[-1]))  # type: ignore[attr-defined]
+            found = self._curve(np.clip(t, self.times[0], self.times[-1]))
         else:
             found = np.interp(t, self.times, self.values)
         return found if isinstance(t, np.ndarray) else float(found)
@@ -162,15 +179,15 @@ class Integral(UserFunction):
     """Integral from 0 of a function, by adaptive Gauss-Kronrod quadrature (QUADPACK) on pieces, whose integrals are stored."""
 
     integrand: Callable[..., Any]
-
-    def __post_init__(self) -> None:
-        self.span(0.0)
+    _span: float = plain_field(default=0.0, init=False, repr=False, compare=False)  # [s], divided into `PIECES` pieces
+    _kinks: tuple[float, ...] = plain_field(default=(), init=False, repr=False, compare=False)  # of the integrand in the span
+    _sums: list[float] = plain_field(default_factory=lambda: [0.0], init=False, repr=False, compare=False)  # up to each piece
 
     def span(self, duration: float) -> None:
-        """Set the time span [s] that is divided into pieces and searched for kinks of the integrand; forget the stored pieces."""
-        if duration != getattr(self, "_span", None):
+        """Set the time span [s] that is divided into pieces and searched for kinks of the integrand; forget the stored sums."""
+        if duration != self._span:
             object.__setattr__(self, "_span", duration)
-            object.__setattr__(self, "_known", kinks(self.integrand, duration))
+            object.__setattr__(self, "_kinks", kinks(self.integrand, duration))
             object.__setattr__(self, "_sums", [0.0])
 
     @property
@@ -182,9 +199,9 @@ class Integral(UserFunction):
         """Integrate over a piece, divided at kinks of the integrand."""
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
-        known: tuple[float, ...] = self._known  # type: ignore[attr-defined]
-        edges = [start, *known[bisect_right(known, start) : bisect_left(known, end)], end]
-        return sum(quad(self.integrand, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
+        inner = self._kinks[bisect_right(self._kinks, start) : bisect_left(self._kinks, end)]
+        options = {"epsabs": 0.0, "epsrel": QUADRATURE_TOLERANCE, "limit": MOST_INTERVALS, "full_output": 1}
+        return sum(quad(self.integrand, a, b, **options)[0] for a, b in pairwise([start, *inner, end]))
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the integral from 0 to a time or an array of times t >= 0 [s]."""
@@ -192,10 +209,9 @@ class Integral(UserFunction):
             return np.vectorize(self, otypes=[float])(t)
         if t == 0:
             return 0.0
-        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]  # beyond the span by more than rounding
+        if abs(t) * (1 - 1e-9) > self._span:  # beyond the span by more than rounding
             self.span(2.0 ** ceil(log2(abs(t))))  # a power of two, so that the span changes seldom
-        sums: list[float] = self._sums  # type: ignore[attr-defined]
-        width: float = self._span / PIECES  # type: ignore[attr-defined]
+        sums, width = self._sums, self._span / PIECES
         full = max(0, int(t / width))  # number of full pieces before t
         while len(sums) <= full:
             k = len(sums)
@@ -210,28 +226,32 @@ class TableIntegral(Integral):
     integrand: Table
 
     def __post_init__(self) -> None:
-        from scipy.interpolate import make_interp_spline  # it takes a while to load, and few need it
+        if not isinstance(self.integrand, Table):
+            raise ValueError(f"integrand = {self.integrand!r}: must be a Table")
 
-        table = self.integrand
-        if not isinstance(table, Table):
-            raise ValueError(f"integrand = {table!r}: must be a Table")
-        spline = table._curve if table.smooth else make_interp_spline(table.times, table.values, k=1)  # type: ignore[attr-defined]
-        object.__setattr__(self, "_curve", spline.antiderivative())
-        object.__setattr__(self, "_at_zero", self._since_first(0.0))
+    @cached_property
+    def _curve(self) -> Any:
+        """Antiderivative of the table between its first and last time."""
+        return self.integrand._curve.antiderivative()
+
+    @cached_property
+    def _at_zero(self) -> Any:
+        return self._since_first(0.0)
 
     def span(self, duration: float) -> None:
         """Do nothing: a table needs no pieces and no search."""
 
     def _since_first(self, t: Any) -> Any:
+        """Return the integral from the first time of the table."""
         table = self.integrand
         first, last = table.times[0], table.times[-1]
         before, after = np.minimum(t - first, 0.0), np.maximum(t - last, 0.0)
-        inside = self._curve(np.clip(t, first, last))  # type: ignore[attr-defined]
+        inside = self._curve(np.clip(t, first, last))
         return inside + table.values[0] * before + table.values[-1] * after
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the integral from 0 to a time or an array of times t [s]."""
-        found = self._since_first(t) - self._at_zero  # type: ignore[attr-defined]
+        found = self._since_first(t) - self._at_zero
         return found if isinstance(t, np.ndarray) else float(found)
 
 
