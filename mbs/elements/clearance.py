@@ -55,7 +55,7 @@ class Clearance(Joint):
 
     @property
     def friction_at(self) -> str:
-        """Name of the joint's point if friction acts there, else ''."""
+        """Name of the joint's point if friction acts there, else ''; the statics report that they omit dry friction there."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
@@ -91,8 +91,9 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
         found, point = self._contact(name, record), self.point
-        changes = find_sign_changes(record.time, found.depth, found.rate)  # a comparison of runs needs them in one signal only
-        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=changes)
+        onsets_and_ends = find_sign_changes(record.time, found.depth, found.rate)
+        # a comparison of runs takes the times of contacts from one signal of each joint
+        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=onsets_and_ends)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)
@@ -102,7 +103,8 @@ class Clearance(Joint):
         yield Signal(f"{point}.journal_y", found.ey, "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
         yield Signal(f"{point}.contact_state", contact_state(found.depth), "1", Kind.COUNT)
         touching = found.depth > 0
-        yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
+        is_onset = touching & ~np.append(False, touching[:-1])
+        yield Signal(f"{point}.contacts", np.cumsum(is_onset), "1", Kind.COUNT)
 
     def _contact(self, name: str, record: Recorded) -> PinContact:
         memory, time = record.channel(name, "memory"), record.time
@@ -127,23 +129,25 @@ class Clearance(Joint):
         memory, time = record.channel(name, "memory"), record.time
         ends = self._contact(name, record)
         steps = np.diff(time)
-        middle_memory = memory[1:].copy()
+        middle_time = time[:-1] + steps / 2
+        middle_memory = memory[1:].copy()  # the middle and the end of a step have the same last accepted step before them
         middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
-        middle_memory[:, SINCE] = time[:-1] + steps / 2  # no time to bend the bristle further: it keeps its mean
-        middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_memory[:, SINCE])
+        middle_memory[:, SINCE] = middle_time  # since no time: the law leaves the bristle at its mean
+        middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_time)
 
         def work(force: str, speed: str) -> Array:
             """Integrate a power by Simpson's rule; force and speed are fields of `PinContact`."""
             power, half = (getattr(at, force) * getattr(at, speed) for at in (ends, middle))
             return np.concatenate([[0.0], np.cumsum(steps * (power[:-1] + 4 * half + power[1:]) / 6)])
 
-        elastic, bristle = self.law.potential(ends.depth), ends.normal * as_bristle_law(self.friction).stored(ends.bristle)
+        elastic = self.law.potential(ends.depth)
+        bristle = ends.normal * as_bristle_law(self.friction).stored(ends.bristle)  # `stored` is per unit of normal force
         yield Energy("stored", "contact", elastic + bristle)
         by_damping = work("normal", "rate") - (elastic - elastic[0])
         by_friction = work("tangential", "sliding") - (bristle - bristle[0])
         yield Energy("dissipated", "contact", by_damping)
         yield Energy("dissipated", "friction", by_friction)
-        # of this joint alone; the dissipated energies above are added to those of other elements
+        # the same energies as signals of this joint, while those above are added to the energies of other elements
         yield Energy("part", f"{self.point}.taken_contact", by_damping)
         yield Energy("part", f"{self.point}.taken_friction", by_friction)
 
@@ -217,8 +221,8 @@ class ContactState(IntEnum):
     """Contact states of a pin in its bush."""
 
     FREE = 0
-    IMPACT = 1  # from onset until the depth has its first minimum within the contact
-    CONTINUOUS = 2  # from the minimum to the end of the contact
+    IMPACT = 1  # from onset to separation, or until the depth has its first minimum within the contact
+    CONTINUOUS = 2  # from this minimum on: the pin has rebounded once without separation
 
 
 def contact_state(depth: Array) -> Array:

@@ -40,7 +40,7 @@ class Coupling(Element):
         check_no_strut(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the multiplier of the row: force or torque on the first body."""
+        """Return the multiplier of the row; times a coefficient of the row it is a force or torque, see `Element.reactions`."""
         return {"effort": multipliers}
 
 
@@ -75,18 +75,19 @@ class Gear(Coupling):
         t . c1 + r turn_1 = t . c2 - (a - r) turn_2. With turn_2 = ratio turn_1 this gives r = ratio a/(ratio - 1), which is
         negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
         """
-        first, second, base = place(self.first), place(self.second), carrier_place(mechanism, self.carrier)
+        first, second = place(self.first), place(self.second)
+        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle; at the axles the carrier has other points
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
             return
         (x1, y1), (x2, y2) = mechanism.points[first.point], mechanism.points[second.point]
-        tangent, turns = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND  # turns: the tangent, with the carrier
+        tangent, turns_with_carrier = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
-            (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns)),
+            (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns_with_carrier)),
             (radius, Turn(first, base)),
-            (-1.0, Along(second, carrier_place(mechanism, self.carrier, second.point), tangent, turns)),
+            (-1.0, Along(second, carrier_place(mechanism, self.carrier, second.point), tangent, turns_with_carrier)),
             (apart - radius, Turn(second, base)),
         ))  # fmt: skip
 
@@ -124,14 +125,15 @@ class Rack(Coupling):
         The rack's turn adds to its speed there, and the travel of the pinion's centre, which is zero unless the carrier bends.
         """
         pinion, rack = place(self.first), place(self.second)
-        base, turns, (dx, dy) = carrier_place(mechanism, self.carrier), self.carrier != GROUND, self.along
+        base, turns_with_carrier = carrier_place(mechanism, self.carrier), self.carrier != GROUND
+        dx, dy = self.along
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
         lever = (pitch_x - x2) * dy - (pitch_y - y2) * dx  # (pitch point - rack's point) x direction: speed over turning rate
         yield Row((
-            (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns)),
+            (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns_with_carrier)),
             (lever, Turn(rack, base)),
-            (-1.0, Along(pinion, carrier_place(mechanism, self.carrier, pinion.point), self.along, turns)),
+            (-1.0, Along(pinion, carrier_place(mechanism, self.carrier, pinion.point), self.along, turns_with_carrier)),
             (-self.radius, Turn(pinion, base)),
         ))  # fmt: skip
 
@@ -220,7 +222,7 @@ class Rope(Coupling):
         yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the name of the tension, which must not be negative; a rope has no depth."""
+        """Yield the name of the tension, which must not be negative, and '' as a rope has no depth."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

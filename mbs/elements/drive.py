@@ -140,10 +140,10 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
 
 
 class Speed(Either):
-    """Specification of a speed by one of several alternatives; files have the formula or table that `Drive` made a motion of."""
+    """Specification of a speed. Files keep the formula or table that a user gave, not the `Motion` that `Drive` makes of it."""
 
     def write(self, name: str, value: object) -> Any:
-        """Return the document of a speed for a file."""
+        """Return the document of a speed; the position of a motion made by `Drive` is an `Integral`."""
         return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
 
 

@@ -103,7 +103,8 @@ class Element(Declared):
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
         """Return the reactions by name of channel, from the multipliers (times, rows) of `rows`; None if they are not known.
 
-        A multiplier times the coefficient of a term is the load on the first body of the term, and its opposite on the second.
+        A row is a sum of coefficients times measures, each between two bodies. A multiplier times such a coefficient is the load
+        on the first body, and its opposite the load on the second.
         """
         return None
 
@@ -167,11 +168,11 @@ class Body(Declared):
     has_angles: ClassVar[bool] = True
     """True if its nodes have an angle as coordinate; those of a `Cable` have a slope, a `Strut` has none of its own."""
     linear: ClassVar[bool] = False
-    """True if deformations must be small, as a check of each run tests: modes of a solid are linear."""
+    """True if the model, such as modes, holds for small deformations only; a check warns of runs with large ones."""
     carried_point_forms: ClassVar[tuple[str, ...]] = ()
-    """Forms in which a link may give its carried points: a "fraction" of the length, a "place" (x, y) in the link's frame."""
+    """Forms in which a link may give its points other than the ends: a "fraction" of the length, a "place" in its frame."""
     force_rounding: ClassVar[float] = 0.0
-    """Least residual that Newton's method can reach, over the axial stiffness, as the internal force is rounded."""
+    """Rounding error of the internal force over the axial stiffness E A: no residual of Newton's method can be smaller."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m]."""
@@ -227,7 +228,7 @@ class GuideBase(Element):
 class Parts(Declared):
     """Base of mechanisms: the fields and methods that elements use."""
 
-    in_files = False  # no element of a file is a mechanism
+    in_files = False  # in files no class has this name, as a mechanism is no part of another
 
     points: Mapping[str, Pair]
     links: Sequence[LinkBase]
@@ -253,8 +254,9 @@ class Parts(Declared):
 class Recorded:
     """Data of a run over `time` (times,) [s] that elements use.
 
-    `links` are the motions of links that have coordinates, `blocks` the motions of guides' blocks by point. `channels`
-    (times, columns) are other recorded values, such as reactions, by the names of element and channel.
+    `links` are the motions of links that have coordinates; those of flexible links have `strains()`, each with `energy` [J] and
+    dissipated `power` [W]. `blocks` are the motions of guides' blocks by point. `channels` (times, columns) are other recorded
+    values, such as reactions, by the names of element and channel.
     """
 
     mechanism: Parts
@@ -296,7 +298,10 @@ class Recorded:
         raise NotImplementedError
 
     def _motion_at(self, at: str) -> MovingBody | None:
-        """Return the motion of the body at a point reference; None on the ground."""
+        """Return the motion of the body at a point reference; None on the ground.
+
+        A strut has no motion of its own: that of another body at the point serves, which is the same there.
+        """
         body, point = place(at)
         if body == GROUND:
             return None

@@ -29,7 +29,7 @@ class Force(Stateful):
     'force.B'
     """
 
-    title: ClassVar[str] = "force on '{point}'"
+    title: ClassVar[str] = "force on '{point}'"  # a template of `Element`, as `label`
     label: ClassVar[str] = "force.{point:point}"
     signature: ClassVar[Law] = Law("t", "N", size=2)
     variables_with_states: ClassVar[str] = "t, x, y, vx, vy"
@@ -206,13 +206,13 @@ class LineLoad(Load):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
-        """Return the force per length (times, sections, 2) [N/m] from the angles of sections (times, sections) [rad]."""
+        """Return the force per length (times, sections, 2) [N/m] from the angles of sections since t = 0 [rad]."""
         return rotate(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
-        weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle)
+        weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle since t = 0)
         force = self.acting(poses[..., 2])
         moment = cross(poses[..., :2] - record.point(start)[0][:, None], force) + self.moment  # per length
         yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)

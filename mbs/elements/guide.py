@@ -57,7 +57,7 @@ class GuideFriction(Declared):
 STEPS_PER_PERIOD = 20
 """Least number of steps in a period of a stuck block on its bristles for which its friction power is integrated.
 
-With fewer steps its dissipated energy counts as zero; a tenfold number would drop the losses of vibrations that are resolved."""
+With fewer steps its dissipated energy counts as zero; a tenfold number would set it to zero for well resolved vibrations, too."""
 STUCK = 1e-4
 """Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
 
@@ -154,7 +154,7 @@ class Guide(GuideBase):
         has_clearance = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
         prefix = name if has_clearance else self.point  # the signals of a joint with clearance begin with the point's name
         yield Signal(f"{prefix}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
-        limit = getattr(self.friction, "limit", None)
+        limit = getattr(self.friction, "limit", None)  # largest coefficient of a stuck body over the speed, of bristle laws
         if limit is not None:
             largest = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{prefix}.friction_limit", largest, "N", Kind.FRICTION)

@@ -140,10 +140,10 @@ class Slot(Joint):
 
     def travel(self, record: Recorded) -> Array:
         """Return the travel along the line since t = 0 [m], shape (times,)."""
-        origin = f"{self.second}:{self.point}"
-        separation = record.point(f"{self.first}:{self.point}")[0] - record.point(origin)[0]
-        angle, _ = record.turn(origin)
-        travel: Array = (separation * rotate(angle, self.along)).sum(axis=1)
+        fixed_in_second = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
+        (position, _), (origin, _) = record.point(f"{self.first}:{self.point}"), record.point(fixed_in_second)
+        angle, _ = record.turn(fixed_in_second)  # since t = 0, without its rate
+        travel: Array = ((position - origin) * rotate(angle, self.along)).sum(axis=1)
         return travel
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

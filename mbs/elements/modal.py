@@ -86,7 +86,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes with rigid interfaces: `fixed` vibrations, and 12 motions of interfaces less 6 rigid ones."""
+    """Craig-Bampton modes: `fixed` vibrations, and 6 motions of each of two rigid interfaces, less 6 of the whole link."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",
@@ -138,7 +138,7 @@ class AdamsDamping(Declared):
         return np.where(f < 100.0, self.low, np.where(f <= 1000.0, self.middle, self.high))
 
 
-class Interfaces(Part):
+class InterfaceSpec(Part):
     """Specification of an interface: `EndFace`, `PinHole` or an `Interface` function."""
 
     def fits(self, raw: object) -> bool:
@@ -171,14 +171,15 @@ class Modal(Body):
     )
     mesh: Box | MeshFile = part(Box, MeshFile, doc="the solid", default_factory=Box)
     interface: Interface = field(
-        Interfaces((EndFace, PinHole), "EndFace()"),
+        InterfaceSpec((EndFace, PinHole), "EndFace()"),
         "nodes that the joints hold; or any function as `Interface` describes",
         default_factory=EndFace,
     )
 
     def agree(self) -> None:
         """Raise a ValueError unless each mode has a damping ratio and Poisson's ratio suits solid elements."""
-        if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):  # without numbers: not known
+        count = len(self.modes.numbers or ())  # 0 for all modes in the plane, whose number is not known yet: no tuple fits
+        if isinstance(self.damping, tuple) and len(self.damping) != count:
             each = f"one for each of modes.numbers = {self.modes.numbers}"
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")  # solids with -1 or 0.5 are singular
@@ -195,7 +196,7 @@ class Modal(Body):
         return import_late("modal.bar:planar_model")(self, positive("length", length, "m"))
 
     def ratios(self, omega: Any) -> Any:
-        """Return one damping ratio for all modes, or (modes,) ratios; `omega` (modes,) [rad/s] are those of the chosen modes."""
+        """Return one damping ratio, or (modes,) ratios, for all chosen modes; `omega` (modes,) are their frequencies [rad/s]."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:

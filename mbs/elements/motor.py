@@ -23,8 +23,9 @@ CREEP = 1e-3
 class Motor(Load):
     """A DC motor without inductance that drives a link through a gear; its stator is on the ground.
 
-    The rotor has the speed w, `gear` times the link's speed. The current is i = (u - constant w)/resistance, with the voltage u
-    less the dead band, and the link's torque gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the link.
+    The rotor has the speed w, `gear` times the link's speed. The current is i = (u - constant w)/resistance, where u is the
+    voltage less the dead band. The link's torque is gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the
+    link.
 
     Examples
     --------
@@ -98,7 +99,7 @@ class Motor(Load):
         yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._voltage_and_speed(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield torque on the link [N m], current [A] and voltage [V]."""
+        """Yield torque on the link [N m], current [A] and voltage [V]; a motor's law gives them from motion and time."""
         voltage, speed = self._voltage_and_speed(record)
         yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m", Kind.INTERNAL)
         yield Signal(f"{name}.current", self.current(voltage, speed), "A", Kind.INTERNAL)

@@ -60,6 +60,7 @@ def check_no_strut(mechanism: Parts, names: tuple[str, ...], where: str) -> None
 def holder(mechanism: Parts, at: str) -> str:
     """Return the body that a load at a point reference acts on: a link, a guide's block (by its point) or 'ground'.
 
+    A point without a body belongs to the first link with mass that has it, or else to the first strut, or else to the ground.
     A strut has no mass: a load at its end acts on the body that is pinned to it there, directly or through other struts. If no
     such body has mass, ValueError is raised.
     """
@@ -67,9 +68,10 @@ def holder(mechanism: Parts, at: str) -> str:
     links = {link.name: link for link in mechanism.links}
     if not body:
         carriers = [link for link in mechanism.links if point in link.points]
-        body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
+        with_mass = [link for link in carriers if not link.body.massless]
+        body = next((link.name for link in with_mass + carriers), GROUND)
     pins = [{joint.first, joint.second} for joint in mechanism.joints if joint.point == point]
-    candidates = [body]  # links, or the ground; grows within the loop: a breadth-first search through pinned struts
+    candidates = [body]  # links, or the ground (joints have no blocks); grows in the loop: breadth-first search through struts
     for candidate in candidates:
         if candidate == GROUND or not links[candidate].body.massless:
             return candidate
@@ -91,7 +93,7 @@ def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
     if ":" in at:
         return at
     if at == GROUND:
-        return f"{GROUND}:{GROUND}"  # no point is needed: the angle of the ground is zero everywhere
+        return f"{GROUND}:{GROUND}"  # `FIXED` as text; any name serves as the point, as the ground's angle is zero everywhere
     link = mechanism.link(at)
     return f"{at}:{near if near in link.points else link.start}"
 

@@ -35,13 +35,13 @@ class Rigid(Body):
     )
 
     flexible: ClassVar[bool] = False
-    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")  # (x, y), or a fraction of the length
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def agree(self) -> None:
         """Raise a ValueError unless either a section alone, or mass and inertia and possibly a centre are given."""
         has_section, has_mass, has_inertia = (each is not None for each in (self.section, self.mass, self.inertia))
         if has_mass == has_section or has_inertia == has_section or (self.centre and has_section):
-            raise ValueError("lacks a section, or a mass and an inertia in its place; centre is of the latter")
+            raise ValueError("needs either a section, or a mass and an inertia, and may have a centre with these two only")
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
@@ -53,7 +53,7 @@ class Rigid(Body):
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Return mass [kg], inertia about the centre of mass [kg m^2], and the centre of mass in the link's frame [m]."""
-        if self.mass is None or self.inertia is None:
+        if self.mass is None or self.inertia is None:  # then there is a section, as `agree` has checked
             return super().mass_properties(length)
         return self.mass, self.inertia, self.centre or (length / 2, 0.0)
 

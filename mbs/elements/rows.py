@@ -78,7 +78,7 @@ class Row:
             else:
                 dx, dy = measure.direction
                 if measure.turns:
-                    lever = dx * y - dy * x
+                    lever = dx * y - dy * x  # as the second body turns, the direction changes at the rate (-dy, dx)
             yield measure.first, (coefficient * dx, coefficient * dy, 0.0)
             yield measure.second, (-coefficient * dx, -coefficient * dy, coefficient * lever)
 
@@ -108,7 +108,7 @@ def find_pin(rows: Sequence[Row]) -> Along | None:
 
 
 def yield_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:
-    """Yield the row of a slot: a point of the first body stays on a line fixed in the second, through its place at t = 0."""
+    """Yield the row of a slot: a point of the first body stays on a line fixed in the second, through the point at t = 0."""
     normal = (-along[1], along[0])
     yield row(Along(Place(first, point), Place(second, point), normal, turns=second != GROUND))
 

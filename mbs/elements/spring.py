@@ -140,7 +140,7 @@ class Spring(Elastic):
         return self.stretch(record)[:2]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the tension on both ends."""
+        """Yield the tension on both ends: it pulls `a` towards `b`, and `b` towards `a`."""
         value, rate, direction = self.stretch(record)
         ends = [holder_reference(record.mechanism, at) for at in (self.a, self.b)]
         yield from on_both(ends, self.tension(value, rate)[:, None] * direction, np.zeros_like(value))
@@ -173,7 +173,7 @@ class TorsionSpring(Elastic):
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
     free_angle: float | None = quantity(
-        "rad", doc="angle of `second` relative to `first` since t = 0 without torque; 0 by default", default=None
+        "rad", doc="angle without torque of `second` relative to `first`, less their angle at t = 0; 0 by default", default=None
     )
     law: Law | None = field(
         Function("x, v", "N m"),
@@ -183,7 +183,7 @@ class TorsionSpring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the bodies differ and have an angle."""
+        """Raise a ValueError unless the ends have an angle, and differ in the body or, on a flexible link, in the point."""
         where = self.where
         bodies = [at.partition(":")[0] for at in (self.first, self.second)]
         if bodies[0] == bodies[1] and ":" not in self.first + self.second:

@@ -116,7 +116,7 @@ class Mesh:
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements with a node at each of its points."""
     body = cast(Flexible, link.body)
-    step = body.step  # from the first to the last node of an element
+    step = body.node_stride  # from the first to the last node of an element
     inner = sorted((fraction, point) for point, fraction in cast(Mapping[str, float], link.carries).items())
     cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]  # points, as fractions of the length
     counts = _distribute(np.diff(cuts), body.count)  # numbers of elements
@@ -205,7 +205,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     make_element = _make_beam if body.has_angles else _make_cable
     objects = []
     for e, length in enumerate(grid.pieces):
-        part = slice(e * body.step, (e + 1) * body.step + 1)  # nodes of the element
+        part = slice(e * body.node_stride, (e + 1) * body.node_stride + 1)  # nodes of the element
         objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
     return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, pieces=grid.pieces, at=grid.at)

@@ -36,7 +36,8 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     A method that does more than arithmetic raises NumbaError, AttributeError, TypeError or RecursionError.
     """
     function = inspect.unwrap(getattr(type(law), name))
-    used = [name for name in function.__code__.co_names if hasattr(law, name)]  # and globals named alike: members without a use
+    # a global with the name of an attribute of the law is in the list, too: its attribute is not used
+    used = [name for name in function.__code__.co_names if hasattr(law, name)]
     members = {name: getattr(law, name) for name in used}
     values: list[Any] = [compile_method(law, name, jit) if callable(each) else float(each) for name, each in members.items()]
     law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
@@ -45,7 +46,7 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
 
 
 def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function by `outer`, by default `jit`, after `jit` has compiled the plain functions that it calls."""
+    """Compile a plain function, and the plain functions that it calls, by `jit`; by `outer`, if given, the function itself."""
     if not isinstance(function, types.FunctionType):
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
@@ -121,23 +122,28 @@ def _identify(function: object) -> Hashable:
 
 
 def _make_key(thing: object, depth: int) -> Hashable:
-    """Return the key of a function or value at a depth of functions and objects that use each other."""
+    """Return the key of a function or value that is used within `depth` functions and objects, each within the one before."""
     if isinstance(thing, tuple):
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
+    head: object
+    parts: Sequence[object]
     has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
-    is_its_own_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
-    if is_its_own_key and not isinstance(thing, types.FunctionType):
+    if isinstance(thing, types.FunctionType):
+        head, parts = thing.__code__, _values_used(thing)
+    elif has_equality or callable(thing) or isinstance(thing, types.ModuleType):
         try:
             hash(thing)
         except TypeError:
             raise _UnknownError from None
-        return type(thing), thing
-    if depth == DEEPEST or not hasattr(thing, "__dict__"):
+        return type(thing), thing  # the object is its own key
+    elif hasattr(thing, "__dict__"):
+        head, parts = type(thing), [*thing.__dict__.items()]  # its present attributes
+    else:
         raise _UnknownError
-    head: object = thing.__code__ if isinstance(thing, types.FunctionType) else type(thing)
-    parts = _values_used(thing) if isinstance(thing, types.FunctionType) else thing.__dict__.items()
+    if depth == DEEPEST:
+        raise _UnknownError
     return (head, *(_make_key(part, depth + 1) for part in parts))
 
 

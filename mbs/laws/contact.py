@@ -61,8 +61,8 @@ FRICTION_KINDS: LawKinds = {
 def _find_row(law: object, kinds: LawKinds) -> tuple[int, list[float]] | None:
     """Return kind and numbers of a law's row; None for a law that is compiled separately.
 
-    A user's law is, even if it is a subclass of a law of this package, as its force may differ. A user's `HysteresisLaw` that has
-    the force of the base class differs in the number chi only.
+    A user's law is compiled separately even if it is a subclass of a law of this package, as its force may differ. But a user's
+    `HysteresisLaw` with the force of the base class differs in the number chi only, and has a row.
     """
     is_of_this_package = type(law).__module__.startswith(laws.__name__)
     differs_in_chi_only = isinstance(law, laws.HysteresisLaw) and type(law).force is laws.HysteresisLaw.force
@@ -218,7 +218,7 @@ def _compile_functions() -> tuple[Any, Any]:
     compiled_laws = [compile_plain(law, jit) for law in (_normal, _friction, _bristle)]
     report = compile_plain(journal.make_report(*compiled_laws), jit)
     files = (Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py"))
-    on_disk = partial(compile_cached, stamp=stamp_of(*files))
+    on_disk = partial(compile_cached, stamp=stamp_of(*files))  # for the two kernels, which contain the code of all others
     forces = compile_plain(_with_report(_forces, report), jit, outer=on_disk)
     fill_report = compile_plain(_with_report(_fill_report, report), jit, outer=on_disk)
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]

@@ -117,7 +117,7 @@ class LeeWang(HysteresisLaw):
 
 
 class Gonthier(HysteresisLaw):
-    """chi = (1 - e^2) / e. Tends to 1/e as e -> 0, as the exact factor does; a third too much damping as e -> 1.
+    """chi = (1 - e^2) / e. Tends to 1/e as e -> 0, as that of `ExactRestitution` does; a third too much damping as e -> 1.
 
     References
     ----------

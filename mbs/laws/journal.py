@@ -6,7 +6,7 @@ at the same point P = r_p + R n, so that forces and moments balance to rounding.
 at which the surface of the pin slides over the surface of the bush at P.
 
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
-law computes the present one, for the time since and the mean of the sliding speeds at that step and now.
+law computes the present one: the bristle has slid since that step at the mean of the sliding speeds then and now.
 
 Laws are functions of the numbers of a joint and of its state, so that `laws.contact` compiles this module once for all laws.
 """

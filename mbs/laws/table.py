@@ -1,8 +1,8 @@
 """Laws as rows of a table for compiled code: normal forces, friction coefficients and bristles by kind and numbers.
 
 Each function has the equation of the law's class, whose docstring names the source. The numbers p of a law are in the order of
-`NORMAL_KINDS` and `FRICTION_KINDS` of `buckler.mbs.laws.contact`. This module compiles the functions for joints in Exudyn, and
-`buckler.mbs.spectral.lawtable` for the spectral solver.
+`NORMAL_KINDS` and `FRICTION_KINDS` of `buckler.mbs.laws.contact`; beta is the viscous coefficient [s/m]. That module compiles
+the functions for joints in Exudyn, and `buckler.mbs.spectral.lawtable` for the spectral solver.
 """
 
 from collections.abc import Sequence

@@ -72,8 +72,8 @@ class StripMotion:
 
     `pieces` are the stress-free lengths of the elements [m], `nodes` the node numbers of the link's points. `reference` has the
     stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` are the
-    coordinates, velocities and accelerations over time, (times, nodes, coordinates). `body.step` is the number of nodes from one
-    element to the next: 2 for quadratic beams, else 1.
+    coordinates, velocities and accelerations over time, (times, nodes, coordinates). `body.node_stride` is the number of nodes
+    from one element to the next: 2 for quadratic beams, else 1.
     """
 
     body: Flexible
@@ -101,7 +101,7 @@ class StripMotion:
 
     def by_element(self, nodal: Array) -> Array:
         """Arrange nodal values (..., nodes, coordinates) by element: (..., elements, nodes of the element, coordinates)."""
-        step = self.body.step
+        step = self.body.node_stride
         return nodal[..., np.arange(len(self.pieces))[:, None] * step + np.arange(step + 1), :]
 
     def point(self, name: str) -> tuple[Array, Array]:
@@ -171,7 +171,7 @@ class BeamMotion(StripMotion):
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
         """Interpolate (x, y, theta) and their derivatives by arc length at xi, each (times, elements, points, 3)."""
-        n, d = _lagrange(self.body.step + 1, xi)
+        n, d = _lagrange(self.body.node_stride + 1, xi)
         values = self.by_element(nodal)
         return np.einsum("gk,tekc->tegc", n, values), np.einsum("gk,tekc->tegc", d, values) * (2 / self.pieces)[:, None, None]
 
@@ -183,7 +183,7 @@ class BeamMotion(StripMotion):
     def strains(self) -> list[Strain]:
         """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
         section, damping = self.section, self.section.material
-        xi, weights = GAUSS[self.body.step]
+        xi, weights = GAUSS[self.body.node_stride]
         weights = self.lengths(weights)
         (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
         value_0, slope_0 = self._fields(self.reference[None], xi)
@@ -262,7 +262,7 @@ class CableMotion(StripMotion):
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:
     """Return the weights of nodal positions, and of slopes of a cable, in the centre of mass, shape (nodes, 1 or 2)."""
-    step = body.step
+    step = body.node_stride
     # integrals over [0, 1] of the functions of value and slope at each node; those of linear functions are 1/2, too
     hermite, quadratic = [[0.5, 1 / 12], [0.5, -1 / 12]], [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]
     local = quadratic if step == 2 else hermite

@@ -60,5 +60,5 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     key = ("strut", strut.load)  # struts with the same load share a law
     law = builder.add_law(key, ForceKind.STRUT, numbers=(), pointers=[load], about=f"the load of strut '{link.name}'")
     measure = builder.add_measure(MeasureKind.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
-    numbers = (spring.length, spring.rigidity, spring.unit, spring.compliance, spring.critical, spring.damping)
+    numbers = (spring.length, spring.rigidity, spring.force_unit, spring.strain_unit, spring.critical, spring.damping)
     builder.add_force(f"strut.{link.name}", ForceKind.STRUT, measure, law=law, numbers=numbers)
