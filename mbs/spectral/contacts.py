@@ -1,12 +1,15 @@
 """Contacts, and edges of laws (where a law has a jump or kink), over a step, compiled: onsets, releases, errors of depths.
 
-Reports are arrays (forces, 8) of the columns `Report`. `start` are those at the step's start, `end` those at its end; depth is
-positive inside a face. Onsets and edges are zeros of the cubic through both values and rates.
+`start` and `end` are the forces' reports at both ends of the step, arrays (forces, 8) of the columns `Report`. A depth is
+positive inside a face. Onsets and edges are zeros of the cubic through the values and rates at both ends.
 
-Distances [m] in `controls`: a contact counts as at its face within `face_tolerance`. An implicit step to a face or edge ends
-`stop_gap` before it, so that the error of the step cannot reach the force behind it; a motion towards the face then counts as
-arrived within `closing_gap`. The explicit method ends such steps at the face: both gaps are 0.
+Distances in `controls` [m]: a contact counts as at its face within `face_tolerance`. An implicit step to a face or edge aims at
+`stop_gap` before it, as a node inside the face would have the contact's force. Its error is at most `stop_gap`, so it ends within
+`closing_gap` = 2 `stop_gap` of the face and outside; then the contact counts as closed, and `events` moves the coordinates past
+the face (restart). Explicit steps end at the face: both gaps are 0.
 """
+
+from enum import IntEnum
 
 from ..laws.table import LawColumn, NormalKind
 from .compiling import kernel_function
@@ -14,6 +17,10 @@ from .tables import ForceKind, Forces, Memory, Report
 
 BEYOND = 0.1
 """Distance beyond a face or edge to which a restart moves, over `closing_gap`: above 0, so that the contact counts as closed."""
+NEVER = 2.0
+"""Fraction of a step returned if nothing happens in it; any number above 1."""
+ContactData = IntEnum("ContactData", "SIDE FACE", start=0)
+"""Numbers of a contact with a face in `tables.data`: 1 if its measure grows into the face, else -1; the measure at the face."""
 
 
 @kernel_function
@@ -26,25 +33,26 @@ def is_contact(tables, k):
 def has_smooth_onset(tables, k):
     """Return True if no step need end at the onset of contact k: its force has no kink there and no onset speed in its law."""
     law = tables.forces[k, Forces.LAW]
-    exponent = tables.law_numbers[law, 1]  # of the depth
+    exponent = tables.law_numbers[law, 1]  # numbers of IMPACT: stiffness, exponent of the depth, damping, damping depth
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
 @kernel_function
 def get_depth(tables, reports, k):
-    """Return the depth of contact k [m], negative outside; `side` is 1 if the measure grows into the face, else -1."""
+    """Return the depth of contact k [m], negative outside."""
     if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
-        return reports[k, Report.LENGTH]
+        return reports[k, Report.LENGTH]  # of a pin this column has the depth, of other forces their measure
     number = tables.forces[k, Forces.NUMBERS]
-    side, face = tables.data[number], tables.data[number + 1]
+    side, face = tables.data[number + ContactData.SIDE], tables.data[number + ContactData.FACE]
     return side * (reports[k, Report.LENGTH] - face)
 
 
 @kernel_function
 def get_depth_rate(tables, reports, k):
     """Return the rate of contact k's depth [m/s]."""
-    side = 1.0 if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL else tables.data[tables.forces[k, Forces.NUMBERS]]
-    return side * reports[k, Report.RATE]
+    if tables.forces[k, Forces.KIND] == ForceKind.JOURNAL:
+        return reports[k, Report.RATE]
+    return tables.data[tables.forces[k, Forces.NUMBERS] + ContactData.SIDE] * reports[k, Report.RATE]
 
 
 @kernel_function
@@ -57,24 +65,18 @@ def evaluate_cubic(x, h, start, start_rate, end, end_rate):
 
 @kernel_function
 def find_zero(h, start, start_rate, end, end_rate):
-    """Find the first fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
-    high = 2.0
-    if end > 0.0:
-        high = 1.0
-    elif start_rate > 0.0 and end_rate < 0.0:
-        # both ends are negative: ternary search for the maximum between them
-        a, b = 0.0, 1.0
-        for _ in range(40):  # to (2/3)^40 = 1e-7: the maximum is flat
-            m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
-            if evaluate_cubic(m1, h, start, start_rate, end, end_rate) < evaluate_cubic(m2, h, start, start_rate, end, end_rate):
-                a = m1
-            else:
-                b = m2
-        if evaluate_cubic(0.5 * (a + b), h, start, start_rate, end, end_rate) > 0.0:
-            high = 0.5 * (a + b)
-    if high > 1.0:
-        return 2.0
-    low = 0.0
+    """Find the fraction of the step at which the cubic, negative at its start, passes zero; NEVER if it does not.
+
+    If it is negative at the end, too, a passage in between is found only where the cubic rises at the start and falls at the end.
+    Of three zeros any may be found.
+    """
+    low, high = 0.0, 1.0
+    if not end > 0.0:  # nan counts as negative
+        if not (start_rate > 0.0 and end_rate < 0.0):
+            return NEVER
+        high = _find_maximum(h, start, start_rate, end, end_rate)
+        if not evaluate_cubic(high, h, start, start_rate, end, end_rate) > 0.0:
+            return NEVER
     for _ in range(60):  # bisection down to rounding
         middle = 0.5 * (low + high)
         if evaluate_cubic(middle, h, start, start_rate, end, end_rate) > 0.0:
@@ -85,19 +87,33 @@ def find_zero(h, start, start_rate, end, end_rate):
 
 
 @kernel_function
-def find_first_onset(tables, start, end, h, controls):
-    """Find the fraction of the step at which the first open contact closes; 2 if none does.
+def _find_maximum(h, start, start_rate, end, end_rate):
+    """Find the fraction of the step at which a cubic, rising at first and falling at last, is largest: ternary search."""
+    a, b = 0.0, 1.0
+    for _ in range(40):  # to (2/3)^40 = 1e-7: the maximum is flat
+        m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
+        if evaluate_cubic(m1, h, start, start_rate, end, end_rate) < evaluate_cubic(m2, h, start, start_rate, end, end_rate):
+            a = m1
+        else:
+            b = m2
+    return 0.5 * (a + b)
 
-    A contact that starts within `face_tolerance` of its face counts as closed. None is looked for if the step already ends near
-    enough to where a step to the face should, `stop_gap` before it. A smooth onset counts only if the contact also opens in the
+
+@kernel_function
+def find_first_onset(tables, start, end, h, controls):
+    """Find the fraction of the step at which the first open contact closes; NEVER if none does.
+
+    A contact that starts within `face_tolerance` of its face counts as closed. A step that already ends `stop_gap` before the
+    face, up to an error, need not end there again. A smooth onset counts only if the contact opens again before the end of the
     step, or if `controls.stops_at_all_onsets`.
     """
-    face_tolerance, gap = controls.face_tolerance, controls.stop_gap
-    first, allowed = 2.0, gap if gap > 0.0 else face_tolerance  # allowed: error of the step's end [m]
+    first, face_tolerance, gap = NEVER, controls.face_tolerance, controls.stop_gap
+    allowed = gap if gap > 0.0 else face_tolerance  # error of the place at which a step to a face ends [m]
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             d0, d1 = get_depth(tables, start, k), get_depth(tables, end, k)
-            is_wanted = controls.stops_at_all_onsets or d1 <= 0.0 or not has_smooth_onset(tables, k)
+            ends_open = d1 <= 0.0
+            is_wanted = controls.stops_at_all_onsets or ends_open or not has_smooth_onset(tables, k)
             is_open, ends_elsewhere = d0 < -face_tolerance, abs(d1 + gap) > allowed
             if is_wanted and is_open and ends_elsewhere:
                 start_rate, end_rate = get_depth_rate(tables, start, k), get_depth_rate(tables, end, k)
@@ -107,8 +123,8 @@ def find_first_onset(tables, start, end, h, controls):
 
 @kernel_function
 def find_first_edge(tables, start, end, h, controls):
-    """Find the fraction of the step at which a measure is first `stop_gap` before an edge of its law; 2 if none comes there."""
-    first, gap = 2.0, controls.stop_gap
+    """Find the fraction of an implicit step at which a measure is first `stop_gap` before an edge of its law, or NEVER."""
+    first, gap = NEVER, controls.stop_gap  # above 0
     for i in range(tables.edges.shape[0]):
         k, edge = int(tables.edges[i, 0]), tables.edges[i, 1]
         side = -1.0 if start[k, Report.LENGTH] > edge else 1.0
@@ -158,7 +174,11 @@ def compute_time_past_events(tables, reports, gap):
 
 @kernel_function
 def has_released(tables, state, end, controls):
-    """Return True if the step must be shortened to a kink: a contact opens from a large enough force, or closes and opens."""
+    """Return True if a contact opens in the step, so that it must end nearer to the opening, where the force has a kink.
+
+    The kink does not count if the force at the start is small beside its largest. A contact which starts at its face, moves
+    inwards and ends outside has closed and opened in the step.
+    """
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
@@ -174,8 +194,9 @@ def has_released(tables, state, end, controls):
 def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step; return whether it closed in the step, and whether it opened.
 
-    Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. In the
-    implicit method a contact counts as closed when it comes within `closing_gap` of its face.
+    Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. Laws
+    divide by it, so it has a least value. It follows the rate outside the face, too, where there is no force. In the implicit
+    method a contact counts as closed when it comes within `closing_gap` of its face.
     """
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)
     is_start_nearer = new > -old >= 0.0
@@ -184,19 +205,19 @@ def update_onset(tables, start, end, k, m, controls):
         m[Memory.ONSET] = max(rate, controls.least_onset, controls.least_onset_ratio * m[Memory.FASTEST])
     comes_near = controls.closing_gap > 0.0 and old < -controls.closing_gap <= new and rate > 0.0
     has_closed = new > 0.0 >= old or comes_near
-    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # of pins FASTEST keeps its least value
+    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # not of pins: FASTEST stays as the run began
         m[Memory.FASTEST] = max(m[Memory.FASTEST], m[Memory.ONSET])
-    has_opened = end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0
+    has_opened = end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0  # damping ends a force before the depth is 0
     return has_closed, has_opened and not has_closed
 
 
 @kernel_function
-def find_face_row(tables, start, end, least):
-    """Return the time of a row beside the face of a contact that closes in the step [s]; 0 if none does.
+def find_time_past_face(tables, start, end, least):
+    """Return the time [s] of a sample just past the face of a contact that closes in the step; 0 if none does.
 
-    A contact passes its face near one end of the step. The row is on the other side of the face, twice as far from this end,
-    plus `least` [s], so that a record has rows close to the face on both sides: the force jumps there. The time is positive from
-    the start of the step, negative from its end.
+    The force jumps at the face, so a record needs a sample close to it on either side. One end of the step is close to the face:
+    the other sample lies beyond the face, at twice the time from this end to the face, plus `least` [s]. The time is positive if
+    it counts from the start of the step, negative if from its end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
@@ -213,15 +234,18 @@ def find_face_row(tables, start, end, least):
 
 
 @kernel_function
-def compute_depth_bending(tables, start, end, h):
-    """Return the largest deviation of a closed contact's depth from a straight line, h/8 |rate change|, over the depth."""
+def compute_depth_deviation(tables, start, end, h):
+    """Return the largest deviation of a closed contact's depth from the line between its ends, over the deeper end.
+
+    It is h^2/8 times the second rate, (change of the rate)/h, and decides how many samples the step needs.
+    """
     largest = 0.0
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
-            deep = max(get_depth(tables, start, k), get_depth(tables, end, k))
-            if deep > 0.0:
+            deepest = max(get_depth(tables, start, k), get_depth(tables, end, k))
+            if deepest > 0.0:
                 rate_change = get_depth_rate(tables, end, k) - get_depth_rate(tables, start, k)
-                largest = max(largest, 0.125 * h * abs(rate_change) / deep)
+                largest = max(largest, 0.125 * h * abs(rate_change) / deepest)
     return largest
 
 
@@ -229,14 +253,13 @@ def compute_depth_bending(tables, start, end, h):
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
 
-    An error up to `controls.rounding` counts as 0. The reports `state.end_reports` are those at the end of the step, `shifted`
-    those at the end plus its estimated error.
+    An error up to `controls.rounding` counts as 0. `shifted` are reports at the end of the step plus its estimated error.
     """
     start, end = state.start_reports, state.end_reports
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)
-    deep = max(old, new)
-    if deep <= 0.0:
+    deepest = max(old, new)
+    if deepest <= 0.0:
         return 0.0
     change = h * max(abs(get_depth_rate(tables, start, k)), abs(get_depth_rate(tables, end, k)))
     error = abs(get_depth(tables, shifted, k) - new)
-    return error / max(deep, change, controls.face_tolerance) if error > controls.rounding else 0.0
+    return error / max(deepest, change, controls.face_tolerance) if error > controls.rounding else 0.0

@@ -22,11 +22,14 @@ from .tables import Elastic, Instant, Report
 EXPONENT = 1 / 4
 """One over the order of the local error, in the rule for the length of a step."""
 FORCE_TOLERANCE = 2.0
-"""Relative error allowed of a contact's force, over that allowed of its depth."""
+"""Relative error allowed of a contact's force, over that allowed of its depth. An elastic force d^n has n times the error of the
+depth d, so it counts only if n is above 2, or with damping."""
 LEAST_FORCE = 1e-2
 """Least force with which the error of a contact's force is compared, over its largest; with 1 its last forces would not count."""
 SHORTEST = 1e-12
-"""Shortest step, over the end of the run."""
+"""Shortest step, over the end of the run: some thousand roundings of a time."""
+LEAST_STEP = 2.0
+"""Least step to which an error shortens, over the shortest; steps of up to twice this length are accepted with their error."""
 SAFETY = 0.85
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 SHORTER = 0.9
@@ -68,15 +71,12 @@ def _estimate_error(model, t, h, controls):
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
-    rate_defect = state.dq[0]  # left by `estimate_error`
-    shifted_q, shifted_v = state.dq[1], state.dv[1]  # work space
     allowed = controls.contact_tolerance
     project(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
         return error
-    q, v = state.node_q[2], state.node_v[2]
-    now = Instant(t, h, q, v, state.node_lam[2], state.memory)
-    add_forces(tables, work, now, state.force)
+    now = Instant(t, h, state.node_q[2], state.node_v[2], state.node_lam[2], state.memory)
+    add_forces(tables, work, now, state.force)  # for the reports; state.force is work space here
     if controls.fixed:
         return error
     has_contact = False
@@ -86,11 +86,7 @@ def _estimate_error(model, t, h, controls):
             has_contact = has_contact or deepest > 0.0
     if has_contact:
         copy(work.reports, state.end_reports)
-        for i in range(q.size):  # the step's end plus its error; that of the rates: docs/theory-spectral.md, Error
-            shifted_v[i] = v[i] + REAL_EIGENVALUE / h * state.real_solution[i] - rate_defect[i]
-            shifted_q[i] = q[i] + state.real_solution[i]
-        place_markers(tables, work, shifted_q, shifted_v)
-        add_forces(tables, work, now, state.force)
+        _report_shifted_end(model, now, h)
         for k in range(tables.forces.shape[0]):
             if contacts.is_contact(tables, k):
                 depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, controls)
@@ -105,9 +101,28 @@ def _estimate_error(model, t, h, controls):
 
 
 @kernel_function
+def _report_shifted_end(model, now, h):
+    """Report the contacts' forces at the end of the step, the instant `now`, plus its error: e_q of q, e_v = e_q/k1 - d_q of v.
+
+    `estimate_error` left e_q and d_q in state.real_solution and state.dq[0]; k1 = h over the real eigenvalue.
+    """
+    tables, work, state = model.tables, model.work, model.state
+    e_q, d_q = state.real_solution, state.dq[0]
+    shifted_q, shifted_v = state.dq[1], state.dv[1]  # work space, as is state.force
+    for i in range(shifted_q.size):
+        shifted_v[i] = now.v[i] + REAL_EIGENVALUE / h * e_q[i] - d_q[i]
+        shifted_q[i] = now.q[i] + e_q[i]
+    place_markers(tables, work, shifted_q, shifted_v)
+    add_forces(tables, work, now, state.force)  # contacts read the markers, not q and v
+
+
+@kernel_function
 def _advance(state):
-    """Make the end of the step, its third node, the present state, and keep the nodes for the first guess of the next step."""
-    copy(state.v, state.past_v[0])  # rates at the start of the step, then at its nodes
+    """Make the end of the step, its third node, the present state; keep what the first guess of the next step (`predict`) needs.
+
+    It continues the polynomial of rates through start and nodes, and the line of multipliers and stresses through nodes 2 and 3.
+    """
+    copy(state.v, state.past_v[0])
     copy(state.node_v, state.past_v[1:])
     copy(state.node_lam[1], state.past_lam)
     copy(state.node_stress[1], state.past_stress)
@@ -173,9 +188,9 @@ def _try_step(model, clock, h, end, controls, counts):
         return True
     if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
         clock.error = max(clock.error, RELEASE_ERROR)  # up to 10 shortest steps, the time of the release is known well enough
-    if clock.error > 1.0 and h > 4.0 * shortest:  # a step of up to 4 shortest lengths is accepted in spite of its error
+    if clock.error > 1.0 and h > 2.0 * LEAST_STEP * shortest:
         ratio = max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT)
-        clock.next_step, clock.max_growth = max(h * ratio, 2.0 * shortest), 1.0
+        clock.next_step, clock.max_growth = max(h * ratio, LEAST_STEP * shortest), 1.0
         return False
     return True
 
@@ -186,16 +201,16 @@ def _accept(model, clock, h, target, controls, out, counts):
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
     if controls.writes_within_steps:
-        # of a row beside a face: after the step's start, or before its end if negative; 0 for none
-        row_time = contacts.find_face_row(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
-        bending = contacts.compute_depth_bending(tables, state.start_reports, work.reports, h)
-        parts = samples.count_parts(state, tables.elastic, h, controls, bending)
-        is_outermost = abs(row_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
-        if is_outermost and row_time > 0.0:
-            samples.write_at_face(state, out, counts, start, h, row_time)
+        # a contact that closes needs a row just past its face: positive after the step's start, negative before its end
+        face_time = contacts.find_time_past_face(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
+        depth_deviation = contacts.compute_depth_deviation(tables, state.start_reports, work.reports, h)
+        parts = samples.count_parts(state, tables.elastic, h, controls, depth_deviation)
+        is_outermost = abs(face_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
+        if is_outermost and face_time > 0.0:
+            samples.write_at_face(state, out, counts, start, h, face_time)
         samples.write_between(state, out, counts, start, h, parts)
-        if is_outermost and row_time < 0.0:
-            samples.write_at_face(state, out, counts, start, h, row_time)
+        if is_outermost and face_time < 0.0:
+            samples.write_at_face(state, out, counts, start, h, face_time)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
@@ -218,7 +233,7 @@ def _lengthen(clock, h, shortest):
     clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
     if factor < SHORTER or factor > LONGER:
         was_cut_short = h < 0.5 * clock.next_step  # by a step end: the length planned before is kept
-        clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, 2.0 * shortest)
+        clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, LEAST_STEP * shortest)
 
 
 @jit
@@ -236,9 +251,10 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
         step_end = _find_step_end(model, clock, controls, step_ends, out, counts)
         h = _choose_length(clock, controls, step_end)
         if counts.steps + counts.rejected > controls.max_steps:
-            counts.status = Ended.TOO_MANY  # this step is the last
+            counts.status = Ended.TOO_MANY  # this step is still tried, then the loop ends
         is_last = h >= step_end - clock.time  # before the step end
-        end = step_end * (1.0 - 4e-16) if is_last else clock.time + h  # two roundings before a drive's kink
+        # the step is computed up to two roundings before a kink, where a function of time still has its form before it
+        end = step_end * (1.0 - 4e-16) if is_last else clock.time + h
         if not _try_step(model, clock, h, end, controls, counts):
             counts.rejected += 1
             continue
