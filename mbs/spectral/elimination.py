@@ -13,9 +13,9 @@ import numpy as np
 
 from ..geometry import Array
 
-FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT PLACES CONSTRAINTS", start=0)
+FrontColumn = IntEnum("FrontColumn", "PIVOTS SIZE UNKNOWNS ENTRIES PARENT IN_PARENT CONSTRAINTS", start=0)
 """Columns of the table of fronts: number of pivots; number of unknowns; index of its first unknown in `Fronts.unknowns`; index of
-its first entry among those of all fronts; parent, or -1; index of its first place in `Fronts.places`; 1 if its pivots are
+its first entry among those of all fronts; parent, or -1; index of its first number in `Fronts.in_parent`; 1 if its pivots are
 constraints."""
 
 
@@ -24,9 +24,9 @@ class Fronts(NamedTuple):
 
     fronts: Array  # (fronts, 7), columns of `FrontColumn`; a front stands before its parent
     unknowns: Array  # unknowns of each front, its pivots first
-    places: Array  # of each front's unknowns after its pivots: their indices among the unknowns of its parent
-    entries: Array  # nonzeros of the matrix, front by front, (entries,)
-    position: Array  # index of each among the entries of all fronts, (entries,)
+    in_parent: Array  # for each unknown of a front after its pivots: its index among the unknowns of the parent
+    slots: Array  # slots of the matrix's nonzeros, (nonzeros,)
+    positions: Array  # index, among the entries of all fronts, at which the value of this slot stands, (nonzeros,)
 
     @property
     def size(self) -> int:
@@ -40,7 +40,7 @@ class Fronts(NamedTuple):
 
 
 class _Front(NamedTuple):
-    """Front by the numbers of its unknowns, before its places in its parent are known."""
+    """Front by its unknowns, before it is numbered."""
 
     pivots: list[int]
     later: list[int]  # its unknowns that are eliminated in other fronts
@@ -60,38 +60,29 @@ def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: A
 def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknowns: int) -> Fronts:
     """Number the fronts and place the nonzeros in them; cached for each pattern."""
     row, col = (np.frombuffer(each, dtype=np.int64) for each in (rows, cols))
-    entries = np.flatnonzero(np.frombuffer(fills, dtype=bool))
-    row, col = row[entries], col[entries]
+    slots = np.flatnonzero(np.frombuffer(fills, dtype=bool))
+    row, col = row[slots], col[slots]
     fronts = _eliminate(*_group_unknowns(row, col, coordinates, unknowns), coordinates)
-    order = np.empty(unknowns, dtype=np.int64)  # place of each unknown in the order of elimination
-    order[[u for front in fronts for u in front.pivots]] = np.arange(unknowns)
-    owner = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])[order]  # front that eliminates it
-    members: list[int] = []
-    places: list[int] = []
-    table, size = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0
-    local = np.full(unknowns, -1, dtype=np.int64)  # index of each unknown in the front at hand
-    home = np.minimum(owner[row], owner[col])  # front in which a nonzero is eliminated
-    by_front = np.argsort(home, kind="stable")
-    entries, row, col, home = entries[by_front], row[by_front], col[by_front], home[by_front]
-    position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(fronts) + 1))
-    for k, front in enumerate(fronts):
-        later = sorted(front.later, key=order.__getitem__)
-        unknowns_here = [*front.pivots, *later]
-        count = len(unknowns_here)
+    rank = np.empty(unknowns, dtype=np.int64)  # of each unknown in the order of elimination
+    rank[[u for front in fronts for u in front.pivots]] = np.arange(unknowns)
+    owner = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])[rank]  # front that eliminates an unknown
+    members = [[*front.pivots, *sorted(front.later, key=rank.__getitem__)] for front in fronts]  # unknowns of each front
+    index = [{u: i for i, u in enumerate(each)} for each in members]  # of each unknown in its front
+    table, first_unknown, first_entry = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0, 0
+    in_parent: list[int] = []
+    for k, (front, each) in enumerate(zip(fronts, members, strict=True)):
+        later = each[len(front.pivots) :]
         parent = owner[later[0]] if later else -1
-        table[k] = len(front.pivots), count, len(members), size, parent, len(places), front.has_constraints
-        local[unknowns_here] = np.arange(count)
-        here = slice(bounds[k], bounds[k + 1])
-        position[here] = size + local[row[here]] * count + local[col[here]]
-        members += unknowns_here
-        places += later
-        size += count**2
-    for pivots, count, _, _, parent, at, _ in table[table[:, FrontColumn.PARENT] >= 0]:
-        first, large = table[parent, FrontColumn.UNKNOWNS], table[parent, FrontColumn.SIZE]
-        local[members[first : first + large]] = np.arange(large)
-        here = slice(at, at + count - pivots)
-        places[here] = local[places[here]].tolist()
-    return Fronts(table, np.array(members, dtype=np.int64), np.array(places, dtype=np.int64), entries, position)
+        table[k] = len(front.pivots), len(each), first_unknown, first_entry, parent, len(in_parent), front.has_constraints
+        in_parent += [index[parent][u] for u in later]
+        first_unknown, first_entry = first_unknown + len(each), first_entry + len(each) ** 2
+    home = np.minimum(owner[row], owner[col])  # front of a nonzero: the one that eliminates the first of its two unknowns
+    nonzeros = zip(home.tolist(), row.tolist(), col.tolist(), strict=True)
+    cells = [index[k][i] * len(members[k]) + index[k][j] for k, i, j in nonzeros]  # in its front, row by row
+    positions = table[home, FrontColumn.ENTRIES] + np.array(cells, dtype=np.int64)
+    by_position = np.argsort(positions)
+    all_members = np.array([u for each in members for u in each], dtype=np.int64)
+    return Fronts(table, all_members, np.array(in_parent, dtype=np.int64), slots[by_position], positions[by_position])
 
 
 def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
@@ -134,7 +125,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
     done, fronts = [False] * len(groups), []
     while heap:
         known_degree, g = heappop(heap)
-        if done[g] or known_degree != degree(g):  # pushed again since with its present degree
+        if done[g] or known_degree != degree(g):  # only degrees of neighbours change, and these are pushed again below
             continue
         done[g] = True
         fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]], is_constraint[g]))

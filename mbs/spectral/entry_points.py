@@ -2,9 +2,9 @@
 
 The equations are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0 with G = dg/dq, for n coordinates q and r multipliers
 lambda; the friction of guides makes f depend on lambda. Differentiated in time, g = 0 gives G v = speed and G a = change.
-Matrices are stored as their slots, the entries that can be nonzero, with one more entry to which zeros are added. `jacobian`
-stores G in the order of `tables.block_unknowns`, the unknowns of the constraints' blocks: entry i is the derivative by unknown i
-of this list. The last unknown of a block is the multiplier, whose entry is not used.
+Matrices are sums of blocks, small matrices of one constraint, force, ... each. They are stored as their slots, the entries that
+can be nonzero, and one more entry, never read, that takes the zeros of blocks. `jacobian` stores G in the order of the list
+`tables.block_unknowns`, which has the coordinates of each constraint and then its multiplier, whose entry is not used.
 """
 
 import numpy as np
@@ -65,7 +65,10 @@ def update_stresses(tables, work, shift):
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q by its `Fronts` order; x is (f, change), and becomes (a, lambda)."""
+    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x is (f, change), and becomes (a, lambda).
+
+    `order` is the order of elimination of this matrix, a `Fronts`.
+    """
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
@@ -73,7 +76,8 @@ def accelerate(tables, order, work, q, x):
     kernel.fill_mass(tables, work, q, values)
     kernel.write_rows(tables, jacobian, values)
     last_front, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
-    factors = np.zeros(last_front[FrontColumn.ENTRIES] + last_front[FrontColumn.SIZE] ** 2)  # of all fronts, one after the other
+    first_entry, size = last_front[FrontColumn.ENTRIES], last_front[FrontColumn.SIZE]
+    factors = np.zeros(first_entry + size**2)  # entries of all fronts, one front after the other
     work_space = np.zeros(x.size)
     factor(order, values, factors, swaps, work_space)
     solve(order, factors, swaps, x, work_space)

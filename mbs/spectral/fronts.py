@@ -34,9 +34,9 @@ class Orders(NamedTuple):
 @kernel_function
 def factor(order, a, factors, swaps, magnitude):
     """Factor the matrix of nonzeros a (slots,): fill `factors` (entries of all fronts) and `swaps` (unknowns of all fronts)."""
-    factors[:], magnitude[:] = 0.0, 0.0  # (unknowns,): sum of the terms of each constraint's diagonal, see `ROUNDING`
-    for k in range(order.entries.size):
-        factors[order.position[k]] = a[order.entries[k]]
+    factors[:], magnitude[:] = 0.0, 0.0  # magnitude (unknowns,): sum of the terms of each constraint's diagonal, see `ROUNDING`
+    for k in range(order.slots.size):
+        factors[order.positions[k]] = a[order.slots[k]]
     for f in range(order.fronts.shape[0]):
         _eliminate_pivots(order, factors, swaps, magnitude, f)
         if order.fronts[f, FrontColumn.PARENT] >= 0:
@@ -46,17 +46,19 @@ def factor(order, a, factors, swaps, magnitude):
 @kernel_function
 def _add_to_parent(order, factors, magnitude, f):
     """Add the Schur complement of front f, `count` rows and columns, to its parent front."""
-    pivots, size, first, at, parent, places, has_constraints = order.fronts[f]
+    pivots, size, first, at, parent, in_parent, has_constraints = order.fronts[f]
     parent_size, parent_at = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES]
     count = size - pivots
-    target, unknowns = view(order.places, places, count), view(order.unknowns, first + pivots, count)
+    target, unknowns = view(order.in_parent, in_parent, count), view(order.unknowns, first + pivots, count)
     for i in range(count):
         row = view(factors, at + (pivots + i) * size + pivots, count)
         sums = view(factors, parent_at + target[i] * parent_size, parent_size)
         for j in range(count):
             sums[target[j]] += row[j]
-        if has_constraints == 0:  # row[i] is on the diagonal: a term of -G M^-1 G^T, all of one sign. Those of fronts of
-            magnitude[unknowns[i]] += abs(row[i])  # constraints have the other sign: they reduce the sum, and are not counted
+        # row[i], on the diagonal, is a term of -G M^-1 G^T; all have one sign. Terms from fronts of constraints have the other
+        # sign: they reduce the sum, and are not counted
+        if has_constraints == 0:
+            magnitude[unknowns[i]] += abs(row[i])
 
 
 @kernel_function
