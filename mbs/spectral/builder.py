@@ -103,13 +103,13 @@ class Builder:
     law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
     data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
     separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first dof, link, point, is a rotor
-    state_rates: dict[int, float] = field(default_factory=dict)  # by dof: value at t = 0 of the law's state that is its rate
+    state_rates: dict[int, float] = field(default_factory=dict)  # by dof whose rate is a law's state: this state at t = 0
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     units: dict[int, float] = field(default_factory=dict)  # by dof, where it is not the mechanism's length
     elastic: list[tuple[int, ...]] = field(default_factory=list)  # `Elastic`
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
-    _frames: dict[int, int] = field(default_factory=dict)  # first marker of a frame by the frame's first dof
+    _frames: dict[int, int] = field(default_factory=dict)  # by first dof of a frame: its first marker, see `Markers.TWIN`
 
     def add_coordinates(self, values: Sequence[float]) -> int:
         """Add coordinates with these values at t = 0; return the index of the first."""
@@ -151,8 +151,9 @@ class Builder:
         return 1 + max((row[Elastic.GROUP] for row in self.elastic), default=-1)
 
     def add_marker(self, kind: int, offset: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
-        """Add a marker, or find an equal one; return its index. `offset` and `size` are columns of `Markers`.
+        """Add a marker, or find an equal one; return its index.
 
+        `offset` is the first dof of a FRAME, or the dof of a law's state; `size` is the number of modes or basis functions.
         Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates in x, y and
         angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle.
         """
@@ -284,7 +285,7 @@ class Builder:
         for i, state in zip(dofs, initial, strict=True):
             self.state_rates[i] = state
             self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
-            self.elastic.append((i, STATE, group, -1, -1, -1, -1))
+            self.elastic.append((i, STATE, group, -1, -1, -1, -1))  # STATE marks a rate that is a state; it has no chord
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
         numbers = (column, load.signature.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
@@ -294,7 +295,8 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        if kind == ForceKind.POINT_FORCE and len(numbers) == 3:  # x, y, angle, and no line of action (`forces._add_push`):
+        has_line_of_action = len(numbers) > 3  # numbers of a POINT_FORCE as in `forces.PushData`
+        if kind == ForceKind.POINT_FORCE and not has_line_of_action:
             a = self._without_angle(a)  # it has no moment, so the angle of its marker is not needed
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -169,16 +169,17 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
-    length = scene.mechanism.length(name) if body.model is None else body.model.length
-    shape = None  # modes at the point, (modes, 3); None for zeros
+    model = body.model  # of a modal link; None for a rigid one
+    length = scene.mechanism.length(name) if model is None else model.length
+    shape = None  # x, y and angle of each mode at the point, (modes, 3); None for zeros
     if station:
         arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
-        if body.model is not None:
-            shape = body.model.shapes[STATIONS.index("middle")].T.copy()
-    elif body.model is None:
+        if model is not None:
+            shape = model.shapes[STATIONS.index("middle")].T.copy()
+    elif model is None:
         arm = np.array(scene.mechanism.link(name).body.mass_properties(length)[2])
     else:
-        arm = body.model.centre
+        arm = model.centre
     marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape)
     scene.refresh()
     if quantity in POINT:

@@ -18,7 +18,8 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import carray, types
-from numba.core import cgutils, typing
+from numba.core import cgutils
+from numba.core import typing as numba_typing
 from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -115,14 +116,14 @@ class _IntermediateCode(JITCodeLibrary):
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """Stand-in for Numba's code generator while a function is compiled: the real one sets addresses of Python objects."""
+        """Stand-in for Numba's code generator, which would write addresses into machine code: there is none."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
         pass
 
     def _finalize_final_module(self) -> None:
-        """Finalise the code without translating it: only list its dynamic globals, with which callers cannot be kept on disk."""
+        """List the addresses of this process in the code (dynamic globals): Numba keeps no caller that has some on disk."""
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -203,10 +204,10 @@ def _return_argument(context: BaseContext, builder: ir.IRBuilder, signature: Sig
 
 
 @intrinsic
-def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
+def by_reference(_context: numba_typing.Context, argument: types.Type) -> Intrinsic:
     """Return a reference to a named tuple of arrays, for functions that are called from here; return anything else unchanged."""
     if not _has_only_arrays(argument):
-        return typing.signature(argument, argument), _return_argument  # types of the result and of the argument
+        return numba_typing.signature(argument, argument), _return_argument  # types of the result and of the argument
 
     def store_words(context: BaseContext, builder: ir.IRBuilder, reference: Reference, value: ir.Value) -> ir.Value:
         """Emit code that stores the words of a reference on the stack; return their address."""
@@ -226,7 +227,7 @@ def by_reference(_typing: typing.Context, argument: types.Type) -> Intrinsic:
         """Emit the address of the words."""
         return builder.bitcast(store_words(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
-    return typing.signature(Reference(argument), argument), codegen
+    return numba_typing.signature(Reference(argument), argument), codegen
 
 
 @lower_getattr_generic(Reference)
@@ -256,14 +257,14 @@ def _load_field(context: BaseContext, builder: ir.IRBuilder, reference: Referenc
 
 
 @intrinsic
-def _pointer_to(_typing: typing.Context, array: types.Type, index: types.Type) -> Intrinsic:
+def _pointer_to(_context: numba_typing.Context, array: types.Type, index: types.Type) -> Intrinsic:
     """Return the pointer to an element of an array."""
 
     def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         """Emit the address of the element."""
         return builder.gep(context.make_array(signature.args[0])(context, builder, values[0]).data, [values[1]])
 
-    return typing.signature(types.CPointer(array.dtype), array, index), codegen
+    return numba_typing.signature(types.CPointer(array.dtype), array, index), codegen
 
 
 @inline

@@ -1,6 +1,7 @@
 """Events of the implicit integrator, compiled: contacts that close or open, edges (jumps or kinks) of laws, restarts.
 
-G is the Jacobian of the constraints; G v = speed and G a = change are their first and second time derivatives.
+G is the Jacobian of the constraints; G v = speed and G a = change are their first and second time derivatives. Reports of forces
+(forces, 8) have the columns `Report`: `state.start_reports` at the start of the step, `work.reports` at its end.
 """
 
 from .compiling import copy, kernel_function
@@ -23,7 +24,7 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.kept_gradients[:] = 0.0  # B0 of `strips`: without it their forces are B^T n, n the stresses of the state
+    work.kept_gradients[:] = 0.0  # without kept gradients of strains the strips' forces are those of the state's stresses
     copy(state.stress, work.stress)
     compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
@@ -43,7 +44,7 @@ def update_memories(tables, work, state, controls, counts):
     is_event = is_at_edge(tables, state.start_reports, work.reports, controls)
     for k in range(tables.forces.shape[0]):
         kind, m = tables.forces[k, Forces.KIND], state.memory[k]
-        copy(m, state.start_memory[k])
+        copy(m, state.start_memory[k])  # m becomes the memory after the step
         state.largest_force[k] = max(FORCE_DECAY * state.largest_force[k], abs(work.reports[k, Report.VALUE]))
         if is_contact(tables, k):
             has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
@@ -59,8 +60,9 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    A step ends just before a face or edge. The rates then move the coordinates just beyond it, through at most `closing_gap` and
-    `BEYOND` of it: so far below the error allowed that neither constraints nor rates are corrected.
+    A step ends just before a face or edge. The coordinates are then moved just beyond it at constant rates: by `closing_gap` and
+    the share `contacts.BEYOND` of it at most. This is so far below the error allowed that neither constraints nor rates are
+    corrected.
     """
     state = model.state
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)

@@ -6,7 +6,7 @@ deformation is factored, and `couple_modes` adds the rest. Source: docs/theory-s
 
 The state y of a step is (q, v, bristles): n coordinates, their n rates, a deflection for each force. Single numbers that
 compiled functions change are arrays of one element, such as `state.largest_rate[0]`. For `clock`, `controls`, `counts`, and the
-rows `out`, see `output`.
+rows `out`, see `output`; `order` is the order in which `fronts` eliminates the unknowns of the matrix.
 """
 
 import math
@@ -71,7 +71,7 @@ def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, has_free_modes = state.force.size, state.free_modes[0] > 0
-    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]  # of the factors of all forces the last one
+    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]  # of each force, last of gravity, varied in statics
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
     for m in range(tables.markers.shape[0]):
@@ -104,7 +104,7 @@ def compute_rates(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
-        is_closed = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # depth of the pin in its bush
+        is_closed = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # of a pin: its depth
         if law >= 0 and (kind == ForceKind.FRICTION or is_closed):
             out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
@@ -252,7 +252,7 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
             h = step_end - clock.time
         last = h >= step_end - clock.time
         if counts.steps + counts.rejected > controls.max_steps:
-            counts.status = Ended.TOO_MANY  # this step is the last
+            counts.status = Ended.TOO_MANY  # this step is still tried, then the loop ends
         if not _try_step(model, clock, h, last, controls, counts):
             counts.rejected += 1
             continue
@@ -285,7 +285,10 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row, whose bristles are those at STEP_START = t: so they do not move on at SLIDING."""
+    """Write the state at time t as a row.
+
+    A reader of rows moves bristles on from STEP_START at the speed SLIDING. Here they are those of the row: STEP_START is t.
+    """
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

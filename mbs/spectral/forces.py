@@ -3,7 +3,11 @@
 Let y(q) (6,) be (x, y, angle) of markers a and b, F (6,) the forces on them, J = dy/dq, and J' = dJ/dt. Local names: h = dF/dy
 and c = dF/dy', (6, 6). As f = J^T F and y' = J v, a force adds to the stiffness -df/dq the terms -J^T h J, -J^T c J' and the
 geometric stiffness -F . d2y/dq2, and to the damping -df/dv the term -J^T c J. For a force along a measure see (2) of
-docs/theory-spectral.md. `now` is an `Instant`, `memory` and `since` are fields of it, `mem` is one row of the memory.
+docs/theory-spectral.md. `now` is an `Instant`, `memory` and `since` are fields of it (since < 0: bristles are states of the
+integrator), `mem` is one row of the memory.
+
+The column `Forces.A` of a force is its measure or marker a, `Forces.B` its marker b or, of friction at a face, the contact that
+presses. tables.factors[k] multiplies force k; statics varies it. tables.data has the force's numbers from index `number` on.
 """
 
 from enum import IntEnum
@@ -19,6 +23,8 @@ from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
 PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
 """Numbers of a force at a marker: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point,
 else 0; this point."""
+JournalData = IntEnum("JournalData", "RADIUS CLEARANCE", start=0)
+"""Numbers of a pin in a bush [m]."""
 
 
 @kernel_function
@@ -33,15 +39,15 @@ def _get_normal_force(tables, work, k, now):
 @inline
 def _add_along(tables, work, k, now, f):
     """Add force k, along a measure, and report it."""
-    number, grad, normal_force = tables.forces[k, Forces.A], work.grad, _get_normal_force(tables, work, k, now)
-    value, rate = markers.compute_measure(tables, work, number, grad)
+    measure, grad, normal_force = tables.forces[k, Forces.A], work.grad, _get_normal_force(tables, work, k, now)
+    value, rate = markers.compute_measure(tables, work, measure, grad)
     force = tables.factors[k] * lawtable.evaluate_along(tables, k, now, value, rate, normal_force)
     out = work.reports[k]
     out[Report.VALUE], out[Report.LENGTH], out[Report.RATE], out[Report.SLIP] = force, value, rate, rate
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION:
         law = tables.forces[k, Forces.FRICTION]
         out[Report.BRISTLE] = lawtable.evaluate_friction(tables, law, rate, now.memory[k], now.since)[1]
-    a, b = tables.measures[number, Measures.A], tables.measures[number, Measures.B]
+    a, b = tables.measures[measure, Measures.A], tables.measures[measure, Measures.B]
     markers.add_force(tables, work, a, force * grad[0], force * grad[1], force * grad[2], f)
     markers.add_force(tables, work, b, force * grad[3], force * grad[4], force * grad[5], f)
 
@@ -59,12 +65,12 @@ def _multiply_hessian(work, a, b):
 @kernel_function
 def _add_tangents_along(tables, work, k, now, saddle):
     """Add derivatives of a force along a measure; of friction also -df/dlambda by its normal force, to `saddle`."""
-    number, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
+    measure, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
     normal_force = _get_normal_force(tables, work, k, now)
-    a, b, factor = tables.measures[number, Measures.A], tables.measures[number, Measures.B], tables.factors[k]
+    a, b, factor = tables.measures[measure, Measures.A], tables.measures[measure, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
-    value, rate = markers.compute_measure(tables, work, number, grad)
-    markers.compute_hessian(tables, work, number, grad, hess)
+    value, rate = markers.compute_measure(tables, work, measure, grad)
+    markers.compute_hessian(tables, work, measure, grad, hess)
     by_value, by_rate = lawtable.differentiate_along(tables, k, now, value, rate, normal_force)
     h, c = work.by_place, work.by_rate
     _multiply_hessian(work, a, b)
@@ -78,9 +84,9 @@ def _add_tangents_along(tables, work, k, now, saddle):
     markers.add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), stiffness, size)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and normal_force != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:
-            _, width, entry = tables.blocks[tables.rows.shape[0] + k]
-            last = width - 1  # column of the multiplier of the constraint that presses
-            markers.write_gradient(tables, work, number, grad, -force / normal_force, work.scratch, 0)
+            _, width, entry = tables.blocks[tables.rows.shape[0] + k]  # block of the force, first of its entries in `slots`
+            last = width - 1  # its last unknown is the multiplier of the constraint that presses
+            markers.write_gradient(tables, work, measure, grad, -force / normal_force, work.scratch, 0)
             for i in range(last):
                 saddle[tables.slots[entry + i * width + last]] += work.scratch[i]
         else:
@@ -98,7 +104,7 @@ def _add_derivatives(tables, work, a, b):
 @kernel_function
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add derivatives of friction along a face, `ratio` times its contact's force; both are between the same markers."""
-    contact, number = tables.forces[k, Forces.B], tables.forces[k, Forces.A]
+    contact, along = tables.forces[k, Forces.B], tables.forces[k, Forces.A]  # force, and measure along the face
     grad, h, c = work.grad, work.by_place, work.by_rate
     across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]
     a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
@@ -110,7 +116,7 @@ def _add_contact_friction(tables, work, k, now, ratio):
     for i in range(6):
         push_by_place[i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
         push_by_rate[i] = factor * by_rate * grad[i]
-    markers.compute_measure(tables, work, number, grad)
+    markers.compute_measure(tables, work, along, grad)
     for i in range(6):
         for j in range(6):
             h[i, j] = grad[i] * push_by_place[j]
@@ -120,14 +126,14 @@ def _add_contact_friction(tables, work, k, now, ratio):
 
 @inline
 def report_pin(tables, work, k, mem, since, out):
-    """Fill `out`, a report, for a pin in a bush: normal and tangential force, depth, rate, sliding speed, bristle, normal.
+    """Fill `out`, a report, for a pin in a bush: normal and tangential force, rate, sliding speed, bristle.
 
-    With e = r_pin - r_bush the normal is n = e/|e|. The force acts on both bodies at the pin's surface r_pin + R n, R the pin's
-    radius, so that moments balance.
+    The column LENGTH is the depth, FX and FY the normal n = e/|e|, with e = r_pin - r_bush. The force acts on both bodies at the
+    pin's surface r_pin + R n, R the pin's radius, so that moments balance.
     """
     a, b = work.state[tables.forces[k, Forces.A]], work.state[tables.forces[k, Forces.B]]
     number = tables.forces[k, Forces.NUMBERS]
-    radius, clearance = tables.data[number], tables.data[number + 1]
+    radius, clearance = tables.data[number + JournalData.RADIUS], tables.data[number + JournalData.CLEARANCE]
     ex, ey, ux, uy = a[State.X] - b[State.X], a[State.Y] - b[State.Y], a[State.VX] - b[State.VX], a[State.VY] - b[State.VY]
     e = np.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
@@ -140,7 +146,7 @@ def report_pin(tables, work, k, mem, since, out):
         friction = tables.forces[k, Forces.FRICTION]
         coefficient, out[Report.BRISTLE] = lawtable.evaluate_friction(tables, friction, sliding, mem, since)
         out[Report.FRICTION] = coefficient * out[Report.VALUE]
-    elif since < 0.0:  # the bristle is a state of the integrator: it keeps its deflection while the pin is free
+    elif since < 0.0:  # the bristle, a state of the integrator, keeps its deflection while the pin is free
         out[Report.BRISTLE] = mem[Memory.BRISTLE]
 
 
@@ -149,7 +155,8 @@ def _compute_pin_force(tables, k, number, out):
     """Return radius R, eccentricity e, friction, and x and y of the force on the pin of a closed contact, from its report."""
     nx, ny = out[Report.FX], out[Report.FY]
     push, drag = tables.factors[k] * out[Report.VALUE], tables.factors[k] * out[Report.FRICTION]
-    return tables.data[number], out[Report.LENGTH] + tables.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
+    radius, e = tables.data[number + JournalData.RADIUS], out[Report.LENGTH] + tables.data[number + JournalData.CLEARANCE]
+    return radius, e, drag, drag * ny - push * nx, -push * ny - drag * nx
 
 
 @inline

@@ -103,10 +103,10 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping = 2 * model.damping * model.frequency
-        # integrals of the modes, (m,), (m, m), (m, m): see `PlanarModel`; then (m,) each
+        # `kernel` defines radial (m,), gram and gyration (m, m), integrals of the modes; stiffness and damping are (m,)
         at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
         builder.modal.append((o, m, at))
-        builder.group_deformations(range(o + 3, o + 3 + m))
+        builder.group_deformations(range(o + 3, o + 3 + m))  # the error control gives them one unit
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
     body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
     for each in builder.attached.get(link.name, ()):

@@ -2,7 +2,8 @@
 
 The tangents are K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Matrices are sums of blocks: small matrices of constraints, forces,
 strips, modal links and masses, in this order. `tables.block_unknowns` lists the unknowns of all blocks, `tables.slots` the slots
-of their entries in the whole matrix. The last unknown of a constraint's block is its multiplier; the other entries of this last
+of their entries in the whole matrix; of one block `width` is the number of unknowns and `entry` the index of its first entry in
+`tables.slots`. The last unknown of a constraint's block is its multiplier; the other entries of this last
 row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for multipliers are not used. Residuals g, G
 and the right sides of G v = speed and G a = change need markers that are placed.
 
@@ -208,8 +209,8 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
     for r in range(tables.rows.shape[0]):
         grad, total = work.grad, 0.0
         next_entry = tables.blocks[r, BlockColumn.FIRST]  # index of the next entry of G in `jacobian`
-        first, drive, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
-        travel, rate = evaluate_motion(tables, drive, t) if drive >= 0 else (0.0, 0.0)
+        first, motion, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
+        travel, rate = evaluate_motion(tables, motion, t) if motion >= 0 else (0.0, 0.0)  # motion of a drive
         for k in range(first, first + count):
             value, _ = markers.compute_measure(tables, work, k, grad)
             factor = tables.measure_numbers[k, MeasureNumber.FACTOR]
@@ -222,10 +223,10 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
 
 @inline
 def compute_changes(tables, work, t, side, change):
-    """Compute the right sides of G a = change of all constraints at time t; `side` as in `evaluate_acceleration`."""
+    """Compute the right sides of G a = change of all constraints at time t, on the `side` JUST_AFTER or JUST_BEFORE it."""
     for r in range(tables.rows.shape[0]):
-        first, drive, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
-        change[r] = evaluate_acceleration(tables, drive, t, side) if drive >= 0 else 0.0
+        first, motion, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
+        change[r] = evaluate_acceleration(tables, motion, t, side) if motion >= 0 else 0.0
         for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
             markers.compute_measure(tables, work, k, grad)
             change[r] -= tables.measure_numbers[k, MeasureNumber.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)

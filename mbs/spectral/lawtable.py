@@ -1,8 +1,8 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
 Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), whose
-meaning depends on its kind, `now` an `Instant`. Functions of time are taken at `tables.time_factor[0]` times the time: so studies
-vary the speed.
+meaning depends on its kind, `now` an `Instant`, `onset` the speed of a contact at its onset [m/s]. Functions of time are taken at
+`tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
 import numpy as np
@@ -59,9 +59,9 @@ def evaluate_motion(tables, k, t):
     factor = tables.time_factor[0]
     t = factor * t
     if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
-        start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
-        on_ramp, slope = min(t, duration), (end - start) / duration  # time on the ramp; the speed is constant after it
-        return start * on_ramp + 0.5 * slope * on_ramp * on_ramp + end * (t - on_ramp), factor * (start + slope * on_ramp)
+        first, last, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]  # speeds; the last one stays
+        on_ramp, slope = min(t, duration), (last - first) / duration  # time on the ramp, rate of the speed on it
+        return first * on_ramp + 0.5 * slope * on_ramp * on_ramp + last * (t - on_ramp), factor * (first + slope * on_ramp)
     travel, speed = tables.motions[k, LawColumn.FIRST_ADDRESS], tables.motions[k, LawColumn.SECOND_ADDRESS]  # addresses
     return call(travel, (t,)), factor * call(speed, (t,))
 
@@ -72,8 +72,8 @@ def evaluate_acceleration(tables, k, t, side):
     factor = tables.time_factor[0]
     t = factor * t
     if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
-        start, end, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
-        return factor * factor * (end - start) / duration if t < duration else 0.0
+        first, last, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
+        return factor * factor * (last - first) / duration if t < duration else 0.0
     # one-sided difference of second order; before t = 0 there is no speed
     speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
@@ -92,16 +92,16 @@ def friction_force(speed, p):
 @kernel_function
 def strut(value, rate, p, address):
     """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push."""
-    # L; EA/L; EI/L^2, unit of loads; EI/(EA L^2); critical load. At `address` is the load as a function of shortening over L
-    length, rigidity, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
+    # L, EA/L, unit EI/L^2 of loads, EI/(EA L^2), critical load, damping. At `address` is the load by the shortening over L
+    length, stiffness, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
     elongation = value - length
     if elongation > 0.0:
-        return max(0.0, rigidity * elongation + damping * rate)
+        return max(0.0, stiffness * elongation + damping * rate)
     total = -elongation / length
     if total <= compliance * critical:
-        return rigidity * elongation
+        return stiffness * elongation
     bending = max(0.0, total - compliance * critical)
-    u = max(0.0, total - compliance * call(address, (bending,)))  # shortening by bending: one fixed-point iteration
+    u = max(0.0, total - compliance * call(address, (bending,)))  # one fixed-point iteration; for its error see `StrutLaw`
     return -unit * call(address, (u,))
 
 
@@ -120,8 +120,8 @@ def motor(t, speed, p, address):
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
 
-    The numbers p of a LAW are 1 for the law of a spring, which does not depend on time; one that is not used; and the value of
-    the measure at which the law's argument is 0.
+    A LAW is a function of argument and rate for a spring (p[0] = 1), else of time, argument and rate (p[0] = 0). The argument is
+    0 where the measure is p[2]; p[1] is not used.
     """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]

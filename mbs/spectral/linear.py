@@ -36,7 +36,7 @@ class Equations:
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # nonzeros of the matrices `MatrixRow`, (4, slots + 1); the last of a row is not used
+    entries: Array = field(repr=False)  # nonzeros of the matrices `MatrixRow`, (4, slots + 1); the last takes zeros, see `tables`
     build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property

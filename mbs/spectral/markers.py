@@ -91,7 +91,7 @@ def _place_curve(tables, work, m, q, v):
 
 @inline
 def place_marker(tables, work, m, q, v, with_rates):
-    """Compute the state of marker m at coordinates q and rates v, J and, of frames only if `with_rates`, J'."""
+    """Compute the state of marker m at coordinates q and rates v, and J; also J' of a curve and, if `with_rates`, of a frame."""
     kind = tables.markers[m, Markers.KIND]
     if kind == MarkerKind.FRAME:
         _place_frame(tables, work, m, q, v, with_rates)
@@ -175,7 +175,7 @@ def compute_hessian(tables, work, k, grad, hess):
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     hess[:] = 0.0
-    value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])
+    value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])  # the measure, as (dx, dy) is a unit vector
     if kind == MeasureKind.DISTANCE:
         hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
         for a in range(0, 6, 3):
@@ -218,17 +218,17 @@ def add_pair(tables, work, pair, matrix, factor, right, out):
         first = tables.markers[of_row, Markers.FIRST]
         for j in range(2):
             of_column, column = (a, start) if j == 0 else (b, start + size)
-            begin, x, u = tables.markers[of_column, Markers.FIRST], 3 * i, 3 * j  # H by x, y, angle: rows x ..., columns u ...
+            begin, r, s = tables.markers[of_column, Markers.FIRST], 3 * i, 3 * j  # r, s: row and column of this part of H (3, 3)
             for m in range(tables.markers[of_row, Markers.COUNT]):
                 k = first + m
                 jx, jy, ja = factor * work.jacobian[0, k], factor * work.jacobian[1, k], factor * work.jacobian[2, k]
-                tx = jx * matrix[x, u] + jy * matrix[x + 1, u] + ja * matrix[x + 2, u]
-                ty = jx * matrix[x, u + 1] + jy * matrix[x + 1, u + 1] + ja * matrix[x + 2, u + 1]
-                ta = jx * matrix[x, u + 2] + jy * matrix[x + 1, u + 2] + ja * matrix[x + 2, u + 2]
+                tx = jx * matrix[r, s] + jy * matrix[r + 1, s] + ja * matrix[r + 2, s]  # (tx, ty, ta): row of factor J^T H
+                ty = jx * matrix[r, s + 1] + jy * matrix[r + 1, s + 1] + ja * matrix[r + 2, s + 1]
+                ta = jx * matrix[r, s + 2] + jy * matrix[r + 1, s + 2] + ja * matrix[r + 2, s + 2]
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
                     for n in range(tables.markers[of_column, Markers.COUNT]):
-                        k = begin + n
-                        out[row + m, column + n] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
+                        p = begin + n
+                        out[row + m, column + n] += tx * right[0, p] + ty * right[1, p] + ta * right[2, p]
 
 
 @kernel_function

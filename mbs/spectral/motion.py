@@ -87,7 +87,7 @@ class SpectralStrip:
         tangent, rate = (self._evaluate_fields(q, piece, xi, 1)[:, 0] for q in (self.q, self.q_t))
         start = self._evaluate_fields(self.reference[None], piece, xi, 1)[0, 0]
         angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0])) - np.arctan2(start[1], start[0])
-        angle = angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi))
+        angle = angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi))  # so that the first one is within half a turn
         return angle, cross(tangent, rate) / (tangent**2).sum(axis=1)
 
     def centre(self) -> tuple[Array, Array, Array]:

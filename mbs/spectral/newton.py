@@ -35,7 +35,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     since = NODES[MATRIX_NODE] * h
     copy(state.node_stress[MATRIX_NODE], work.stress)
     now = Instant(t + since, since, q, v, lam, state.memory)
-    work.strip_form[0] = RENEWED  # so `compute_forces` keeps the gradients of strains; its forces are not used
+    work.strip_form[0] = RENEWED  # as MIXED, stresses being unknowns, but keeps the gradients of strains for the matrices
     kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
     kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)

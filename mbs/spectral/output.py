@@ -1,7 +1,8 @@
 """Data that Python and the compiled integrators exchange: controls, clock, counts, rows of a run, states, work arrays.
 
 Numbers are fields of records, arrays those of named tuples. Sizes: n coordinates, r constraints, k forces, p Gauss points of all
-strips, e rows of `Tables.elastic`: inner coordinates of strips and modes, or pairs (x, y) of them; slots as in `tables`.
+strips, e rows of `Tables.elastic`, each one inner coordinate of a mode or strip, or two as a vector (x, y). A slot is an entry of
+a matrix that can be nonzero. Constraints are g(q, t) = 0; differentiated in time G v = speed, G a = change, with G = dg/dq.
 """
 
 from collections import namedtuple
@@ -28,15 +29,15 @@ def _record_type(**kinds: str) -> np.dtype[np.void]:
 
 
 COUNTS = _record_type(**dict.fromkeys("status steps rejected jacobians iterations samples onsets".split(), "i8"))
-"""Counts of a run: accepted and rejected steps, Newton matrices, Newton iterations or evaluations of the right-hand side, rows
-written by this call, onsets of contacts; and its status, see `Ended`."""
+"""Status of a run (`Ended`) and its counts: accepted steps, rejected steps, Newton matrices, Newton iterations (in the explicit
+method evaluations of the accelerations), rows that this call has written, onsets of contacts."""
 CLOCK = _record_type(
     time="f8",  # [s]
     next_step="f8",  # length of the next step [s]
     resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
     previous="f8",  # length of the last step, 0 after a jump [s]
     matrix_step="f8",  # length for which the Newton matrices are factored, 0 if none are [s]
-    reach="f8",  # implicit: a step ends at the next of `step_ends` if this is nearer than so many lengths of the step
+    reach="f8",  # implicit: a step is stretched to the next of `step_ends` if this is within `reach` times its length
     error="f8",  # local error of this step over the one allowed
     last_error="f8",  # local error of the last accepted step over the one allowed
     last_step="f8",  # length of the step of `last_error` [s]
@@ -55,9 +56,9 @@ CONTROLS = _record_type(
     max_steps="f8",  # largest number of tried steps
     least_onset="f8",  # least onset speed of a contact [m/s]
     least_onset_ratio="f8",  # least onset speed over the fastest onset so far
-    face_tolerance="f8",  # a contact or measure nearer to its face or edge at the start of a step does not meet it anew [m]
+    face_tolerance="f8",  # a contact this near to its face at the start of a step counts as at it: no onset; so at edges [m]
     stop_gap="f8",  # gap before a face or edge at which a step to it ends: a tenth of `face_tolerance`; 0 if explicit [m]
-    closing_gap="f8",  # gap at which a motion towards a face or edge counts as arrived: twice `stop_gap` [m]
+    closing_gap="f8",  # a step that ends within this gap, moving towards the face or edge, has reached it: twice `stop_gap` [m]
     rounding="f8",  # rounding of a distance [m]
     contact_tolerance="f8",  # local error allowed of a contact's depth, relative to it
     newton_share="f8",  # error that Newton's method may leave, over the local error allowed
@@ -72,8 +73,8 @@ SMALLEST_RATIO = 0.2
 LARGEST_RATIO = 5.0
 """Largest ratio of these lengths; 1.5 to 5 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 STEP_END_REACH = 1.0001
-"""Lengths of a step within which it ends at the next of `step_ends`: the next step would be tiny. For a step to an onset or edge
-it is 1, as lengthening would take the step past it."""
+"""Value of `reach`: a step is stretched by a ten thousandth to a step end, as the next one would be tiny. For a step to an onset
+or edge `reach` is 1, as stretching would take the step past it."""
 
 
 def blank(kind: np.dtype[np.void]) -> Record:
@@ -82,24 +83,25 @@ def blank(kind: np.dtype[np.void]) -> Record:
 
 
 class Output(NamedTuple):
-    """Rows of a run, one for each time; `memory` holds, of each force, the numbers that the row's forces depend on."""
+    """Rows of a run, one for each time; `memory` has what each force depends on beside q and v: onset speed, bristle."""
 
     time: Array  # (times,) [s]
     q: Array  # coordinates, (times, n)
     v: Array  # rates, (times, n)
     a: Array  # second rates, (times, n)
     lam: Array  # multipliers, (times, r)
-    memory: Array  # (times, k, 4): columns of `Memory`, with STEP_START as the last
+    memory: Array  # (times, k, 4): columns of `tables.Memory`, the last one STEP_START
 
 
 RadauState = namedtuple(
     "RadauState",
     "q v a lam stress "  # state at the start of the step; stress (p, 3)
-    "node_q node_v node_a node_lam node_stress node_stress_residual "  # the same at the three nodes; `Work.stress_residual`
-    "past_v past_lam past_stress "  # of the last step: rates at start and nodes (4, n), others at its second node
+    "node_q node_v node_a node_lam node_stress node_stress_residual "  # at the three nodes; residual: `Work.stress_residual`
+    "past_v past_lam past_stress "  # of the last step, for `predict`: v at start and nodes (4, n), others at its second node
     "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
-    "force violation speed change jacobian start_jacobian "  # f; g; G v = speed, G a = change; G, also at the start
-    "saddle_mass damping stiffness real_matrix complex_matrix "  # (slots + 1,): [M G^T - df/dlambda; G 0]; C; K; Newton matrices
+    "force violation speed change jacobian start_jacobian "  # f (n,); g, speed, change (r,); entries of G, also at the start
+    "saddle_mass damping stiffness "  # (slots + 1,): [M G^T-df/dlambda; G 0], as friction depends on lambda; C; K
+    "real_matrix complex_matrix "  # (slots + 1,): matrices of Newton's method
     "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
     "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
     "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution
@@ -110,9 +112,9 @@ RadauState = namedtuple(
 )
 """State of the implicit integrator, unknowns of its step, work arrays.
 
-The error control has units of its own. `inverse_error_unit` (n,) is one over them. It is 0 for the x and y of a strip's inner
-coordinates, whose pair counts as a vector (`Tables.elastic`): its component along the strip's chord, of direction `chord` (e, 2),
-has the `unit` of a length, its component across the chord `error_unit_across` (e,).
+The error control has units of its own. `inverse_error_unit` (n,) is one over them. It is 0 for the coordinates of a vector (x, y)
+of `Tables.elastic`: its component along the strip's chord, whose direction is `chord` (e, 2), has the `unit` of a length. Its
+component across the chord has the unit `error_unit_across` (e,).
 """
 
 
@@ -138,7 +140,7 @@ DormandPrinceState = namedtuple(
 
 
 class DormandPrince(NamedTuple):
-    """Data of the explicit integrator: a mechanism, order of elimination of its mass matrix, work arrays, state."""
+    """Data of the explicit integrator: a mechanism, order of elimination of [M G^T; G 0], work arrays, state."""
 
     tables: Tables
     order: Fronts
