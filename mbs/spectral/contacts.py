@@ -11,6 +11,8 @@ the face (restart). Explicit steps end at the face: both gaps are 0.
 
 from enum import IntEnum
 
+import numpy as np
+
 from ..laws.table import LawColumn, NormalKind
 from .compiling import kernel_function
 from .tables import ForceKind, Forces, Memory, Report
@@ -88,15 +90,12 @@ def find_zero(h, start, start_rate, end, end_rate):
 
 @kernel_function
 def _find_maximum(h, start, start_rate, end, end_rate):
-    """Find the fraction of the step at which a cubic, rising at first and falling at last, is largest: ternary search."""
-    a, b = 0.0, 1.0
-    for _ in range(40):  # to (2/3)^40 = 1e-7: the maximum is flat
-        m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
-        if evaluate_cubic(m1, h, start, start_rate, end, end_rate) < evaluate_cubic(m2, h, start, start_rate, end, end_rate):
-            a = m1
-        else:
-            b = m2
-    return 0.5 * (a + b)
+    """Find the fraction of the step at which the cubic, rising at its start and falling at its end, is largest."""
+    # its derivative by the fraction, a x^2 + b x + c, passes zero once: from c > 0 to a + b + c < 0
+    rise, c = 6.0 * (end - start), h * start_rate
+    a, b = 3.0 * h * (start_rate + end_rate) - rise, rise - 4.0 * c - 2.0 * h * end_rate
+    root = np.sqrt(b * b - 4.0 * a * c)
+    return 2.0 * c / (root - b) if b < 0.0 else -(b + root) / (2.0 * a)  # without cancellation
 
 
 @kernel_function

@@ -91,20 +91,16 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
     for i, j in zip(row.tolist(), col.tolist(), strict=True):
         neighbours[i].add(j)
         neighbours[j].add(i)
-    group_of_key: dict[object, int] = {}
-    groups: list[list[int]] = []
-    group_of = [0] * unknowns
+    groups_by_key: dict[object, list[int]] = {}
     for u in range(unknowns):
         is_coordinate = u < coordinates
         if is_coordinate:  # its own neighbour, so that coordinates which are all coupled have equal sets
             neighbours[u].add(u)
         else:  # constraints are not coupled, so those on equal coordinates have equal sets without themselves
             neighbours[u].discard(u)
-        key = is_coordinate, frozenset(neighbours[u])
-        group_of[u] = group_of_key.setdefault(key, len(groups))
-        if group_of[u] == len(groups):
-            groups.append([])
-        groups[group_of[u]].append(u)
+        groups_by_key.setdefault((is_coordinate, frozenset(neighbours[u])), []).append(u)
+    groups = list(groups_by_key.values())
+    group_of = {u: g for g, members in enumerate(groups) for u in members}
     adjacent = [{group_of[v] for v in neighbours[members[0]]} - {g} for g, members in enumerate(groups)]
     return groups, adjacent
 

@@ -65,10 +65,7 @@ def update_stresses(tables, work, shift):
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x is (f, change), and becomes (a, lambda).
-
-    `order` is the order of elimination of this matrix, a `Fronts`.
-    """
+    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x is the right side, then the solution. `order` is a `Fronts`."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))

@@ -44,8 +44,6 @@ SHORTEST = 1e-15
 """Shortest step, over the end of the run: rounding of times."""
 MOST_VIOLATION = 1e-4
 """Violation of constraints, over the tolerance, above which the state is projected onto them."""
-INFINITE = 1e300
-"""Error over the tolerance from which on a state counts as not finite."""
 SAFETY = 0.9
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 EXPONENT = 1 / 5
@@ -192,7 +190,7 @@ def _try_step(model, clock, h, last, controls, counts):
     _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)  # 1e-15: values just before a kink
     counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
-    is_finite = error < INFINITE
+    is_finite = error < math.inf
     is_accurate = error <= 1.0 or (controls.fixed and is_finite)
     if not is_accurate:
         clock.next_step = h * (max(SMALLEST_RATIO, SAFETY * error**-EXPONENT) if is_finite else SMALLEST_RATIO)
@@ -285,10 +283,7 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row.
-
-    A reader of rows moves bristles on from STEP_START at the speed SLIDING. Here they are those of the row: STEP_START is t.
-    """
+    """Write the state at time t as a row; its bristles are those at t, not at the start of the step, so STEP_START is t."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t
