@@ -67,10 +67,9 @@ def evaluate_cubic(x, h, start, start_rate, end, end_rate):
 
 @kernel_function
 def find_zero(h, start, start_rate, end, end_rate):
-    """Find the fraction of the step at which the cubic, negative at its start, passes zero; NEVER if it does not.
+    """Find a fraction of the step at which the cubic, negative at its start, passes zero; NEVER if it does not.
 
-    If it is negative at the end, too, a passage in between is found only where the cubic rises at the start and falls at the end.
-    Of three zeros any may be found.
+    If it ends below zero, too, only a cubic that rises at the start and falls at the end is examined.
     """
     low, high = 0.0, 1.0
     if not end > 0.0:  # nan counts as negative
@@ -173,10 +172,9 @@ def compute_time_past_events(tables, reports, gap):
 
 @kernel_function
 def has_released(tables, state, end, controls):
-    """Return True if a contact opens in the step, so that it must end nearer to the opening, where the force has a kink.
+    """Return True if a contact opens in the step, which must then end nearer to the opening: the force has a kink there.
 
-    The kink does not count if the force at the start is small beside its largest. A contact which starts at its face, moves
-    inwards and ends outside has closed and opened in the step.
+    A release from a negligible force does not count. A contact that starts at its face, moves inwards and ends outside has opened.
     """
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
@@ -194,8 +192,7 @@ def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step; return whether it closed in the step, and whether it opened.
 
     Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. Laws
-    divide by it, so it has a least value. It follows the rate outside the face, too, where there is no force. In the implicit
-    method a contact counts as closed when it comes within `closing_gap` of its face.
+    divide by it, so it has a least value. Outside it follows the rate, as there is no force. Implicit: see `closing_gap`.
     """
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)
     is_start_nearer = new > -old >= 0.0
@@ -214,9 +211,8 @@ def update_onset(tables, start, end, k, m, controls):
 def find_time_past_face(tables, start, end, least):
     """Return the time [s] of a sample just past the face of a contact that closes in the step; 0 if none does.
 
-    The force jumps at the face, so a record needs a sample close to it on either side. One end of the step is close to the face:
-    the other sample lies beyond the face, at twice the time from this end to the face, plus `least` [s]. The time is positive if
-    it counts from the start of the step, negative if from its end.
+    The force jumps at the face, so a record needs a sample close to it on either side. One is the end of the step that is near
+    the face. The other lies past the face, at twice the time from there, plus `least` [s]: negative if before the step's end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
