@@ -174,7 +174,7 @@ def compute_time_past_events(tables, reports, gap):
 def has_released(tables, state, end, controls):
     """Return True if a contact opens in the step, which must then end nearer to the opening: the force has a kink there.
 
-    A release from a negligible force does not count. A contact that starts at its face, moves inwards and ends outside has opened.
+    A release from a negligible force does not count. A contact also opens that starts at its face, moves inwards, ends outside.
     """
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
