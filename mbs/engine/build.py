@@ -55,7 +55,7 @@ def connect(scene: EngineScene) -> None:
     by_kind: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.source.elements.items():
         kind = type(element.body if isinstance(element, elements.Link) else element)
-        is_built = kind in BODIES and kind not in CONNECTORS  # as a body; of links, struts alone connect other bodies
+        is_built = kind in BODIES and kind not in CONNECTORS  # already, as a body; a strut has none and is added as a connector
         if not is_built:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():

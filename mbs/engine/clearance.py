@@ -1,6 +1,6 @@
 """Joints with clearance in the engine: a user element computes the forces of all joints with the same laws.
 
-The forces come from compiled kernels of `buckler.mbs.laws.contact`; a joint is a pin in a bush. That module is imported when a
+A joint is a pin in a bush. The forces come from compiled kernels of `buckler.mbs.laws.contact`; that module is imported when a
 joint with clearance is built, so that nothing else loads the compiler.
 """
 
@@ -34,9 +34,10 @@ The engine's explicit integrator can reject one step for ever. Meanwhile it call
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
-    `offsets` and `numbers` come from `tables`. `columns` (nodes, 3) are indices of the coordinates in the engine's vector.
-    `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step; `has_memory` is true if a law depends
-    on it. `is_stuck` is true if the engine repeats one step for ever.
+    The kernel's coordinates are x, y, theta of each node in turn. `offsets` (joints, 2) are the indices of the first coordinate
+    of pin and bush, -1 for the ground, `numbers` (joints, n) the constants of each joint. `columns` (nodes, 3) are the indices of
+    the coordinates in the engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted
+    step; `has_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
     """
 
     def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -50,7 +51,8 @@ class ClearanceGroup:
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
         self.columns = np.empty((0, 3), dtype=int)
-        depends_on_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)  # depth, rate, onset speeds 1 and 2 m/s
+        depth, rate = 1e-6, 0.1  # [m], [m/s]: in compression, where all laws that use the onset speed depend on it
+        depends_on_onset = law.force(depth, rate, 1.0) != law.force(depth, rate, 2.0)  # onset speeds [m/s]
         self.has_memory = isinstance(friction, BristleLaw) or depends_on_onset
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._previous: dict[str, Array] | None = None
@@ -79,8 +81,9 @@ class ClearanceGroup:
 
 def _compute_onset_speed(h: float, depths: list[float], rates: list[float]) -> float:
     """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
-    step = np.array([0.0, h]), np.array(depths), np.array(rates)
-    _, rates_at_onset = hermite(*step, find_sign_changes(*step))
+    time, depth, rate = np.array([0.0, h]), np.array(depths), np.array(rates)
+    onset_times = find_sign_changes(time, depth, rate)
+    _, rates_at_onset = hermite(time, depth, rate, onset_times)
     return float(rates_at_onset[0])
 
 
@@ -94,7 +97,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         alike = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in alike]
         group = ClearanceGroup(names, alike, ends, nodes)
-        g = len(scene.with_memory)
+        g = len(scene.with_memory)  # index of this group
         scene.with_memory.append(group)
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in alike)
@@ -109,21 +112,22 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)
         for k, name in enumerate(names):
-            scene.add_reader(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])  # type: ignore[misc]  # (times, 4)
+            scene.add_memory_reader(name, g, k)
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
-    """Return the pin or the bush of a joint as the kernel needs it; add its node to `nodes`."""
+    """Return pin or bush of a joint: `place` of its node and `arm` from there, at t = 0 [m]; add the node to `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
-        return End(offset=-1, place=(x, y), arm=(0.0, 0.0))  # -1: no coordinates
+        return End(offset=-1, place=(x, y), arm=(0.0, 0.0))  # -1: no coordinates; the place is the joint itself
     if body in scene.strut_links:
         raise ValueError(f"clearance at '{point}': link '{body}' is a Strut; the contact exerts moments")
-    node, (px, py) = scene.placed[body].contact_node(point)
+    node, position = scene.placed[body].contact_node(point)
+    node_x, node_y = (float(component) for component in position)
     if node not in nodes:
         nodes.append(node)
     first_coordinate = 3 * nodes.index(node)  # each node has x, y, theta
-    return End(offset=first_coordinate, place=(float(px), float(py)), arm=(x - float(px), y - float(py)))
+    return End(offset=first_coordinate, place=(node_x, node_y), arm=(x - node_x, y - node_y))
 
 
 def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Array) -> tuple[Array, Array]:

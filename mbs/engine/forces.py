@@ -15,12 +15,13 @@ from .placed import EngineBody
 
 @dataclass
 class StopContact(Striking):
-    """Contact of a guide's block with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
+    """Contact with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
 
-    The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
-    `mass` [kg] is the effective mass that the point would have if its body had no joints: a lower bound, from which the duration
-    of impacts is estimated. `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N]
-    are of the last accepted step.
+    In this class a guide's block strikes the stop. The contact closes at the travel `face` [m] along the guide; `side` is +1 if
+    the face lies in the positive direction, else -1. `FreeContact` is the contact of a point that no guide holds. `mass` [kg] is
+    the effective mass that the point would have if its body had no joints: a lower bound, from which the duration of impacts is
+    estimated. `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N] are of the last
+    accepted step.
     """
 
     face: float = 0.0
@@ -62,7 +63,7 @@ class StopEnd:
 
 @dataclass
 class FreeContact(StopContact):
-    """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`.
+    """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`; `face` is unused.
 
     o is the position of the node of `second` and phi its angle since t = 0; the ground has o = 0 and phi = 0. `along` is the
     normal of the face at t = 0, u = R(phi) `along` the present one. The contact closes where u . (p - o) is `reach`:
@@ -90,14 +91,15 @@ class FreeContact(StopContact):
 
     def depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
         """Compute depth, rate and gradient of the depth from coordinates `q` and velocities `v` of the two nodes."""
-        travel, rate, gradient = self.travel(q, v, self.along)
-        return self.side * (travel - self.reach), self.side * rate, [self.side * slope for slope in gradient]
+        distance, rate, gradient = self.project(q, v, self.along)
+        return self.side * (distance - self.reach), self.side * rate, [self.side * slope for slope in gradient]
 
-    def travel(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
-        """Compute u . (p - o) with u = R(phi) line, its rate, and its gradient by the coordinates.
+    def project(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
+        """Project p - o on a line that turns with `second`: u . (p - o) with u = R(phi) line, its rate, its gradient by q.
 
-        A node has the coordinates x, y, theta. That of a cable has x, y and slopes; its arm is zero, so that q[2] has no effect.
-        Below, (px, py) and (wx, wy) become position and velocity of p relative to o.
+        q are displacements since t = 0: x, y, theta of each node. Only `first` may be a cable's node, with slopes instead of
+        theta; its arm is zero, so that q[2] has no effect. Below, (px, py) and (wx, wy) become position and velocity of p
+        relative to o.
         """
         x0, y0 = self.first.arm
         gradient = [0.0] * len(q)
@@ -127,7 +129,7 @@ class FreeContact(StopContact):
         has_friction = self.stop.friction_at != ""  # the name of the point, or '' without friction
         if force == 0 or not has_friction:
             return [-force * n for n in normal]
-        _, speed, tangential = self.travel(q, q_t, (-self.along[1], self.along[0]))
+        _, speed, tangential = self.project(q, q_t, (-self.along[1], self.along[0]))
         friction = float(self.stop.friction.coefficient(speed)) * force
         return [-force * n - friction * t for n, t in zip(normal, tangential, strict=True)]
 

@@ -20,11 +20,11 @@ from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
 TRAVEL = SLIDING
-"""Column of the travel [m] in the memory of a guide, which a joint with clearance uses for the sliding speed."""
+"""Column of the travel [m] in the memory of a guide. The memory of a joint with clearance has the sliding speed there."""
 SMALLEST_FACTOR = 0.1
 """Least relaxation factor of Aitken's method in `ReactionFriction.normal`, so that the iteration goes on."""
 LARGEST_FACTOR = 5.0
-"""Largest such factor, where two residuals are nearly equal and their secant leads far away."""
+"""Largest relaxation factor, where two residuals are nearly equal and their secant leads far away."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +36,11 @@ class PlacedBlock(EngineBody):
     def motion(self, states: EngineStates) -> BlockMotion:
         """Compute the motion of the block from its travel."""
         column = self.columns()[0, 0]
-        travel = (values[:, column] for values in states)
-        return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
+        q, q_t, q_tt = (values[:, column] for values in states)
+        return BlockMotion(self.body.mass, self.origin, self.body.along, q, q_t, q_tt)
 
     def attach(self, _point: str, mass: float, _inertia: float) -> bool:
-        """Add a point mass to the mass of the block."""
+        """Add a point mass to the mass of the block; see `EngineBody.attach`."""
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
         return True
 
@@ -127,7 +127,7 @@ class ReactionFriction:
     a law with a bristle. `column` is the index of the block's coordinate, `rows` has those of the pin's two multipliers.
     """
 
-    is_stuck = False  # for `WithMemory`: the engine repeats no step for ever because of this friction
+    is_stuck = False  # required by `WithMemory`; only the explicit integrator, which has no pins, may repeat a step for ever
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
@@ -137,7 +137,7 @@ class ReactionFriction:
         # state of the iteration in `normal`: time of its step [s], last reaction, its relaxed value, their last difference [N]
         self.time = -1.0
         self.reaction = self.relaxed = self.last_residual = 0.0
-        self.factor = 1.0
+        self.factor = 1.0  # relaxation factor; a new step begins with the last one
 
     def normal(self, t: float, reaction: float) -> float:
         """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
@@ -194,9 +194,9 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     friction, g = ReactionFriction(scene, name, guide), len(scene.with_memory)
     scene.with_memory.append(friction)
-    scene.starts_without_friction |= not friction.has_memory
+    scene.initial_multipliers_lack_friction |= not friction.has_memory  # a bristle is undeflected at t = 0: no friction yet
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     markers = [scene.ground, scene.coordinate(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
-    scene.add_reader(name, "memory", lambda run, _record: run.memory[g][:, 0])  # (times, 4) of one guide
+    scene.add_memory_reader(name, g, 0)

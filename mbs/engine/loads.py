@@ -141,7 +141,10 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
 
 
 def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring, free: float = 0.0) -> dict[str, Any]:
-    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value - free, rate)."""
+    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value - free, rate).
+
+    The engine gives the elongation of a spring, for which `free` is 0, and the angle of a torsion spring, `free` without torque.
+    """
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)

@@ -1,4 +1,4 @@
-"""Base class of links and blocks in the engine, and the history of the engine's steps, from which a record is made."""
+"""Base class of links and blocks that are placed in the engine, and the history of its steps, from which a record is made."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -53,12 +53,12 @@ class EngineBody:
         raise NotImplementedError
 
     def error_scales(self) -> Array:
-        """Return the displacement of the link by a unit of each coordinate [m], shape as `columns`: errors of steps are in m."""
+        """Return the displacement [m] by a unit of each coordinate, shape as `columns`: it turns errors of steps into m."""
         raise NotImplementedError
 
     def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; False if the body was built with them."""
-        if inertia:
+        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; return False if the body was built with them."""
+        if inertia:  # it needs the node with an angle
             node, size = self.contact_node(point)[0], 3
         else:
             node, size, _ = self.place_node(point)
@@ -67,7 +67,7 @@ class EngineBody:
         return True
 
     def place_node(self, point: str) -> tuple[int, int, Array]:
-        """Return the node that moves with a point, the number of its coordinates (x, y first), and its position at t = 0 [m]."""
+        """Return the node at a point, even one without an angle, the number of its coordinates, and its position at t = 0 [m]."""
         node, place = self.contact_node(point)
         return node, 3, place
 
@@ -84,7 +84,8 @@ class EngineBody:
 class History:
     """Values at the accepted steps: times, coordinates, multipliers (times, constraints), `contact` forces [N] (times, stops).
 
-    `memory` has an array (times, joints, 4) for each of the scene's `with_memory`, with the columns of `laws.journal.MEMORY`.
+    `memory` has an array (times, joints, 4) for each of the scene's `with_memory`: a group of joints with the same laws, or one
+    guide. Its columns are those of `laws.journal.MEMORY`.
     """
 
     time: Array

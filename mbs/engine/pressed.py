@@ -21,8 +21,9 @@ MESH = 1e-2
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
     """Compute the forces P L^2/(E I), (values,), that hold a strip, pinned at both ends, at given end shortenings, (values,).
 
-    `body` has section and elements of the strip, straight and of a length [m]. A shortening is end shortening over length, 1e-6
-    to 1.5. Newton's method that does not converge, or a force off the buckled branch, raises an ArithmeticError.
+    `body` has section and elements of the strip, straight and of a length [m]. A shortening is end shortening over length:
+    above 8e-7 at a thickness of length/1000, which compression takes before buckling, and up to 1.5, where 16 cable elements are
+    0.9 % off. Newton's method that does not converge, or a force off the buckled branch, raises an ArithmeticError.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     travel = [0.0]  # of the moving end [m]; the drive reads it
@@ -36,7 +37,8 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
     scene = build(mechanism)
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
     settings, data = _make_static_settings(scene), scene.system.systemData
-    unit, row, loads = body.section.bending_stiffness / length**2, int(scene.multiplier_indices("drive")[0]), np.empty(len(u))
+    unit, loads = body.section.bending_stiffness / length**2, np.empty(len(u))
+    drive_multiplier = int(scene.multiplier_indices("drive")[0])
     for k, guess in enumerate(_compute_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length
         data.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
@@ -46,7 +48,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
             has_converged = False
         if not has_converged:
             raise ArithmeticError(f"no equilibrium found at u = {u[k]:g}")
-        loads[k] = abs(float(data.GetAECoordinates()[row])) / unit
+        loads[k] = abs(float(data.GetAECoordinates()[drive_multiplier])) / unit
     _check_branch(body, length, u, loads)
     return loads
 
@@ -73,7 +75,8 @@ def _compute_exact_coordinates(scene: EngineScene, body: Beam | Cable, u: Array)
     total = np.stack([x * length, y * length, *rotation], axis=-1)
     guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
     guesses[:, columns] = total - strip.reference
-    guesses[:, scene.placed["B"].columns()[0, 0]] = -u * length
+    travel_column = scene.placed["B"].columns()[0, 0]  # of the only coordinate of the guide's block; it is positive away from A
+    guesses[:, travel_column] = -u * length
     return guesses
 
 
@@ -86,8 +89,9 @@ def _make_static_settings(scene: EngineScene) -> exu.SimulationSettings:
     static.numberOfLoadSteps = 1
     static.useLoadFactor = False
     static.adaptiveStep = False
-    static.newton.relativeTolerance = 1e-7  # of the residual, to its first value; ten times more changes a load by 1e-7 of it
-    static.newton.absoluteTolerance = 2e-6  # of the residual [N, N m]; likewise
+    # of the residual, over its first value, and in N and N m; ten times larger ones change a load by its 1e-7th part
+    static.newton.relativeTolerance = 1e-7
+    static.newton.absoluteTolerance = 2e-6
     if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings

@@ -24,7 +24,11 @@ CHECK_EVERY = 16
 
 @dataclass
 class Rows:
-    """Values at the accepted steps, one entry of each list for each step."""
+    """Values at the accepted steps, one entry of each list for each step; empty lists if the system has no such values.
+
+    `q`, `q_t` and `q_tt` are (coordinates,), `multipliers` (constraints,). `contact` has the force [N] of each stop, `memory` an
+    array (joints, 4) for each force with memory.
+    """
 
     time: list[float] = field(default_factory=list)
     q: list[Array] = field(default_factory=list)
@@ -35,17 +39,17 @@ class Rows:
     memory: list[list[Array]] = field(default_factory=list)
 
     def history(self, scene: EngineScene) -> History:
-        """Stack the values as arrays; multipliers at t = 0 that lack friction are replaced by those of the first step."""
+        """Stack the values as arrays; if multipliers at t = 0 lack friction, those of the first step replace them."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
-        if scene.starts_without_friction and count > 1:
+        if scene.initial_multipliers_lack_friction and count > 1:
             forces[0] = forces[1]
         stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))
         # each (times, joints, 4); a constant memory (joints, 4) is repeated
         memory = [next(stacked) if force.has_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         time = np.array(self.time)
         for part in memory:
-            part[:, :, SINCE] = time[:, None]  # memory after the step of this row, also where it is constant
+            part[:, :, SINCE] = time[:, None]  # each row is the memory after the step that ends at its time, also if constant
         return History(time, EngineStates(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
 
 
@@ -65,7 +69,7 @@ class Recorder:
         self.failure: Failure | None = None
         self.raised: BaseException | None = None
         self.interrupted: Callable[[], bool] = lambda: False  # `run_engine` replaces it by the state of Ctrl-C
-        self.rejected = 0
+        self.rejected = 0  # number of rejected steps, which a subclass counts
 
     def after_step(self, _system: System, t: float) -> bool:
         """Record a step; return False to end the run. An exception is stored, to be raised after the engine's return."""

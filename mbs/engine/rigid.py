@@ -32,7 +32,8 @@ class PlacedRigid(EngineBody):
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
         x, y, _angle = self.reference[0]
-        q = states.q[:, columns] + np.array([x, y, 0.0])  # the angle of a record is 0 at t = 0
+        # the engine's coordinates are 0 at t = 0; of the record's, the angle alone is
+        q = states.q[:, columns] + np.array([x, y, 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         if self.to_centre.any():
             arm = rotate(q[:, 2], self.to_centre)
@@ -43,7 +44,7 @@ class PlacedRigid(EngineBody):
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def error_scales(self) -> Array:
-        """Return 1 for x and y, and half the length of the link for the angle."""
+        """Return 1 for x and y, and half the length [m] of the link for the angle: displacements by a unit of each."""
         return np.array([[1.0, 1.0, self.half_length]])
 
     def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
@@ -56,7 +57,7 @@ class PlacedRigid(EngineBody):
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return the node of the link."""
+        """Return the only node of the link and its position at t = 0 [m]."""
         return self.nodes[0], self.reference[0, :2]
 
 
@@ -78,12 +79,12 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     to_link = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
     arms = {point: np.subtract(position, own_centre) for point, position in mechanism.points.items()}
     local = {point: [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0] for point in link.points}
-    ends = {
+    markers = {
         point: system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
         for point, position in local.items()
     }
     return PlacedRigid(
-        system, link.name, link.body, (node,), (body,), reference, ends,
+        system, link.name, link.body, (node,), (body,), reference, markers,
         mass=mass, inertia=inertia, arms=arms, half_length=length / 2, to_centre=own_centre - common_centre,
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Constraints of elements in the engine: native items for pins and angles, user functions for other rows.
 
 A row is one scalar equation: a sum of coefficients times measures of two bodies keeps its value. A measure is a turn, a distance
-of two points, or a coordinate of a point along a line.
+of two points, or a coordinate of a point along a line. Rows of drives, which follow a motion, are added in `loads`.
 """
 
 import exudyn.itemInterface as eii
@@ -43,8 +43,8 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
         return [RowConstraint(scene, rows).add()]
     markers = [scene.marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
-    for row in rows[2:]:  # `find_pin` returned a pin: the rows after its two are turns
-        ((_one, turn),) = row.terms  # the coefficient is 1
+    for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
+        _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1
         markers = [scene.turning(*end) for end in (turn.second, turn.first)]
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
@@ -55,7 +55,7 @@ def _make_reader(scene: EngineScene, constraints: list[str], element: Element, c
 
     def read(run: History, _record: Record) -> Array:
         columns = np.concatenate([scene.multiplier_indices(name) for name in constraints])
-        return (element.reactions(-run.multipliers[:, columns]) or {})[channel]
+        return (element.reactions(-run.multipliers[:, columns]) or {})[channel]  # not None, as it has this channel
 
     return read
 
@@ -63,8 +63,9 @@ def _make_reader(scene: EngineScene, constraints: list[str], element: Element, c
 class RowConstraint:
     """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
 
-    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to nodes. `forms.system` computes residuals
-    (rows,) and their Jacobian (rows, 3 nodes) from x, y and the angle since t = 0 of each node.
+    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to node numbers, `order` lists these numbers
+    in the order of the coordinates. `forms.system` computes residuals (rows,) and their Jacobian (rows, 3 nodes) from the
+    position and the angle since t = 0 of each node, (nodes, 3).
     """
 
     def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
@@ -96,26 +97,27 @@ class RowConstraint:
         """Add the constraint: native if linear in the coordinates, else with callbacks."""
         system, forms = self.scene.system, self.forms
         reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
-        angle = reference * (0.0, 0.0, 1.0)  # angles at t = 0, which the engine includes and forms do not
+        # the engine's total coordinates include the angles at t = 0, those of `forms` do not; shape (nodes, 3), 0 for x and y
+        initial_angles = reference * (0.0, 0.0, 1.0)
         # an object without mass collects the coordinates of all nodes for one marker; the other marker of the constraint has none
         collector = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
         ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
         markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=collector))]
         if self.is_linear:
-            _, matrix = forms.system(reference - angle)
-            # matrix (total coordinates) - offset = 0: the turns since t = 0 are zero
+            _, matrix = forms.system(reference - initial_angles)
+            # A q - b = 0 for the total coordinates q of the second marker, A = `scalingMarker1`: the turns since t = 0 are zero
             options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
         def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
             """Return the residual of the rows, or its rate if the engine solves for velocities."""
-            residual, gradient = forms.system(np.reshape(q, angle.shape) - angle)
+            residual, gradient = forms.system(np.reshape(q, reference.shape) - initial_angles)
             return gradient @ np.asarray(q_t) if on_speeds else residual
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
-            _, gradient = forms.system(np.reshape(q, angle.shape) - angle)
+            _, gradient = forms.system(np.reshape(q, reference.shape) - initial_angles)
             return gradient
 
         options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        shape = np.zeros((forms.row_count, reference.size))  # the engine reads the number of equations from it
+        shape = np.zeros((forms.row_count, reference.size))  # of it the engine reads the number of equations alone
         return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))

@@ -33,8 +33,8 @@ class EngineScene:
     `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) to their bodies, and points
     of guides to their blocks. `constraints` maps elements to object numbers. `with_memory` are joints with clearance, grouped by
     their laws, and guides with friction proportional to their reaction; their forces depend on the last accepted step.
-    `starts_without_friction` is true if such a guide has friction from t = 0 on, as it has no bristle that would bend first: the
-    engine computes the multipliers at t = 0 without this friction. `notes` are sentences for the result, `start` has the
+    `initial_multipliers_lack_friction` is true if such a guide's law has no bristle: then friction acts from t = 0 on, but the
+    engine computes the multipliers at t = 0 without it. `notes` are sentences for the result, `start` has the
     velocities at t = 0, `stopped` is the first failure of a user's function, `readers` are (element, channel, function).
     """
 
@@ -48,7 +48,7 @@ class EngineScene:
     with_memory: list[WithMemory] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
-    starts_without_friction: bool = False
+    initial_multipliers_lack_friction: bool = False
     notes: list[str] = field(default_factory=list)
     stopped: Failure | None = None
     readers: list[tuple[str, str, Reader]] = field(default_factory=list)
@@ -110,6 +110,10 @@ class EngineScene:
     def add_reader(self, element: str, channel: str, reader: Reader) -> None:
         """Add the function that computes an element's channel after the run."""
         self.readers.append((element, channel, reader))
+
+    def add_memory_reader(self, element: str, group: int, joint: int) -> None:
+        """Add the memory, (times, 4), of a joint in one of `with_memory` as a channel of an element."""
+        self.add_reader(element, "memory", lambda run, _record: run.memory[group][:, joint])
 
     def make_force_reader(self, name: str) -> Reader:
         """Make the reader of the force of a constraint on its second body, which is the multipliers with opposite sign."""

@@ -95,7 +95,8 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # StepControl increases the step
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive  # until the size of the step changes
+    # with clearance steps are many and short, and the Jacobian is kept until their size changes
+    keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
     integration.newton.absoluteTolerance = solver.newton_absolute or _find_reachable_residual(scene)
@@ -109,7 +110,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
 
 
 def _find_reachable_residual(scene: EngineScene) -> float:
-    """Return the least residual [N] that Newton's method can reach: the largest rounding of an axial force, 1e-8 at least."""
+    """Return the residual [N] that Newton's method can reach: the largest rounding of a strip's axial force, not below 1e-8 N."""
     bodies = [link.body for link in scene.mechanism.links if link.body.force_rounding]
     return max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in bodies)])
 

@@ -1,9 +1,9 @@
 """Error-controlled steps for the engine's implicit integrator, small at contact onset and large in smooth motion.
 
 The engine itself makes a step smaller only if Newton's method fails. Two callbacks control the error. The first, after Newton's
-method, accepts or rejects the step by the local error of the positions, h^2 |a_{n+1} - a_n| / 12: the difference of the Newmark
-update from the next term of its Taylor series, with the step h and accelerations a (Zienkiewicz and Xie 1991,
-doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next. `error` is an error over its limit.
+method, accepts or rejects the step by the local error of the positions, h^2 |a_{n+1} - a_n| / 12, with the step h and the
+accelerations a. It is the difference between a Newmark step with beta = 1/4 and one with accelerations linear in time, beta = 1/6
+(Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next.
 """
 
 from typing import cast
@@ -30,9 +30,11 @@ REJECTED = 1e3
 FIRST_STEP = 1e-3
 """First step of a run, over the longest step."""
 STRETCH = 1.5
-"""Time to a kink, over the step, below which the step ends at the kink, so that no short step remains."""
+"""Time to a kink, over the planned step, below which the step ends at the kink, so that no short step remains.
+
+The error of a step that is 1.5 times longer, 0.8^3 1.5^3 = 1.7 of its limit, is still accepted."""
 IMPACT = 0.2
-"""Change of the depth in the duration of an impact, over the depth, above which a contact is an impact, not at rest."""
+"""Change of the depth in the duration of an impact, over the depth, above which short steps resolve the contact: a convention."""
 
 
 class StepControl(Recorder):
@@ -54,12 +56,12 @@ class StepControl(Recorder):
         stops = [_StopSteps(contact, steps) for contact in self.stops]
         struts = [_StrutSteps(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.controls: list[_StopSteps | _StrutSteps] = [*stops, *struts]
-        # steps end at kinks, and at times between close kinks, of which a refined run has more
+        # steps end at kinks; an interval between kinks shorter than `max_step` is divided as `max_step` divides its default
         default_longest = Controlled().longest(duration)
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, default_longest), np.inf]
         self.accelerations: Array | None = None
         self.new_accelerations: Array | None = None
-        self.error = self.last_trial = 0.0
+        self.error = self.last_trial = 0.0  # of the last trial step: its largest error over the limit, and its size [s]
 
     def before_step(self, _system: System, _time: float) -> bool:
         """Request a new Jacobian if a step is repeated with a smaller size; registered only if Jacobians are kept over steps."""
@@ -100,7 +102,7 @@ class StepControl(Recorder):
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
         time_to_kink = self.kinks[0] - now
-        ends_at_kink = time_to_kink < STRETCH * step
+        ends_at_kink = time_to_kink < STRETCH * step  # `after_newton` rejects the longer step if its error is too large
         if ends_at_kink:
             step = time_to_kink
         is_about_equal = 0.8 * h < step < 1.25 * h  # then the size of the step is kept, and with it the Jacobian
@@ -115,32 +117,37 @@ class _StopSteps:
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution
         self.mass, self.shortest = max(contact.mass, LIGHTEST), 0.0
-        # finer runs allow slower impacts, so that the difference of two runs shows what `GRAZE` changes
+        # least approach speed of an impact over the fastest: smaller in finer runs, whose difference shows what `GRAZE` changes
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
+    def _impact_duration(self) -> float:
+        """Estimate the duration [s] of the present or next impact from its approach speed `onset` [m/s]."""
+        return contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
-        """Return the limit of a step [s]: short before onset and slow release, `shortest` in an impact, else `step` itself."""
+        """Return the limit of a step [s]: `shortest` in an impact, short before a contact closes or slowly opens, else `step`."""
         depth, speed = self.contact.state(q, q_t)
         gap = -depth
         if not self.contact.is_touching and not 0 < gap < speed * step:
             return step
-        duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+        duration = self._impact_duration()
         if not self.contact.is_touching:
             return _limit_approach(gap, speed, duration / self.resolution, step)
         self.shortest = duration / self.resolution
         if abs(speed) * duration > IMPACT * abs(gap):
             return min(step, self.shortest)
-        return min(step, max(self.shortest, _limit_approach(-gap, -speed, self.shortest, step)))
+        time_limit = _limit_approach(depth, -speed, self.shortest, step)  # before the depth becomes 0
+        return min(step, max(self.shortest, time_limit))
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
         depth, _ = self.contact.state(q, np.zeros_like(q))
         if not self.contact.is_touching and depth > 0:
-            duration = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
-            return REJECTED if h > 2 * duration / self.resolution else 0.0
+            shortest = self._impact_duration() / self.resolution
+            return REJECTED if h > 2 * shortest else 0.0  # `_limit_approach` plans 1.1 of it at most to close a gap
         if self.contact.last_force == 0 or h <= self.shortest:
             return 0.0
-        stiffness = self.contact.stop.law.stiffness  # [N/m^n], used as if n were 1: else an estimate of the order of magnitude
+        stiffness = self.contact.stop.law.stiffness  # [N/m^n] for a depth in m: exact for n = 1, else a rough estimate
         return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.last_force)
 
 
@@ -150,9 +157,11 @@ class _StrutSteps:
     def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
-        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]  # else 0.1 kg, of a small link
+        # masses of the blocks at its ends; without a block 0.1 kg is assumed
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
         self.accepted = 0.0  # elongation after the last accepted step [m]
-        self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
+        mass = max(min(masses, default=0.1), LIGHTEST)
+        self.half_period = np.pi * np.sqrt(mass / spring.rigidity)  # of the axial vibration [s]; rigidity E A/L [N/m]
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
         """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration.
@@ -168,7 +177,7 @@ class _StrutSteps:
         return min(step, shortest) if vibrates else step
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Return the change of a straight strut's force in the step over the Euler load; a straight strut is very stiff.
+        """Return the change of a straight strut's force in the step, over its limit, the Euler load: a convention.
 
         A straight strut's force is proportional to its elongation; at the elongation `kink` < 0 it is the Euler load.
         """
@@ -179,9 +188,10 @@ class _StrutSteps:
 
 
 def _limit_approach(gap: float, speed: float, shortest: float, step: float) -> float:
-    """Limit a step to 0.9 of the time in which a gap closes at a speed; the last step, of the shortest size, closes it.
+    """Limit a step before a gap [m] that closes at a speed [m/s]: long steps end before it closes, a short one closes it.
 
-    A long step that ends in contact would apply the first contact force over its whole length.
+    A long step that ends in contact would apply the first contact force over its whole length. Margins of 0.1 make sure that the
+    gap stays open, or closes.
     """
     if speed <= 0:
         return step

@@ -33,7 +33,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin
         inverse_mass += scene.placed[stop.carrier].inverse_mass(contact_point, normal)
-    # `stop.at` leads along the normal from the origin of the plane to the face, `reach` from the node of `second`
+    # along the normal, `stop.at` is the distance of the face from the point (0, 0), `reach` that from the node of `second`
     reach = stop.at - float(np.dot(normal, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
     return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, along=normal, reach=reach)

@@ -23,7 +23,7 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedStrip(EngineBody):
-    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m].
+    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m]. `ends` has markers of all its points.
 
     `at` maps points to indices in `nodes` and in the rows of `reference`, (nodes, 3) for a beam and (nodes, 4) for a cable.
     `anchors` maps points of a cable to further nodes (x, y, theta), for joints that act on angles.
@@ -68,7 +68,7 @@ class PlacedStrip(EngineBody):
         return float(1 / (0.5 * self.body.section.mass_per_length * length))
 
 
-def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
+def _add_anchor(system: System, node: int, marker: int, reference: Array) -> int:
     """Add a node (x, y, theta) without mass at a node of a cable, joined by a pin and (cos theta, sin theta) x r' = 0.
 
     r' = (dx/ds, dy/ds) is the slope of the cable; q = (x, y, dx/ds, dy/ds, x, y, theta) are the coordinates of both nodes.
@@ -78,7 +78,9 @@ def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     start = [*reference[:2], float(np.arctan2(ty, tx))]
     velocity = [vx, vy, tx * slope_vy - ty * slope_vx]  # |r'| = 1 in the reference configuration
     anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=velocity))
-    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
+    system.AddObject(
+        eii.ObjectJointRevolute2D(markerNumbers=[marker, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))])
+    )
 
     def gradient(q: Array) -> Array:  # the engine passes total coordinates, which include those at t = 0
         slope_x, slope_y, theta = q[2], q[3], q[6]
@@ -120,9 +122,8 @@ def mesh(link: Link, chord: float) -> Mesh:
     inner = sorted((fraction, point) for point, fraction in cast(Mapping[str, float], link.carries).items())
     cuts = [0.0, *(fraction for fraction, _ in inner), 1.0]  # points, as fractions of the length
     counts = _distribute(np.diff(cuts), body.count)  # numbers of elements
-    # ends of elements, then all nodes, as fractions of the length
-    edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
-    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
+    edges = _subdivide(cuts, counts)  # ends of elements, as fractions of the length
+    stations = _subdivide(edges, [step] * len(edges[1:]))  # all nodes
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])  # numbers of the nodes at points
@@ -131,6 +132,12 @@ def mesh(link: Link, chord: float) -> Mesh:
         places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
+
+
+def _subdivide(places: Array | list[float], counts: list[int]) -> Array:
+    """Divide each interval between neighbouring places into a number of equal parts; return the ends of all parts."""
+    parts = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(places), counts, strict=True)]
+    return np.concatenate([places[:1], *parts])
 
 
 def _distribute(parts: Array, count: int) -> list[int]:
@@ -146,10 +153,11 @@ def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Ar
 
     The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
     element with 2 nodes is its chord c. With 3 nodes at xi = -1, 0, 1, the derivative by xi is c/2 along the chord and -2 xi d
-    normal to it, where d is the distance of the middle node from mid-chord. At xi = 1/sqrt(3) this is half of
-    sqrt(c^2 + 16/3 d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of
-    those at the ends. First a curve is built with the given lengths, in units of their mean. Then rotation and scaling move each
-    of its parts between two of `nodes`, which preserves all that. Places in the plane are complex numbers.
+    normal to it, where d is the distance of the middle node from mid-chord. At xi = 1/sqrt(3) this is half of sqrt(c^2 + 16/3
+    d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of those at the ends.
+    First a curve is built with the given lengths, in units of their mean. Then each of its parts between two of `nodes` is
+    rotated and scaled, which preserves lengths up to the scale and all angles within the part. The rotations are not added to
+    theta: in the reference the engine's beams have no shear strain, whatever theta is. Places are complex numbers.
     """
     given = places[:, 0] + 1j * places[:, 1]
     chords = np.diff(given[::step])
@@ -188,7 +196,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
-        # the velocity of bending, (nodes, 3); it is a function of the place along the chord, so that this must not decrease
+        # velocities of bending at t = 0 [m/s, rad/s], interpolated over places along the chord, which must not decrease
         chordwise = np.maximum.accumulate(x)
         speeds += scene.start.interpolate(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     if body.has_angles:
@@ -207,8 +215,8 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     for e, length in enumerate(grid.pieces):
         part = slice(e * body.node_stride, (e + 1) * body.node_stride + 1)  # nodes of the element
         objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
-    ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
-    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, pieces=grid.pieces, at=grid.at)
+    markers = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
+    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, markers, pieces=grid.pieces, at=grid.at)
 
 
 def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:
