@@ -22,7 +22,8 @@ LINE_POINTS = 33
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Compute bending modes, then axial ones, of a bar with free ends; `degree` is that of the polynomials.
 
-    The default is 3 for each mode and 4 more, 24 at least and 40 at most: the highest frequency is right to 1e-8.
+    The default is 3 for each of up to 13 modes, the most allowed, and 4 more, 24 at least and 40 at most. The highest frequencies
+    are then right to 1e-8, the lowest one to 1e-6, by rounding.
     """
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
@@ -36,7 +37,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     inertias = bar.inertias if modes.shear else np.zeros_like(masses)  # Euler and Bernoulli neglect the sections' rotary inertia
     modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
     along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
-    products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm; `PlanarModel` names the others below
+    products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm; `PlanarModel` defines the others
     return PlanarModel(
         length=length, mass=float(masses.sum()),
         inertia=float(masses @ bar.x**2 + bar.inertias.sum()),  # of the rigid bar, in either theory
@@ -83,7 +84,7 @@ class _Bar:
         return np.sqrt(squares[rigid:]), vectors[:, rigid:]
 
     def _unit_end(self, *shapes: Array) -> tuple[Array, ...]:
-        """Scale modes so that the first shape is 1 at the bar's end."""
+        """Scale modes so that the first shape is 1 at the bar's end: this fixes their signs, the sizes of rows are made later."""
         return tuple(shape / shapes[0][self.end] for shape in shapes)
 
     def axial(self, count: int) -> tuple[Array, Array]:

@@ -26,9 +26,9 @@ KINDS = {
 }  # fmt: skip
 """scikit-fem's element with the nodes of a cell, by meshio's name of the cell."""
 ON_FACE = 1e-6
-"""Largest distance of a node on a face or in the plane of motion, over the size of the face or the link's length."""
+"""Largest distance from a face over its size, or from the plane of motion over the link's length, that counts as zero."""
 ZERO = 1e-9
-"""Determinant of the map from the reference cell that counts as zero, over the cell's largest; 0 at a collapsed corner."""
+"""Determinant of the map from the reference cell, over the cell's largest, that counts as zero, as where corners coincide."""
 
 
 def skfem() -> Any:
@@ -112,7 +112,7 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
 def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
     """Make scikit-fem's mesh from cells of a kind of `KINDS`: node numbers (cells, n) of points (nodes, 3) [m].
 
-    Corners come first, in meshio's order, other nodes in any order. Each point belongs to a cell. A planar mesh has no z.
+    Corners come first, in meshio's order, other nodes in any order. Each point belongs to a cell. For planar cells z is ignored.
     """
     import meshio
     from skfem.io import from_meshio
@@ -135,13 +135,14 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
     """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order, each in place of the nearest node of the straight cell.
 
-    In a cell where two of them have the same nearest node, the Hungarian method minimises the sum of squared distances.
+    In a cell where two of them have the same nearest node, the Hungarian method minimises the sum of squared distances. `linear`
+    is the element of the straight cells, `file_element` that of the file, `full_element` that of the grid, with all inner nodes.
     """
     fem, dim = skfem(), straight.p.shape[0]
-    first, second = straight.elem(), getattr(fem, f"Element{element}")()
+    linear, file_element = straight.elem(), getattr(fem, f"Element{element}")()
     corners = straight.p[:, straight.t].transpose(2, 1, 0)  # cells, corners, dim
-    count = corners.shape[1]
-    straight_nodes = np.einsum("ik,cid->ckd", _values(first, second.doflocs[count:]), corners)
+    extra_places = file_element.doflocs[corners.shape[1] :]  # in the reference cell
+    straight_nodes = np.einsum("ik,cid->ckd", _values(linear, extra_places), corners)
     distance = np.linalg.norm(straight_nodes[:, :, None] - extra[:, None, :, :dim], axis=3)
     nearest = distance.argmin(axis=2)
     is_ambiguous = (np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)
@@ -149,9 +150,9 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
         _, nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)
     nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
-    full = grid.elem()
-    if len(full.doflocs) != len(second.doflocs):  # serendipity cells lack inner nodes: interpolate them
-        nodes = np.einsum("ik,cid->ckd", _values(second, full.doflocs), nodes)
+    full_element = grid.elem()
+    if len(full_element.doflocs) != len(file_element.doflocs):  # serendipity cells lack inner nodes: interpolate them
+        nodes = np.einsum("ik,cid->ckd", _values(file_element, full_element.doflocs), nodes)
     places = grid.doflocs.copy()
     places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)
     return replace(grid, doflocs=places)
@@ -164,10 +165,10 @@ def _values(element: Any, places: Array) -> Array:
 
 def _check_connected(grid: Any, where: str) -> None:
     """Raise a ValueError if the mesh has separate parts."""
-    corners = grid.t
-    links = scipy.sparse.coo_matrix((np.ones(corners.size), (np.tile(corners[0], len(corners)), corners.ravel())))
-    links.resize(grid.p.shape[1], grid.p.shape[1])
-    parts, _ = scipy.sparse.csgraph.connected_components(links, directed=False)
+    corners, count = grid.t, grid.p.shape[1]  # (corners of a cell, cells); nodes
+    first_corners = np.tile(corners[0], len(corners))  # in a graph, edges from there to all corners connect those of a cell
+    graph = scipy.sparse.coo_matrix((np.ones(corners.size), (first_corners, corners.ravel())), shape=(count, count))
+    parts, _ = scipy.sparse.csgraph.connected_components(graph, directed=False)
     if parts != 1:
         raise ValueError(f"{where}: parts = {parts}: must be 1; touching cells are to share their nodes")
 
@@ -204,9 +205,10 @@ def _find_overlaps(grid: Any) -> Array:
     normal = np.cross(edge.T, (corners[:, 2] - corners[:, 0]).T).T if len(edge) == 3 else np.stack([-edge[1], edge[0]])
     middle, centres = corners.mean(axis=1), grid.p[:, grid.t].mean(axis=1)  # of faces; of cells
     side = np.stack([(normal * (centres[:, cells] - middle)).sum(axis=0) for cells in pairs])  # height over the face * |normal|
-    flat = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)  # a lower cell is flat and has no side
-    overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > flat)]
-    count = grid.t.shape[1]
+    # a cell lower than this over the face is flat: it lies on no side
+    lowest = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
+    overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > lowest)]
+    count = grid.t.shape[1]  # of cells
     bad_faces, faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
     first_share, second_share = (bad_faces / faces.clip(1))[overlapping]
     is_marked = np.zeros(count, dtype=bool)
@@ -228,14 +230,14 @@ def find_hanging_nodes(grid: Any) -> Array:
     middle = places.mean(axis=1)
     radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)
     near = scipy.spatial.cKDTree(grid.p.T[nodes]).query_ball_point(middle, radius * (1 + ON_FACE))
-    # pairs of a simplex and a node near it
-    face = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
+    # pairs of a simplex and a node near it, as two arrays of numbers
+    simplex = np.repeat(np.arange(len(simplices)), [len(found) for found in near])
     node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
-    is_no_corner = (face_of_simplex[face] != node[:, None]).all(axis=1)
-    face, node = face[is_no_corner], node[is_no_corner]
-    edges = (places[face, 1:] - places[face, :1]).transpose(0, 2, 1)
-    offset = grid.p.T[node] - places[face, 0]
-    s = np.einsum("fij,fj->fi", np.linalg.pinv(edges), offset)
-    distance = np.linalg.norm(offset - np.einsum("fij,fj->fi", edges, s), axis=1)
+    is_no_corner = (face_of_simplex[simplex] != node[:, None]).all(axis=1)
+    simplex, node = simplex[is_no_corner], node[is_no_corner]
+    edges = (places[simplex, 1:] - places[simplex, :1]).transpose(0, 2, 1)
+    offset = grid.p.T[node] - places[simplex, 0]
+    s = np.einsum("pij,pj->pi", np.linalg.pinv(edges), offset)
+    distance = np.linalg.norm(offset - np.einsum("pij,pj->pi", edges, s), axis=1)
     is_inside = (s.min(axis=1) >= -ON_FACE) & (s.sum(axis=1) <= 1 + ON_FACE)
-    return np.unique(node[(distance <= ON_FACE * radius[face]) & is_inside])
+    return np.unique(node[(distance <= ON_FACE * radius[simplex]) & is_inside])

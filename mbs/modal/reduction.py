@@ -43,7 +43,7 @@ class ReducedModel:
 
     @property
     def kinds(self) -> list[str]:
-        """Dominant motion of each mode, of `MOTIONS`."""
+        """Dominant motion of each mode: axial, in-plane bending, out-of-plane bending or torsion."""
         return [MOTIONS[k] for k in np.argmax(self.participation, axis=1)]
 
     def table(self) -> list[tuple[int, float, str, float, bool]]:
@@ -54,7 +54,10 @@ class ReducedModel:
 
 
 def moves_in_plane(shares: Array) -> Array:
-    """Return the mask (modes,) of the modes in the plane: the first two of `MOTIONS` have half or more of their energy."""
+    """Return the mask (modes,) of the modes in the plane: half or more of the energy of `MOTIONS` is axial or in-plane bending.
+
+    `shares` (modes, 4) are those of `participation`; their sum is below 1, as they lack the deformation of cross-sections.
+    """
     return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
 
 
@@ -81,28 +84,30 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     """Compute the modes of an assembled link, choose those that `modal` names, and integrate them in the plane."""
     joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
     interfaces = _interfaces(solid, joints, modal.interface)
-    kind: Any = modal.modes  # not None: a link with a mesh has modes
-    omega, modes = _all_modes(solid, kind, interfaces)
+    choice: Any = modal.modes  # not None: a link with a mesh has modes
+    omega, modes = _all_modes(solid, choice, interfaces)
     shares = participation(solid, modes)
     chosen, damping = _choose(modal, moves_in_plane(shares), omega, solid.rigid)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
     sections = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
     is_planar = moves_in_plane(shares)
-    numbers, frequency, damping = chosen[is_planar] + 1, omega[is_planar], damping[is_planar]
-    plane = _make_planar(solid, sections, modes[is_planar], numbers=numbers, frequency=frequency, damping=damping)
+    numbers, omega_planar, damping = chosen[is_planar] + 1, omega[is_planar], damping[is_planar]
+    plane = _make_planar(solid, sections, modes[is_planar], numbers=numbers, frequency=omega_planar, damping=damping)
     return ReducedModel(solid.nodes, chosen + 1, omega, modes, shares, plane.mass, solid.centre, plane)
 
 
 def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array, **properties: Array) -> PlanarModel:
-    """Make the planar model from k modes in the plane, (k, nodes, 3), and their numbers, frequencies and damping.
+    """Make the planar model from k modes in the plane, (k, nodes, 3), and `properties`: `numbers`, `frequency` and `damping`.
 
-    `sections` has the nodes and the point of the axis of each of `planar.STATIONS`.
+    `sections` has nodes and axis point of the cross-sections at start, end and middle, as in `planar.STATIONS`. Names are those
+    of `PlanarModel`: integrals are of components in the plane, X is the place of a node from the centre of mass, phi_k a mode
+    there.
     """
     # displacements and rotations in x, y, z of each section in each mode, (3, k, 6)
     at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in sections])
-    line, line_modes = _line(solid, modes, at_stations)
-    arms, shapes = (solid.nodes - solid.centre)[:, :2], modes[..., :2]  # X and phi_k at the nodes
+    axis_x, axis_modes = _sample_axis(solid, modes, joint_modes=at_stations[:2, :, :2])
+    arms, shapes = (solid.nodes - solid.centre)[:, :2], modes[..., :2]  # X and phi_k
     momenta = np.array([solid.mass @ shape for shape in shapes]).reshape(-1, *arms.shape)  # (k, nodes, 2)
     products = np.einsum("kn,ln->kl", shapes[..., 0], momenta[..., 1])  # integrals of phi_kx phi_ly dm
     return PlanarModel(
@@ -112,28 +117,28 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
         radial=np.einsum("na,kna->k", arms, momenta),  # integrals of X . phi_k dm
         gram=np.einsum("kna,lna->kl", shapes, momenta),  # of phi_k . phi_l dm
         gyration=products - products.T,  # of phi_k x phi_l dm
-        line=np.column_stack([line, np.zeros_like(line)]) - solid.centre[:2],
-        line_shapes=line_modes.transpose(1, 2, 0), **properties,
+        line=np.column_stack([axis_x, np.zeros_like(axis_x)]) - solid.centre[:2],
+        line_shapes=axis_modes.transpose(1, 2, 0), **properties,
     )  # fmt: skip
 
 
-def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
+def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
     """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number.
 
-    The eigensolver finds at most all modes but 2.
+    The eigensolver, ARPACK, does not find all modes of a matrix; here it is asked for all but 2 at most.
     """
-    if isinstance(kind, CraigBampton):
+    if isinstance(choice, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
-        if kind.fixed > most:
-            raise ValueError(f"fixed = {kind.fixed}: must lie in [0, {most}], as many as the mesh has")
-        return craig_bampton(solid, interfaces, kind.fixed)
-    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(kind.numbers)
+        if choice.fixed > most:
+            raise ValueError(f"fixed = {choice.fixed}: must lie in [0, {most}] for this mesh")
+        return craig_bampton(solid, interfaces, choice.fixed)
+    most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(choice.numbers)
     # a first guess, doubled below until enough of the modes lie in the plane
-    count = 3 * highest if kind.counting == "in-plane" else highest
-    count += 2  # the last mode may be one of several of equal frequency
+    count = 3 * highest if choice.counting == "in-plane" else highest
+    count += 2  # modes of equal frequency are made unique only if all of them are computed
     while True:
         omega, modes = free_modes(solid, min(count, most))
-        found = moves_in_plane(participation(solid, modes)).sum() if kind.counting == "in-plane" else count
+        found = moves_in_plane(participation(solid, modes)).sum() if choice.counting == "in-plane" else count
         if found >= highest or count >= most:
             return omega, modes
         count *= 2
@@ -141,16 +146,16 @@ def _all_modes(solid: Solid, kind: FreeModes | CraigBampton, interfaces: tuple[A
 
 def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
     """Return indices of the chosen modes among the flexible ones, and their damping ratios; chosen rigid modes are left out."""
-    modes: Any = modal.modes
-    if modes.numbers is None:
+    choice: Any = modal.modes
+    if choice.numbers is None:  # the default of Craig-Bampton modes
         chosen = np.flatnonzero(is_planar)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
-    counted = np.flatnonzero(is_planar) if modes.counting == "in-plane" else np.arange(len(is_planar))
-    skipped = rigid if modes.counting == "free" else 0  # "free": the user's numbers count rigid modes, too, which come first
-    numbers, most = np.array(modes.numbers) - skipped, len(counted) + skipped
+    counted = np.flatnonzero(is_planar) if choice.counting == "in-plane" else np.arange(len(is_planar))
+    skipped = rigid if choice.counting == "free" else 0  # "free": the user's numbers count rigid modes, too, which come first
+    numbers, most = np.array(choice.numbers) - skipped, len(counted) + skipped
     if numbers.max() > len(counted):
-        where = f"with counting = {modes.counting!r} on this mesh"
-        raise ValueError(f"numbers = {modes.numbers!r}: must lie in [1, {most}] {where}")
+        where = f"with counting = {choice.counting!r} on this mesh"
+        raise ValueError(f"numbers = {choice.numbers!r}: must lie in [1, {most}] {where}")
     chosen = counted[numbers[numbers > 0] - 1]
     if isinstance(modal.damping, AdamsDamping):
         return chosen, modal.ratios(omega[chosen])
@@ -188,17 +193,17 @@ def _section_at(solid: Solid, place: Array) -> Array:
     raise ValueError("mesh: all nodes lie on one line: must be a solid")
 
 
-def _line(solid: Solid, modes: Array, at_stations: Array) -> tuple[Array, Array]:
-    """Compute places x [m] of points of the axis, (p,), and the displacements (x, y) there of k modes, (k, p, 2).
+def _sample_axis(solid: Solid, modes: Array, joint_modes: Array) -> tuple[Array, Array]:
+    """Compute places x [m] of points of the link's axis, (p,), and the displacements (x, y) there of k modes, (k, p, 2).
 
-    At the joints they are given: `at_stations` (3, k, 6) begins with start and end. Between them they are fits to slices.
+    At start and end they are given as `joint_modes` (2, k, 2). Between them they are rigid motions fitted to slices of the link.
     """
-    stations, moves = [0.0], [at_stations[0, :, :2]]
+    places, displacements = [0.0], [joint_modes[0]]
     for nodes in slices(solid):
         weights = solid.weights[nodes]
         x = float(weights @ solid.nodes[nodes, 0] / weights.sum())
         if 0 < x < solid.length:
-            stations.append(x)
+            places.append(x)
             displacement, _rotation = rigid_fit(solid, nodes, np.array([x, 0.0, 0.0]), modes)
-            moves.append(displacement[:, :2])
-    return np.array([*stations, solid.length]), np.stack([*moves, at_stations[1, :, :2]], axis=1)
+            displacements.append(displacement[:, :2])
+    return np.array([*places, solid.length]), np.stack([*displacements, joint_modes[1]], axis=1)

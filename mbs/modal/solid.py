@@ -18,7 +18,7 @@ from .mesh import skfem
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of cross-sections by which modes are classified; the first two are in the plane of motion."""
 SLABS = 24
-"""Number of slices, normal to the link, whose rigid motions classify a mode."""
+"""Number of slices, normal to the link, whose rigid motions classify a mode: some four in a half-wave of the sixth in bending."""
 IN_PLANE = 1e-6
 """Mean share of energy in the plane below which modes of equal frequency are not recombined; rounding gives 1e-12."""
 CLUSTER = 1e-3
@@ -56,7 +56,7 @@ class Solid:
 
     @cached_property
     def weights(self) -> Array:
-        """Lumped masses of the nodes [kg]: diagonal of the mass matrix, scaled to the total mass; row sums can be negative."""
+        """Lumped masses of the nodes [kg]: diagonal of the mass matrix, scaled to the total mass, as row sums can be negative."""
         diagonal = self.mass.diagonal()
         return diagonal * (self.mass.sum() / diagonal.sum())
 
@@ -100,7 +100,7 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
-    # below 0, so that K - shift M is regular, and near 0: the first eigenvalue in bending of a bar 650 times as long as thick
+    # below 0, so that K - shift M is regular; of the size of the first eigenvalue of a free bar with length/thickness = 650
     shift = -1e-4 * (speed / solid.length) ** 2
     factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
     squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
@@ -176,8 +176,8 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         spin_momentum = np.einsum("n,kna->ka", weights, np.cross(arms, shapes[:, nodes]))
         rotation = spin_momentum @ np.linalg.pinv(inertia, rcond=1e-9)  # singular for nodes on a line
         linear = mass * np.einsum("ka,la->akl", translation, translation)
-        rotary = 0.5 * np.einsum("ka,la->akl", rotation, spin_momentum)
-        rotary = rotary + rotary.transpose(0, 2, 1)
+        rotary = np.einsum("ka,la->akl", rotation, spin_momentum)
+        rotary = 0.5 * (rotary + rotary.transpose(0, 2, 1))  # for each axis alone this is not symmetric
         in_plane, out_of_plane = linear[1] + rotary[2], linear[2] + rotary[1]  # along y and about z; along z and about y
         forms += [linear[0], in_plane, out_of_plane, rotary[0]]
     return forms
