@@ -18,10 +18,11 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run; any status but OK has a message that says what to do.
 
-    Five statuses are of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow exponentially;
-    SENSITIVE: more runs than allowed would be needed; both have the requested accuracy up to `error.until` only. UNSTABLE: an
-    equilibrium is not stable. UNSEEN: a user's function has edges between the steps. Of the others, LOCKED: the linkage cannot
-    go on as it is driven. SINGULAR: its constraints no longer decide the motion.
+    OK and five others are statuses of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow
+    exponentially; SENSITIVE: more runs than allowed would be needed; both have the requested accuracy up to `error.until` only.
+    UNSTABLE: an equilibrium is not stable. UNSEEN: steps went over jumps or kinks of a user's function. All others ended early.
+    LOCKED: the linkage cannot go on as it is driven. SINGULAR: its constraints no longer decide the motion. STRUT_OUT_OF_RANGE: a
+    strut is shorter than its law allows. The other names say what happened.
 
     Examples
     --------
@@ -81,7 +82,7 @@ Key = tuple[str, Norm]
 
 
 class Deferred(Mapping[Key, float]):
-    """Numbers of signals and norms: some are known, all are computed when another one is read.
+    """Numbers by signal and norm. Some are known; all are computed as soon as any other one, or their list, is read.
 
     >>> from buckler.mbs.record.errors import Deferred, Norm
     >>> numbers = Deferred({("B.x", Norm.RMS): 0.01}, lambda: {("B.x", Norm.RMS): 0.01, ("B.y", Norm.RMS): 0.02})
@@ -95,7 +96,7 @@ class Deferred(Mapping[Key, float]):
     @cached_property
     def _all(self) -> Mapping[Key, float]:
         found = self._compute()
-        del self._compute  # with the data of the runs that it holds
+        del self._compute  # it holds the data of runs, which are no longer needed
         return found
 
     def __getitem__(self, key: Key) -> float:
@@ -136,9 +137,9 @@ class Errors(Mapping[Any, float]):
     ----------
     motion : float, largest error of all places; nan without an estimate
     signals : mapping of (str, Norm) to float
-        Relative errors: of places over their range, of forces and rates over their size, of energies (`energy.kinetic`, ...)
-        over the throughput. Empty without an estimate. Most are computed when they are read.
-    sizes : mapping of (str, Norm) to float, sizes to which the errors are relative, in the signal's unit
+        Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
+        over their own norm. Empty without an estimate. Most are computed when they are read.
+    sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative, in the signal's unit
     kind : str, origin of the estimate, in words
     until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
     turn : float
@@ -160,7 +161,7 @@ class Errors(Mapping[Any, float]):
     @property
     def known(self) -> bool:
         """True if there is an estimate."""
-        return self.motion >= 0
+        return self.motion >= 0  # false for nan
 
     def __getitem__(self, name: str | tuple[str, str]) -> float:
         """Return the error of a signal, in the norm RMS by default; raise an UnknownErrorError if it is unknown."""

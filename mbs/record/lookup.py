@@ -62,22 +62,20 @@ def cubics(time: Array, values: Array, speeds: Array, times: Array) -> Array:
 
 
 class Cubics:
-    """Cubics between samples at fixed times: as `cubics`, for many functions with the same samples."""
+    """Interpolation as by `cubics`, for many functions with the same sample times, each in a row: (functions, samples)."""
 
     def __init__(self, time: Array, times: Array) -> None:
         self.step, h, s = _find_steps(time, times, 1)
-        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)  # weights
+        # weights of the rise of the value over the step, and of the speeds at its start and end
+        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)
 
     def __call__(self, values: Array, speeds: Array) -> Array:
-        """Interpolate functions, from values and speeds at the samples, each (functions, samples)."""
+        """Interpolate from values and speeds at the samples, each (functions, samples); return values (functions, times)."""
         k, found = self.step, values.take(self.step, 1)
-        for weights, ends in (
-            (self.rise, values.take(k + 1, 1) - found),
-            (self.start, speeds.take(k, 1)),
-            (self.end, speeds.take(k + 1, 1)),
-        ):
-            ends *= weights
-            found += ends
+        rise = values.take(k + 1, 1) - found
+        for weights, terms in ((self.rise, rise), (self.start, speeds.take(k, 1)), (self.end, speeds.take(k + 1, 1))):
+            terms *= weights  # in place, as are the sums: new arrays would take longer
+            found += terms
         return found
 
 
@@ -95,7 +93,8 @@ def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Arra
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
     """Interpolate by quintic Hermite polynomials: values, and rates times h, at the fraction s of steps of length h.
 
-    `ends` are (values, rates, second rates) at both ends. The polynomial is q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
+    `ends` are (values, rates, second rates) at both ends, `h` and `s` arrays that multiply them. The polynomial is
+    q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
     v, a, change = h * q_t, 0.5 * h**2 * q_tt, end - q
@@ -114,8 +113,8 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     return cubics(time, values, speeds, times)
 
 
-EVEN = 10.0
-"""Ratio of neighbouring steps beyond which the sample between them counts as a kink, which parabolas do not cross.
+KINK_RATIO = 10.0
+"""Ratio of neighbouring steps from which the sample between them counts as a kink, which parabolas do not cross: a convention.
 
 Solvers sample a kink or jump on both sides, a short time apart."""
 
@@ -129,7 +128,7 @@ def trapezoidal(time: Array, rate: Array) -> Array:
 
 
 def corrected_trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate rates, (..., times), from the first time to the fourth order; for values known to rounding.
+    """Integrate rates, (..., times), from the first time to the fourth order; rates with numerical noise are for `trapezoidal`.
 
     The trapezoidal rule is corrected by slopes at both ends of a step: int f dt = h (f0 + f1)/2 + h^2 (f0' - f1')/12 + O(h^5).
     """
@@ -147,15 +146,15 @@ def _compute_slope_differences(steps: Array, rate: Array) -> Array:
 
     The slope at a sample is that of the parabola through it and its two neighbours. Between secants of one sign it is at most
     three times the smaller secant; then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz, J. Approx.
-    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run this slope is not known. If it is known
-    at the other end of the step, f is a parabola there, for which (f0' + f1')/2 is the secant; else f is linear.
+    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run the slope is not known. If only one
+    slope of a step is known, f is taken for a parabola in this step, for which (f0' + f1')/2 is the secant; if none, for linear.
     """
     secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
     slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
     most = 3 * np.minimum(np.abs(secant[..., :-1]), np.abs(secant[..., 1:]))
     slope = np.where(secant[..., :-1] * secant[..., 1:] >= 0, np.clip(slope, -most, most), slope)
     is_kink = np.ones(len(steps) + 1, dtype=bool)  # of each sample; the first and the last one count as kinks
-    is_kink[1:-1] = (after >= EVEN * before) | (before >= EVEN * after)
+    is_kink[1:-1] = (after >= KINK_RATIO * before) | (before >= KINK_RATIO * after)
     starts_at_kink, ends_at_kink = is_kink[:-1], is_kink[1:]  # of each step
     start, end = np.zeros_like(secant), np.zeros_like(secant)  # f0' and f1'
     start[..., 1:], end[..., :-1] = slope, slope

@@ -112,10 +112,10 @@ def between(motion: Any, time: Array, times: Array) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Record(Recorded):
-    """Arrays of a run, with the fields of `Recorded`; motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`.
+    """Arrays of a run, with the fields `time`, `links` and `blocks` of `Recorded`.
 
-    `rule` is the function of `lookup` that integrates over time to the order of the solver. The forces of `undetermined`
-    elements are redundant: no equation determines them.
+    Motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`. `rule` is the function of the module `lookup` that
+    integrates over time to the order of the solver. No equation determines the forces of the elements `undetermined`.
     """
 
     mechanism: Mechanism
@@ -132,8 +132,9 @@ class Record(Recorded):
         if sides is None:
             return self.rule(self.time, power)
         before, after = sides
-        jumps = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
-        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumps)])
+        at_start, at_end = after[:-1] - power[:-1], before[1:] - power[1:]  # differences in each step
+        corrections = np.diff(self.time) / 2 * (at_start + at_end)
+        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(corrections)])
 
     def user_functions(self) -> Iterator[tuple[str, Called]]:
         """Yield the user's functions of states with their arguments over the run, each with the name of its element."""
@@ -147,4 +148,4 @@ class Record(Recorded):
             raise ValueError(f"a record of {len(self.time)} times cannot be interpolated; two are needed")
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}
         blocks = {name: between(motion, self.time, times) for name, motion in self.blocks.items()}
-        return Record(self.mechanism, times, links, blocks)
+        return Record(mechanism=self.mechanism, time=times, links=links, blocks=blocks)

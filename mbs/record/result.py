@@ -32,13 +32,13 @@ class Result:
     ----------
     status : Status
     message : str
-        Reason, if the status is not OK; for a chaotic motion also the time up to which it is one trajectory.
+        Reason, if the status is not OK; for a chaotic motion also the time up to which two runs follow the same trajectory.
     time : array (samples,), times of the accepted steps [s], not equidistant: `mean` weights by time, `at` interpolates
     signals : dict of str to array (samples,), values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`
     units : dict of str to str, unit of each signal
     work : dict, computational work: wall_s, steps, newton_iterations, jacobians, rejected
     energy : dict of str to array (samples,)
-        Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies and their balance.
+        Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies, `error` of their balance, `throughput`.
     shapes : dict of str to Shape, shapes of flexible links at the requested times
     provenance : dict, versions, numbers of elements, settings, solver and notes
     asked : float, the requested accuracy; nan without one
@@ -49,7 +49,7 @@ class Result:
     verified : float
         Largest difference of positions and angles from those of the other solver, over their ranges; nan without `verify=True`,
         or if the other solver failed, with the reason in `provenance["notes"]`.
-    traits : dict of str to Trait, kind, scale of the error, and name of the time derivative of each signal
+    traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative, whether it is smooth
 
     Examples
     --------
@@ -105,12 +105,14 @@ class Result:
         """
         values, times = self[name], np.asarray(times, dtype=float)
         first, last = self.time[[0, -1]]
-        margin, inside = OUTSIDE * (last - first), np.clip(times, first, last)
-        wrong = ~((times >= first - margin) & (times <= last + margin))  # true for nan as well
-        if wrong.any() and outside is not None:
-            return np.where(wrong, outside, self.at(name, inside))
-        if wrong.any():
-            raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
+        rounding, inside = OUTSIDE * (last - first), np.clip(times, first, last)
+        is_outside = ~((times >= first - rounding) & (times <= last + rounding))  # true for nan as well
+        if is_outside.any() and outside is not None:
+            return np.where(is_outside, outside, self.at(name, inside))
+        if is_outside.any():
+            raise ValueError(
+                f"'{name}' at t = {times[is_outside][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})"
+            )
         trait = self.traits.get(name)
         if trait is None:
             return np.asarray(np.interp(inside, self.time, values))
@@ -183,7 +185,7 @@ class Result:
 
         Point data are `displacement` [m], `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips, and the number of
         the `link`. The name of the file ends in `.xdmf`; any other is a ValueError. `times` [s] are by default those of the
-        movie, which are all that a pickled result has: it raises a ValueError for given times. The first time gives the mesh.
+        movie. A pickled result has no others, so that given times raise a ValueError. The first time gives the mesh.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

@@ -170,7 +170,8 @@ def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Map
 def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the axial strain energy [J] at the largest force of each strip, summed over strips that may vibrate unseen.
 
-    Those are all strips if the steps do not resolve the axial vibration, else those whose strain stays below `STRETCH`.
+    Those are all strips if the steps do not resolve the axial vibration. Else they are the strips whose strain stays below
+    `STRETCH`: even short steps, chosen by the error of places, need not resolve so small a vibration.
     """
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:

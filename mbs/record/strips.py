@@ -263,7 +263,8 @@ class CableMotion(StripMotion):
 def centre_weights(body: Flexible, pieces: Array) -> Array:
     """Return the weights of nodal positions, and of slopes of a cable, in the centre of mass, shape (nodes, 1 or 2)."""
     step = body.node_stride
-    # integrals over [0, 1] of the functions of value and slope at each node; those of linear functions are 1/2, too
+    # integrals over [0, 1] of the shape functions of value and slope at each node; `hermite` serves linear beams, too: their
+    # functions of values have the same integrals 1/2, and slopes are left out below
     hermite, quadratic = [[0.5, 1 / 12], [0.5, -1 / 12]], [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]
     local = quadratic if step == 2 else hermite
     weights = np.zeros((len(pieces) * step + 1, 2))
