@@ -19,7 +19,7 @@ Angle = Callable[[Array], Array]
 
 
 class RodError(RuntimeError):
-    """No equilibrium was found, or another one than the buckled one."""
+    """No equilibrium of a strip was found, or not the one that was sought, e.g. the straight one."""
 
 
 class NewtonDivergedError(RodError):
@@ -40,10 +40,11 @@ class Grid(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """Fields at the collocation points, (2 nodes,), in the units of equations (1) to (4) of `strip`.
+    """Fields at the collocation points, (2 nodes,), normalised by length L and bending stiffness E I of the strip.
 
-    They are sine and cosine of the section's rotation, the internal force (nx, ny), the derivatives (dx, dy) of the centreline
-    by s, and the bending moment m. The number phi is the rotation of the start against the stress-free shape [rad].
+    They are sine and cosine of the section's rotation, the internal force (nx, ny) [E I/L^2], the derivatives dx = dx/ds and
+    dy = dy/ds of the centreline, and the bending moment m [E I/L]. The number phi is the rotation of the section at s = 0 from
+    its stress-free direction [rad].
     """
 
     sin: Array

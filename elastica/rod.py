@@ -85,7 +85,8 @@ class Rod:
 
             alpha pi^2 = 2 p int mode sin(alpha mode) ds + 2 c p^2 int mode sin(alpha mode) cos(alpha mode) ds.
 
-        This is bending = linear p + quadratic p^2 below. A table of 200 angles is interpolated.
+        This is bending = linear p + quadratic p^2 below. By equation (1) of `strip` the shortening is the integral of
+        1 - x' = 1 - cos(theta) + p (cos(theta)^2/axial + sin(theta)^2/shear). A table of 200 angles is interpolated.
         """
         weights = half.grid.J[-1]  # `weights @ f` is the integral of f over s from 0 to 1
         mode = np.sin(pi / 2 * half.grid.s)

@@ -35,7 +35,7 @@ from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, make_g
 
 PRESCRIBED = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Indices of x, y and the rotation that each support at s = 1 prescribes."""
-STEEPEST = 1e6
+LARGEST = 1e6
 """Largest load, displacement and load factor; above it the collocation cannot resolve the boundary layers."""
 MOST_ROTATION = 0.6
 """Largest rotation of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
@@ -63,9 +63,9 @@ class Load:
     def __post_init__(self) -> None:
         for name, size, unit in (("end", 2, "F L^2/(E I)"), ("inner", 2, "F L^2/(E I)"), ("move", 3, "over L and rad")):
             value = getattr(self, name)
-            valid = len(value) == size and all(isfinite(v) and abs(v) <= STEEPEST for v in value)
+            valid = len(value) == size and all(isfinite(v) and abs(v) <= LARGEST for v in value)
             require(name, value, valid, f"{size} numbers from -1e6 to 1e6 ({unit})")
-        require("moment", self.moment, abs(self.moment) <= STEEPEST, "-1e6 to 1e6 (M L/(E I))")
+        require("moment", self.moment, abs(self.moment) <= LARGEST, "-1e6 to 1e6 (M L/(E I))")
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ class Strip:
         in steps, and the path that begins at the stress-free shape is followed. A NewtonDivergedError says that no equilibrium
         was found: the load is beyond a limit point, or the guess is too far away.
         """
-        require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
+        require("factor", factor, abs(factor) <= LARGEST, "-1e6 to 1e6 (load factor)")
         if guess is not None:
             return self.at_unknowns(load, factor, self._newton(load, factor, guess))
         reached, step, unknowns = 0.0, 1.0, self.stress_free()
@@ -176,7 +176,8 @@ class Strip:
                 raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
             else:
                 step /= 2.0
-        return self.at_unknowns(load, factor, self._newton(load, factor, unknowns))
+        unknowns = self._newton(load, factor, unknowns)  # one step more removes what the tolerance of the last one left
+        return self.at_unknowns(load, factor, unknowns)
 
     def stress_free(self) -> Array:
         """Return the unknowns of the stress-free shape."""
@@ -196,8 +197,9 @@ class Strip:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
         a, g, grid = 1.0 / self.axial, 1.0 / self.shear, self.grid
         theta, (b, start_nx, start_ny) = unknowns[:-3], unknowns[-3:]
-        # n is the sum of the forces on the part beyond s, so that the point load does not count beyond its point
-        nx, ny = start_nx - factor * load.inner[0] * grid.beyond, start_ny - factor * load.inner[1] * grid.beyond
+        # n is the sum of the forces on the part beyond s, so that the point load does not count on the second piece
+        on_second = grid.beyond  # 1 at the points of the second piece, else 0
+        nx, ny = start_nx - factor * load.inner[0] * on_second, start_ny - factor * load.inner[1] * on_second
         sin, cos = np.sin(theta), np.cos(theta)
         dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
         dy = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
@@ -223,8 +225,8 @@ class Strip:
 
         Each row below is the derivative of a field at one point, each column that by theta, b, nx(0), ny(0), load factor.
         """
-        f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3
-        b, start_nx, start_ny, load_factor = range(n, n + 4)
+        f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # n: number of angles
+        b, start_nx, start_ny, load_factor = range(n, n + 4)  # numbers of columns
         slopes = _slope_columns(self, f, load)
         x, y = J @ slopes[0], J @ slopes[1]
         force = np.zeros((2, n, n + 4))
