@@ -225,27 +225,27 @@ class Strip:
 
         Each row below is the derivative of a field at one point, each column that by theta, b, nx(0), ny(0), load factor.
         """
-        f, J, n = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # n: number of angles
-        b, start_nx, start_ny, load_factor = range(n, n + 4)  # numbers of columns
+        f, J, count = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # count: of angles
+        b_column, nx_column, ny_column, factor_column = range(count, count + 4)
         slopes = _slope_columns(self, f, load)
         x, y = J @ slopes[0], J @ slopes[1]
-        force = np.zeros((2, n, n + 4))
-        force[0, :, start_nx] = force[1, :, start_ny] = 1.0
-        force[:, :, load_factor] = -np.outer(load.inner, self.grid.beyond)
+        force = np.zeros((2, count, count + 4))
+        force[0, :, nx_column] = force[1, :, ny_column] = 1.0
+        force[:, :, factor_column] = -np.outer(load.inner, self.grid.beyond)
         moment_slope = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + force[0] * f.dy[:, None] - force[1] * f.dx[:, None]
         moment = J @ moment_slope
-        moment[:, b] += self.start == "clamped"
-        matrix = np.zeros((n + 3, n + 4))
-        matrix[:n] = -J @ moment
-        matrix[:n, :n] += np.eye(n)
-        matrix[:n, b] -= self.start == "pinned"
-        end_angle = np.zeros(n + 4)
-        end_angle[n - 1] = 1.0  # theta at s = 1 is the last of the n angles
+        moment[:, b_column] += self.start == "clamped"
+        matrix = np.zeros((count + 3, count + 4))
+        matrix[:count] = -J @ moment
+        matrix[:count, :count] += np.eye(count)
+        matrix[:count, b_column] -= self.start == "pinned"
+        end_angle = np.zeros(count + 4)
+        end_angle[count - 1] = 1.0  # theta at s = 1 is the last angle
         place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
         applied = (*load.end, load.moment)
         for k in range(3):
-            matrix[n + k] = place[k] if k in PRESCRIBED[self.end] else end_force[k]
-            matrix[n + k, load_factor] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
+            matrix[count + k] = place[k] if k in PRESCRIBED[self.end] else end_force[k]
+            matrix[count + k, factor_column] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
         return matrix
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
@@ -275,16 +275,16 @@ class Strip:
 
 def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
     """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
-    a, g, n = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size
-    _, start_nx, start_ny, load_factor = range(n, n + 4)  # numbers of columns
+    a, g, count = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size  # count: of angles
+    _b_column, nx_column, ny_column, factor_column = range(count, count + 4)
     sin_2theta, cos_2theta = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
-    columns = np.zeros((2, n, n + 4))
-    diagonal = np.arange(n)
+    columns = np.zeros((2, count, count + 4))
+    diagonal = np.arange(count)
     columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * sin_2theta - f.ny * cos_2theta)
     columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * cos_2theta + f.ny * sin_2theta)
     cross = (a - g) * f.sin * f.cos
-    columns[0, :, start_nx], columns[0, :, start_ny] = a * f.cos**2 + g * f.sin**2, cross
-    columns[1, :, start_nx], columns[1, :, start_ny] = cross, a * f.sin**2 + g * f.cos**2
-    by_nx, by_ny = columns[:, :, start_nx], columns[:, :, start_ny]
-    columns[:, :, load_factor] = -strip.grid.beyond * (by_nx * load.inner[0] + by_ny * load.inner[1])
+    columns[0, :, nx_column], columns[0, :, ny_column] = a * f.cos**2 + g * f.sin**2, cross
+    columns[1, :, nx_column], columns[1, :, ny_column] = cross, a * f.sin**2 + g * f.cos**2
+    by_nx, by_ny = columns[:, :, nx_column], columns[:, :, ny_column]
+    columns[:, :, factor_column] = -strip.grid.beyond * (by_nx * load.inner[0] + by_ny * load.inner[1])
     return columns

@@ -6,18 +6,7 @@ the plane of motion. The deformation is linear: a modal link vibrates but never 
 
 from typing import TYPE_CHECKING
 
-from ..elements.modal import (
-    AdamsDamping,
-    BarModes,
-    Box,
-    CraigBampton,
-    EndFace,
-    FreeModes,
-    Interface,
-    MeshFile,
-    Modal,
-    PinHole,
-)  # fmt: skip
+from ..elements.modal import AdamsDamping, BarModes, Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, PinHole
 from ..imports import lazy_attributes
 
 if TYPE_CHECKING:
