@@ -55,7 +55,7 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
     ended = follower.ended
     if ended is not None:
         grid = np.append(grid[grid < ended.time], ended.time)
-    elif len(grid) - 1 > solver.steps.max_steps:
+    if len(grid) - 1 > solver.steps.max_steps:
         t = float(grid[solver.steps.max_steps])
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]

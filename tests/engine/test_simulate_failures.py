@@ -56,6 +56,8 @@ def test_drive_out_of_reach_locks():
     result = mbs.simulate(linkage, 2.0)
     assert result.status is mbs.Status.LOCKED and result.message == "the linkage locks at t = 0.576491 s (a and b in line)"
     assert result.signals["B.x"][-1] == pytest.approx(reach, abs=1e-8)
+    short = mbs.simulate(linkage, 2.0, solver=mbs.Closure(mbs.Controlled(max_steps=20)))  # the steps end before the motion
+    assert short.status is mbs.Status.TOO_MANY_STEPS and "max_steps = 20 steps by t = 0.2 s" in short.message
     for solver, off in (
         (mbs.Exudyn(), 0.1 * 2.0 / 200),
         (mbs.Exudyn(mbs.Controlled(tolerance=1e-5)), 1e-4),
