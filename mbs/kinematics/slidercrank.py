@@ -49,8 +49,8 @@ class SliderCrank(NamedTuple):
         """Compute the force with which a buckled coupler presses a slider against a stop at x = stop, p(u) E I/L^2 cos(phi) [N].
 
         It is positive towards negative x, away from the crank. Equations 7-13: `load` is a function from the end shortening over
-        length to p = P L^2/(E I), `rigidity` is E I [N m^2], `theta` the crank angle [rad], `stop` in m. A coupler without
-        shortening has the Euler load.
+        length to p = P L^2/(E I), `rigidity` is E I [N m^2], `theta` the crank angle [rad], `stop` in m. Where the coupler would
+        be longer than L, outside the equations, u = 0 is used.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)

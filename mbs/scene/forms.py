@@ -2,8 +2,8 @@
 
 A body has the coordinates (x, y, angle since t = 0) of one of its points, from which an arm leads to any other point. Vectors
 are complex numbers, x + i y. A row is a sum of terms, each a coefficient times a measure between two bodies: a relative position
-along a direction, a relative angle, or a distance. The ground has the index after the last body. The same equations close the
-loops of a linkage and constrain bodies in Exudyn.
+along a direction, a relative angle, or a distance. The ground has the index after the last body, and arms lead from the origin.
+The same equations close the loops of a linkage and constrain bodies in Exudyn.
 """
 
 from collections.abc import Callable, Sequence
@@ -70,7 +70,7 @@ class Forms:
                 start[number] = abs(vector)
                 point_terms.append([number, first, second, ground, *arms, 0, True])
             else:
-                frame = second if measure.turns else ground  # the direction is fixed in this body
+                frame = second if measure.turns else ground  # body with which the direction turns
                 direction = complex(*measure.direction)
                 start[number] = (np.conj(direction) * vector).real
                 point_terms.append([number, first, second, frame, *arms, direction, False])
@@ -84,7 +84,7 @@ class Forms:
         """Sum coefficients times values over the terms of each row; the terms lie along an axis of the values, -1, -2, ..."""
         if self.has_plain_rows or not self.row_count:
             return values
-        coefficients = np.expand_dims(self.coefficients, tuple(range(1, -axis)))  # along `axis`, alike in the axes after it
+        coefficients = self.coefficients.reshape(-1, *(1 for _ in range(-axis - 1)))  # alike in all axes after `axis`
         found: Array = np.add.reduceat(values * coefficients, self.first_terms, axis=axis)
         return found
 
@@ -104,10 +104,10 @@ class Forms:
             jacobian[..., terms.number, body, 1] += sign * d.imag
             jacobian[..., terms.number, body, 2] += sign * _dot(d, 1j * arm)
         jacobian[..., terms.number, terms.frame, 2] += _dot(1j * d, vectors.between)
-        turns, (_, angles) = self.angle_terms, self._add_ground(q)
-        measures[..., turns.number] = angles[..., turns.first] - angles[..., turns.second]
-        jacobian[..., turns.number, turns.first, 2] += 1.0
-        jacobian[..., turns.number, turns.second, 2] -= 1.0
+        terms, (_, angles) = self.angle_terms, self._add_ground(q)
+        measures[..., terms.number] = angles[..., terms.first] - angles[..., terms.second]
+        jacobian[..., terms.number, terms.first, 2] += 1.0
+        jacobian[..., terms.number, terms.second, 2] -= 1.0
         by_bodies = self._sum_terms(jacobian, -3)[..., :n, :]  # without the ground
         return self._sum_terms(measures, -1) - self.start, by_bodies.reshape(*lead, self.row_count, 3 * n)
 

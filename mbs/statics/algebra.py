@@ -1,8 +1,8 @@
 """Linear equations, null spaces and eigenvalues, with dense matrices for few unknowns and sparse ones for many.
 
 G is the Jacobian of the constraints, M the mass matrix, K the tangent stiffness. Lanczos's method gives the lowest eigenvalues
--s^2 of K z = -s^2 M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). By Sylvester's law of inertia
-K + c M = L D L^T has as many negative pivots as there are eigenvalues below -c, which shows that none is missing.
+-s^2 of K z = -s^2 M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). A shift c > 0 [1/s^2] makes K + c M
+regular. By Sylvester's law of inertia K + c M = L D L^T has as many negative pivots as there are eigenvalues below -c.
 """
 
 from contextlib import suppress
@@ -26,7 +26,7 @@ MANY = 300
 COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
-"""Number of eigenvalues computed beyond those wanted: the largest gap between these is where the returned ones end."""
+"""Number of eigenvalues computed beyond those wanted. Results end at the largest gap between these, where a count is certain."""
 DEPENDENT = 1e-10
 """Singular value of a scaled Jacobian, over the largest, below which rows count as dependent: far above rounding."""
 Matrix: TypeAlias = Array | csr_array
@@ -56,7 +56,8 @@ def least_squares(matrix: Matrix, right: Array, cut: float) -> Array:
     """Return the least-squares solution of least norm.
 
     In a dense matrix singular values below the cut, over the largest, count as zero. A sparse matrix A has no such cut: solve
-    [[d, A], [A^T, -d]] [y; x] = [b; 0] with a damping d of 1e-9 times the largest entry, and refine x twice.
+    [[d, A], [A^T, -d]] [y; x] = [b; 0] with a damping d of 1e-9 times the largest entry. Two more solutions, with b - A x for b,
+    remove the effect of d on x.
     """
     if isinstance(matrix, np.ndarray):
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
@@ -125,7 +126,8 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
         theta, vectors = eigh((inverse + inverse.T) / 2)
         vectors = np.linalg.solve(shifted, factor @ vectors)
     squared = invert(theta) - shift
-    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
+    modal_masses = np.abs(np.einsum("ij,ij->j", vectors, m @ vectors))  # abs: rounding may make one of zero negative
+    vectors = vectors / np.sqrt(modal_masses)
     return squared, vectors, vectors
 
 
@@ -137,17 +139,18 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
-        if 2 * (below + count + SPARE) <= m.shape[0]:  # else too many are wanted
+        wanted = below + count
+        if 2 * (wanted + SPARE) <= m.shape[0]:  # else too many are wanted
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
-                eigsh(m, wanted, m, -shift, which=which, v0=start, OPinv=inverse, tol=1e-8)  # first m: for its shape only
-                for which, wanted in (("SA", below), ("LA", count + SPARE))
-                if wanted
+                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=1e-8)  # first m: for its shape only
+                for which, number in (("SA", below), ("LA", count + SPARE))
+                if number
             ]
             squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
-            order, least = np.argsort(squared), below + count
+            order = np.argsort(squared)
             squared = squared[order]
-            kept = least + int(np.argmax(np.diff(squared[least - 1 :])))  # number of eigenvalues below the largest gap
+            kept = wanted + int(np.argmax(np.diff(squared[wanted - 1 :])))  # number of eigenvalues below the largest gap
             middle = 0.5 * (squared[kept - 1] + squared[kept])  # farthest from eigenvalues, so that the count is certain
             if _factorise(m, k, middle)[1] == kept:
                 return squared[:kept], vectors[:, order[:kept]], vectors[:, order[:kept]]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 DEGREE_STEP = 4
-"""Increment of the degree of strips in a refinement."""
+"""Increment of the degree of strips in a refinement: errors fall so fast with it that the change is the coarser one's error."""
 MAX_DEGREE = 40
 """Degree of strips at which refinement ends."""
 ACCURACY = 1e-8
@@ -32,9 +32,9 @@ CRITICAL_ACCURACY = 1e-6
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
-"""Default arc length of the first step of a path, in the metric that `arc` defines."""
+"""Default arc length of the first step of a path, 1 for the size of the mechanism, 1 rad or the parameter's range; see `arc`."""
 MAX_STEP = 0.1
-"""Default arc length of the longest step of a path."""
+"""Default arc length of the longest step of a path: at least ten cover the parameter's range."""
 
 
 class Ending(StrEnum):
@@ -92,7 +92,7 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
         if element.has_states:
             raise ValueError(f"'{name}' has states, which have no statics: they are integrated with a motion only")
     if degree is not None:
-        whole("degree", degree, 2, 200)
+        whole("degree", degree, 2, 200)  # more than `MAX_DEGREE`, as only refinement ends there
 
 
 def check_path(to: float, steps: int, step: float, longest: float, **alternatives: object) -> None:
@@ -106,30 +106,32 @@ def check_path(to: float, steps: int, step: float, longest: float, **alternative
 
 
 def explain_end(ended: str, last: float, start: float, to: float, steps: int) -> tuple[Ending, str]:
-    """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
+    """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`.
+
+    The status is OK for 'reached', 'closed' and 'back'; after 'stopped' `mark_stopped` replaces it.
+    """
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
-        # of periodic motions, which are integrated in time
-        "spent": f"all time steps that its runs may take led to {last:.6g}, not to {to:.6g}",
+        "spent": f"the time steps of its periodic motions, as many as allowed, led to {last:.6g}, not to {to:.6g}",
         "singular": f"it cannot be followed beyond {last:.6g}",
         "closed": "it came back to its start",
         "back": f"it turned and came back to {start:.6g}",
         "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
     statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
-    return statuses.get(ended, Ending.OK), messages.get(ended, "")  # `mark_stopped` replaces the status after "stopped"
+    return statuses.get(ended, Ending.OK), messages.get(ended, "")
 
 
-def list_omissions(mechanism: Mechanism, friction: str) -> list[str]:
-    """List effects that the statics leave out: dry friction, with the remark `friction` on it, and truncated modes."""
+def list_omissions(mechanism: Mechanism, friction_remark: str) -> list[str]:
+    """List effects that the statics leave out: dry friction, with a remark on it, and the modes that modal links leave out."""
     rubbing = [element.friction_at for element in Scene.of(mechanism).elements.values() if element.friction_at]
-    modal = [link.name for link in mechanism.links if link.body.linear]
-    omissions = [f"{friction}: {', '.join(map(repr, rubbing))}"] if rubbing else []
+    modal = [link.name for link in mechanism.links if link.body.linear]  # only modal links are linear
+    omissions = [f"{friction_remark}: {', '.join(map(repr, rubbing))}"] if rubbing else []
     return omissions + ([f"errors leave out the choice of modes of {', '.join(map(repr, modal))}"] if modal else [])
 
 
-def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
-    """Convert multipliers lambda (states, r) to the reactions of an element (states, rows), with the signs of its signals.
+def compute_reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
+    """Convert multipliers lambda (steps, r) to the reactions of an element (steps, rows), with the signs of its signals.
 
     A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
     tension, a gear the force at its teeth.
@@ -138,8 +140,9 @@ def reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     if not rows:
         raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(scene.row_names))}")
     element = scene.source.elements[name]
-    mu = -element.sense * multipliers[:, rows]  # constraint forces are -G^T lambda; `sense`: sign of the signal
-    return np.hstack(list((element.reactions(mu) or {"force": mu}).values()))
+    forces = -element.sense * multipliers[:, rows]  # constraint forces are -G^T lambda; `sense`: sign of the signal
+    channels = element.reactions(forces) or {"force": forces}  # arrays by channel; some elements have the force alone
+    return np.hstack(list(channels.values()))
 
 
 KEYS = {"limit": "limits", "branching": "branchings", "flutter": "flutter", "fold": "folds", "doubling": "doublings"}
@@ -171,8 +174,8 @@ class Equilibrium(Answer):
         return places(self.scene, self.q, link, point)
 
     def reaction(self, name: str) -> Array:
-        """Return force or torque of a constraint [N or N m], with the signs of a run's signals; see `reactions`."""
-        return reactions(self.scene, self.multipliers[None], name)[0]
+        """Return force or torque of a constraint [N or N m], with the signs of a run's signals; see `compute_reactions`."""
+        return compute_reactions(self.scene, self.multipliers[None], name)[0]
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table: stability, error, and places of points."""
@@ -243,7 +246,7 @@ class Path(Route):
     branches: list[Path] = field(default_factory=list)
 
     def rounding(self, name: str, count: int) -> Array:
-        """Return the rounding error of `limits`, `branchings` or `flutter`, shape (count,)."""
+        """Return rounding errors of the first `count` `limits`, `branchings` or `flutter`; 0 if the path has fewer of them."""
         known = [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
         return np.array((known + count * [0.0])[:count])
 
@@ -261,10 +264,10 @@ class Path(Route):
         return np.array([places(self.scene, q, link, point).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return positions to draw over the parameter, on the path and at critical points, and '' as prefix of the axis label."""
+        """Return positions to draw, on the path and at critical points, and the prefix of the axis label: none for positions."""
         criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
         return self.point(link, point), criticals, ""
 
     def reaction(self, name: str) -> Array:
         """Return force or torque of a constraint [N or N m], shape (steps, rows), with the signs of a run's signals."""
-        return reactions(self.scene, self.multipliers, name)
+        return compute_reactions(self.scene, self.multipliers, name)

@@ -69,8 +69,8 @@ class Arc:
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
         """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
 
-        The default guess is the prediction rest + step direction. Raise a StaticsError if Newton's method corrects it by more
-        than half the step; the coordinates are compared alone as well, as a large load would hide their change.
+        The default guess is the prediction rest + step direction, from which Newton steps must decrease. Raise a StaticsError if
+        it differs from the prediction by more than half the step; coordinates are also compared alone, as loads may hide them.
         """
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
@@ -86,9 +86,9 @@ class Arc:
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """Find the next equilibrium at an arc, which is halved if that fails, or around a corner; else raise a StaticsError.
+        """Find the next equilibrium at an arc, which is halved until that succeeds; if it never does, step around a corner.
 
-        At a corner a contact closes or opens, so that the tangent turns at once.
+        At a corner a contact closes or opens, so that the tangent turns at once. Raise a StaticsError if there is none.
         """
         while arc > SHORTEST:
             try:
@@ -109,6 +109,7 @@ class Arc:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
 
         def at(arc: float) -> Rest:
+            """Return the state on the straight line, close to an equilibrium as arcs are short."""
             return self._rest(self.problem.vector(rest) + arc * direction)
 
         def is_behind(arc: float) -> bool:
@@ -169,7 +170,7 @@ class Arc:
             root = brentq(evaluate, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
             if root not in known:
                 evaluate(root)
-            return known[root]  # the function may jump at the root
+            return known[root]  # even if the function is not zero there: it may jump, with a change of sign
         except StaticsError:
             sides = [[arc for arc in known if values[arc] * values[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
             if not all(sides):
@@ -218,7 +219,8 @@ class Arc:
         first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
         size = float(np.linalg.norm(last))
         turns = float(first @ last) < np.cos(CORNER) * float(np.linalg.norm(first)) * size
-        return step.arc > 10.0 * SHORTEST and step.arc * size > NEAR and turns
+        has_moved = step.arc * size > NEAR
+        return step.arc > 10.0 * SHORTEST and has_moved and turns
 
     def angle(self, step: Step, after: Array) -> float:
         """Return the angle between the direction of a step and another direction [rad]."""
@@ -226,7 +228,10 @@ class Arc:
 
 
 def next_arc(arc: float, angle: float, longest: float) -> float:
-    """Return the arc of the next step, 0.3 to 1.6 times as long: if this one turned by an angle [rad], the next turns by 0.15."""
+    """Return the arc of the next step, so that its tangent turns by 0.15 rad, well below `CORNER`, if this one's by `angle`.
+
+    By convention it is 0.3 to 1.6 times as long as this one.
+    """
     return min(longest, arc * float(np.clip(0.15 / max(angle, 1e-300), 0.3, 1.6)))
 
 

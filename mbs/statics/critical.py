@@ -20,7 +20,8 @@ from .spectrum import Spectrum, Tangent, spectrum
 FEW = 1
 """Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
 MOST_DECREASE = 0.5
-"""Largest relative decrease of an eigenvalue in a piece: a parabola that touches zero in the next piece decreases by 3/4."""
+"""Largest relative decrease of an eigenvalue in a piece. A parabola that touches zero at the end of the next piece decreases by
+3/4, from 2^2 to 1^2: it is not missed."""
 SAME_POINT = 1e-5
 """Distance, over the step, within which critical points are one multiple point."""
 
@@ -91,9 +92,10 @@ def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]
 
         limits = list[Critical]()
         if ahead[-1] * piece.end[-1] < 0.0 and (rest := arc.find_root(piece.step, parameter_rate)):
-            limits.append(Critical("limit", rest, 1, arc.direction(rest, ahead)[: len(rest.q), None]))
+            eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point p is constant along the path
+            limits.append(Critical("limit", rest, 1, eigenvector))
         pairs = _pairs(arc.problem, piece)
-        found += [*limits, *_branchings(arc, piece.step, pairs.shapes[:, pairs.crosses].T, limits)]
+        found += [*limits, *_branchings(arc, piece.step, pairs.momenta[:, pairs.crosses].T, limits)]
     if whole.before.count_flutters() != whole.after.count_flutters():
         found += _flutters(arc, whole)
     found = [replace(critical, rounding=arc.problem.rounding(critical.rest)) for critical in found]
@@ -136,14 +138,14 @@ def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
 class Pairs(NamedTuple):
     """Pairs of eigenvalues at both ends of a piece: real parts of mu [1/s^2], nan if zero to rounding.
 
-    `crosses` is True if the sign changes. `shapes` (n, pairs) are M times means of both eigenvectors, which have the
+    `crosses` is True if the sign changes. `momenta` (n, pairs) are M times means of both eigenvectors, which have the
     modal mass 1.
     """
 
     before: Array
     after: Array
     crosses: Array
-    shapes: Array
+    momenta: Array
 
 
 def _pairs(problem: Problem, piece: Piece) -> Pairs:
@@ -159,21 +161,21 @@ def _pairs(problem: Problem, piece: Piece) -> Pairs:
     (mu_a, negative_a, _, momentum_a), (mu_b, negative_b, shapes_b, momentum_b) = ends
     overlap = momentum_a.T @ shapes_b
     i, j = linear_sum_assignment(-np.abs(overlap))
-    shapes = (momentum_a[:, i] + np.sign(overlap[i, j]) * momentum_b[:, j]) / 2
-    return Pairs(mu_a[i], mu_b[j], negative_a[i] != negative_b[j], shapes)
+    momenta = (momentum_a[:, i] + np.sign(overlap[i, j]) * momentum_b[:, j]) / 2
+    return Pairs(mu_a[i], mu_b[j], negative_a[i] != negative_b[j], momenta)
 
 
-def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> list[Critical]:
-    """Find the branchings at which the eigenvalues of pairs with given shapes, (pairs, n), pass zero, except limit points."""
+def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) -> list[Critical]:
+    """Find the branchings at which the eigenvalues of pairs with given momenta, (pairs, n), pass zero, except limit points."""
     rests = []
-    for shape in shapes:
+    for momentum in momenta:
 
-        def eigenvalue(rest: Rest, shape: Array = shape) -> float:
+        def eigenvalue(rest: Rest, momentum: Array = momentum) -> float:
             """Return the eigenvalue mu whose shape is most like that of the pair."""
-            found = state_at(arc.problem, rest, len(shapes) + FEW).undamped
+            found = state_at(arc.problem, rest, len(momenta) + FEW).undamped
             mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
             size = np.sqrt(np.einsum("ij,ij->j", found.shapes.real, mass @ found.shapes.real))
-            return float(-(found.values[np.argmax(np.abs(shape @ found.shapes.real) / size)] ** 2).real)
+            return float(-(found.values[np.argmax(np.abs(momentum @ found.shapes.real) / size)] ** 2).real)
 
         rest = arc.find_crossing(step, eigenvalue)
         rests += [rest] if rest is not None else []
@@ -195,7 +197,8 @@ def _branchings(arc: Arc, step: Step, shapes: Array, limits: list[Critical]) -> 
 
 def _flutters(arc: Arc, piece: Piece) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of those changes whose rate is above a threshold."""
-    # rates over their rounding errors: near the onset a rate is like a square root, so that a low threshold locates it better
+    # near its onset a rate often grows like a square root: the low threshold, over the rounding error, is passed closer to it;
+    # if the numbers by it are the same at both ends, the threshold is 1, by which the step was found to have an onset
     for threshold in (1e-3, 1.0):
 
         def sign(rest: Rest, threshold: float = threshold) -> float:

@@ -182,5 +182,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     ends = out.time[is_first]
     motion = CubicHermiteSpline(ends, out.q[is_first], out.v[is_first])
     time = np.interp(np.arange(4 * (len(ends) - 1) + 1) / 4, np.arange(len(ends)), ends)  # four times a step, to draw it
-    stability = values, errors, not grows.any(), error, trivial
-    return Periodic(status, "; ".join(message), shooting.scene, found.period, time, motion(time), motion(time, 1), *stability)
+    return Periodic(
+        status, "; ".join(message), shooting.scene, found.period, time, q=motion(time), v=motion(time, 1),
+        multipliers=values, errors=errors, stable=not grows.any(), error=error, trivial=trivial,
+    )  # fmt: skip

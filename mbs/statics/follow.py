@@ -27,7 +27,7 @@ Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
 """Degree of the strips of the first path; refined paths have a higher one."""
 MAX_PATH_DEGREE = 30
-"""Degree of strips at which refinement of a path ends; lower than that of an equilibrium, as a path has many."""
+"""Degree of strips at which refinement of a path ends; lower than for one equilibrium, as a path has many equilibria."""
 COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
 """Message of a path whose refinement Ctrl-C or the time limit ended."""
 BRANCH_STEP = 1e-2
@@ -47,7 +47,7 @@ def path(
     """Follow the equilibria of a mechanism as loads grow, a drive moves or any number changes.
 
     Loads and drives start at 0, from the stress-free pose; a mechanism that can move freely there starts at the equilibrium under
-    the first step of the load. A number starts at its value in the mechanism. Constant loads are applied before. Raise a
+    the first step of the load. A number starts at its value in the mechanism. Other loads act in full from the start. Raise a
     ValueError for an invalid argument or an unknown name.
 
     Parameters
@@ -116,7 +116,7 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     if not has_strips(found.scene):
         found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
         return found
-    while not watching.get().ended:
+    while not watching.get().ended:  # by the user; then `watch` gives the path its status
         finer = run(found.scene.degree + DEGREE_STEP)
         if watching.get().ended:
             return replace(found, message=COARSE)
@@ -142,7 +142,7 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
     if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
-    link = next(link for link in a.scene.mechanism.links if not link.body.massless)  # whose ends are compared
+    link = next(link for link in a.scene.mechanism.links if not link.body.massless)  # its points stand for the whole pose
     ends = np.array([[places(path.scene, path.q[-1], link.name, point).position for point in link.points] for path in (a, b)])
     out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
     return out
@@ -187,16 +187,19 @@ class _Follower:
         except USER_STOPS:
             ended = "stopped"
         q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
-        states[-1] = state_at(self.problem, rests[-1])  # `_check_end` has replaced the last equilibrium
+        states[-1] = state_at(self.problem, rests[-1])  # where the path ends `_check_end` has replaced the equilibrium
         growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
-    def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], direction: Array | None) -> str:
-        """Append equilibria, their stability and critical points to those of the start; return the reason of the end."""
-        at_branching = direction is not None
+    def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], leaving: Array | None) -> str:
+        """Append equilibria, their stability and critical points to those of the start; return the reason of the end.
+
+        From a branching the path starts in the direction `leaving`, from other equilibria along its tangent.
+        """
+        at_branching = leaving is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
-        direction = self.continuation.direction(rests[0], None) if direction is None else direction
+        direction = self.continuation.direction(rests[0], None) if leaving is None else leaving
         last = None  # the step before
         for _ in range(self.steps):
             watching.get().step((rests[-1].parameter - self.start) / (self.to - self.start))
@@ -206,14 +209,14 @@ class _Follower:
                 return "singular"
             after = self.continuation.direction(step.new, step.direction)
             if self.continuation.may_have_jumped(step, after):
-                length = 0.3 * step.arc  # repeat the step, shorter by the most that `next_arc` allows
+                length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as much shorter as is allowed
                 continue
             whole, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
             if not (at_branching or step.passes_corner):  # there eigenvalues are zero or jump
                 found = find_criticals(self.continuation, whole, last)
-            if leaving := self._find_branch(found):
-                number, direction = leaving
-                self.branch = None  # only the first branching is left
+            if branch := self._find_branch(found):  # go on from the branching
+                number, direction = branch
+                self.branch = None  # the path leaves only the first branching
                 points += found[: number + 1]
                 rests.append(self._offset_parameter(found[number]))
                 states.append(state_at(self.problem, rests[-1]))
@@ -230,7 +233,10 @@ class _Follower:
         return "steps"
 
     def _offset_parameter(self, point: Critical) -> Rest:
-        """Return a branching with its parameter nearer to the end by 1e-8 of the range, where the tangent is not singular."""
+        """Return a branching with its parameter nearer to the end by 1e-8 of the range, where the tangent is not singular.
+
+        The displacement is less than the error of the parameter, so that the state still counts as an equilibrium.
+        """
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
@@ -248,8 +254,8 @@ class _Follower:
             return "reached"
         if not self.continuation.is_on_step(last, rests[0]):
             return ""
-        start = self.continuation.arc_of(last, rests[0]) - ON_CURVE * last.arc
-        while new and self.continuation.arc_of(last, points[-1].rest) > start:  # the start may be a branching itself
+        closing_arc = self.continuation.arc_of(last, rests[0]) - ON_CURVE * last.arc  # tolerant, as the start may be critical
+        while new and self.continuation.arc_of(last, points[-1].rest) > closing_arc:
             points.pop()
             new -= 1
         rests[-1] = rests[0]
@@ -268,13 +274,14 @@ class _Follower:
         return None
 
     def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
-        """Return the sum of critical shapes that moves a point most for the norm of its weights; None if none moves it."""
+        """Return the weighted sum of critical shapes that moves a point most along a direction; None if none moves it."""
         self.problem.set_parameter(critical.rest.parameter)
         scene = self.problem.scene
         shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
-        velocities = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes
-        moves = along @ velocities / np.linalg.norm(along) / scene.length
-        return shapes @ moves if np.abs(moves).max() > MOVES else None  # weights in proportion to the moves give the largest sum
+        displacements = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes  # (x, y) of the point, by shape
+        moves = along @ displacements / np.linalg.norm(along) / scene.length
+        # of all weights with the same sum of squares, those in proportion to the moves give the largest move
+        return shapes @ moves if np.abs(moves).max() > MOVES else None
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
         """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
@@ -286,7 +293,8 @@ class _Follower:
             if shape is None:
                 continue
             shape = shape / np.linalg.norm(shape / self.problem.units)
-            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):  # cosine of an angle
+            # cosine of the angle between shapes: the same shape moves several points
+            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
                 shapes.append(shape)
         yield from (side * shape for shape in shapes for side in (1.0, -1.0))
 

@@ -55,7 +55,7 @@ class Rest(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Plane normal . x = value of states x = (q, lambda, p), normal (n + r + 1,); Newton's matrix has p over `unit`."""
+    """Plane normal . x = value of states x = (q, lambda, p), normal (n + r + 1,); Newton's method solves for p/`unit`."""
 
     normal: Array
     value: float
@@ -78,7 +78,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units, self.is_angle = self.scene.units, find_angles(self.scene)
-        self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
+        self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
     def extents(self) -> Array:
@@ -130,12 +130,12 @@ class Problem:
 
         `added` are entries that are added to those of K, as of M/tau in an implicit step.
         """
-        s = self.scene.tables
-        unit = np.concatenate([self.units, np.ones(len(s.rows))])
-        weight = np.append(unit[s.row] * unit[s.col], 0.0)  # 0: the last entry is no part of the matrix
+        unit = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
+        row, column = self.scene.tables.row, self.scene.tables.col  # indices of the entries in the matrix
+        weight = np.append(unit[row] * unit[column], 0.0)  # 0: the last entry is no part of the matrix
         _, _, stiffness, jacobian = a.entries
         k = (stiffness + added) * weight
-        diagonal = np.abs(k[:-1][s.row == s.col])
+        diagonal = np.abs(k[:-1][row == column])
         force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
         return a.build(k / force_unit + jacobian * weight), force_unit
 
@@ -204,14 +204,15 @@ class Problem:
     def is_balanced(self, rest: Rest) -> bool:
         """Return True if g is small, and residual forces are small against applied forces, weights, reactions or rounding."""
         force, gap, a = self.residual(rest)
-        scene, units, s = self.scene, self.units, self.scene.tables
+        scene, units = self.scene, self.units
+        row, column = scene.tables.row, scene.tables.col  # indices of the entries in the matrix [[K, G^T], [G, 0]]
         # largest force [N] or torque [N m], times the longest link: compared with forces times units of coordinates
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
         gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
-        in_g = (s.row >= scene.size) & (s.col < scene.size)  # entries of the Jacobian G
+        in_g = (row >= scene.size) & (column < scene.size)
         *_, jacobian = a.entries
-        reactions = np.abs(jacobian[:-1][in_g] * units[s.col[in_g]] * rest.multipliers[s.row[in_g] - scene.size])
+        reactions = np.abs(jacobian[:-1][in_g] * units[column[in_g]] * rest.multipliers[row[in_g] - scene.size])
         stiffest = float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         rounding = 1e3 * EPS * stiffest  # force by rounding of the stiffest coordinate, with a margin of 1e3
         limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
@@ -294,7 +295,7 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
 
 
 def find_angles(scene: CompiledScene) -> Array:
-    """Return True for each coordinate that is an angle, (n,); others are lengths, as the statics have no states of loads."""
+    """Return True for each coordinate that is an angle, (n,); the others are lengths, which `builder.units` leaves out."""
     return np.array([i in scene.builder.units for i in range(scene.size)], dtype=bool)
 
 

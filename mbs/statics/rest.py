@@ -1,6 +1,6 @@
 """Equilibrium of a mechanism under its loads, with stability and error, by load steps or pseudo-transient continuation.
 
-Pseudo-transient continuation takes implicit Euler steps of growing length tau [s^2] on M q' = f - G^T lambda:
+Pseudo-transient continuation takes implicit Euler steps of growing length tau [s^2] on the flow M dq/dtau = f - G^T lambda:
 
     [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
@@ -19,7 +19,7 @@ from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
 from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene
-from ..spectral.tables import ForceKind
+from ..spectral.tables import ForceKind, RowColumn
 from ..validate import number
 from .algebra import solve
 from .answer import ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Ending, Equilibrium, check, list_omissions
@@ -34,7 +34,7 @@ LEAST_INCREMENT = 1e-4
 LOAD_STEP = 0.1
 """Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
 CONVERGED = 0.2
-"""Largest change by the last Newton iteration of an implicit step, over the step, with which the step is accepted."""
+"""Largest change by a Newton iteration after the first, over the implicit step; after a larger one the step is refused."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 ROUNDING = 1e-9
@@ -44,7 +44,7 @@ FRICTION = "friction may hold it elsewhere"
 
 
 class RunsAwayError(StaticsError):
-    """Failure of the search because a motion has no equilibrium."""
+    """Failure of the search because a mechanism moves on under its load, or a rope draws its end into a pulley."""
 
 
 class SlackError(StaticsError):
@@ -99,7 +99,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     From an unstable equilibrium the search goes on with a displacement along the fastest growing shape. Raise a RunsAwayError
     for a motion beyond `LONGEST_WAY`, a StaticsError after `STEPS` steps.
     """
-    start = rest = rest._replace(multipliers=np.zeros_like(rest.multipliers))
+    start = rest = rest._replace(multipliers=np.zeros_like(rest.multipliers))  # each step computes new ones
     tau, way, displacements = 0.0, 0.0, 0
     longest = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
     watching.get().most = STEPS
@@ -108,12 +108,12 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         new, tau, change = _step(problem, rest, tau)
         way += change
         found = None
-        if change < 1e-3:  # near rest
-            with suppress(StaticsError):  # growing steps would lead away from the motion, to another equilibrium
+        if change < TARGET_MOVE / 100:  # near rest
+            with suppress(StaticsError):  # Newton steps must decrease: growing ones would lead to another equilibrium
                 found = problem.newton(new, must_decrease=True)
         if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
             spectrum = problem.spectrum(found)
-            if spectrum.stable or displacements > 20:  # then an unstable one is the answer
+            if spectrum.stable or displacements > 20:  # after as many displacements the answer is unstable
                 return found
             fastest = int(np.argmax(spectrum.growth))
             shape = np.real(spectrum.shapes[:, fastest])
@@ -153,7 +153,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
     mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
     for iteration in range(4):  # more than one, as the first stretches a strip that rotates
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
-        matrix, force_unit = problem.scale_matrix(last, mass / tau)
+        matrix, force_unit = problem.scale_matrix(last, mass / tau)  # for dq over units, dlambda over force_unit
         out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
         new = Rest(new.q + out[:n] * units, out[n:] * force_unit, rest.parameter)
         step = new.q - rest.q
@@ -197,7 +197,7 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
     scene = problem.scene
     for name in (name for name, element in scene.source.elements.items() if isinstance(element, Rope)):
         row = scene.row_names.index(name)
-        first, _, count = scene.tables.rows[row]
+        first, count = scene.tables.rows[row, [RowColumn.FIRST, RowColumn.TERMS]]  # of the measures, which are contiguous
         lengths = [scene.measure(i, rest.q) for i in range(first, first + count)]
         if min(lengths) < 1e-6 * scene.length:
             raise RunsAwayError(f"no equilibrium: '{name}' draws one of its ends into a pulley")
@@ -219,7 +219,8 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False
-        if is_near and (stays_stable or not stable or increment < LEAST_INCREMENT):
+        may_be_unstable = not stable or increment < LEAST_INCREMENT  # it was before, or the loss is no fault of the step
+        if is_near and (stays_stable or may_be_unstable):
             rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
         elif increment < LEAST_INCREMENT:
             break

@@ -101,7 +101,7 @@ class Shooting:
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
         """Integrate a period on the stored steps; if adaptive, or with onsets of contacts, on steps of its own.
 
-        An adaptive run without onsets stores its steps.
+        An adaptive run stores its steps; later runs repeat them unless contacts began in it.
         """
         adapts = adaptive or self.has_onsets
         tolerance = self.tolerance * (ONSET_FACTOR if self.has_onsets else 1.0) if adapts else EVENT_TOLERANCE
@@ -110,8 +110,8 @@ class Shooting:
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=1e4 * tolerance)  # 1e4: as by default
         ends = None if adapts else self.step_ends * self.period
-        stores_steps = adapts and not self.has_onsets
-        every = 2 if stores_steps else 1  # every second step is a row, from which `ends_of_steps` makes two steps again
+        is_repeated = adapts and not self.has_onsets
+        every = 2 if is_repeated else 1  # every second step is a row, from which `ends_of_steps` makes two steps again
         watching.get().step()
         time_left = watching.get().time_left
         out, failure, counts = integrate(self.scene, self.period, solver, time_left, state=state, ends=ends, every=every)
@@ -197,7 +197,7 @@ class Shooting:
         least, period = np.inf, self.period
         for _ in range(6):  # attempts
             found = self.newton(self.project(state), matrix)
-            is_rest = self.autonomous and self.largest_range(found.out) <= 1e-5
+            is_rest = self.autonomous and self.largest_range(found.out) <= 1e-5  # by convention
             if found.residual <= CLOSED and not is_rest:
                 return found
             least = min(least, found.residual)
@@ -230,7 +230,7 @@ class Shooting:
             previous = residual
             state = self._newton_step(state, basis, out, matrix, change)
         self.period = best.period
-        if best.residual <= CLOSED and at_matrix > 1e-9:  # the matrix was computed too far from the motion
+        if best.residual <= CLOSED and at_matrix > 1e-9:  # a hundredth of `CLOSED`: else the matrix was computed too far away
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
@@ -239,10 +239,11 @@ class Shooting:
         square = matrix - np.eye(len(matrix))  # derivative of P(x) - x
         if self.autonomous:
             to_free = basis.T / self.units**2
-            by_turns = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace]) / self.pace  # by pace * period
-            solution = np.linalg.lstsq(np.column_stack([square, by_turns]), -change, rcond=1e-6)[0]  # 1e-6: a free direction
-            step, change_of_turns = solution[:-1], float(solution[-1])
-            self.period *= 1.0 + float(np.clip(change_of_turns / (2 * np.pi), -0.2, 0.2))  # at most a fifth
+            by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace])  # derivative of P(x) [1/s]
+            by_phase = by_period / self.pace  # by the phase at the end, 2 pi times the relative change of the period
+            solution = np.linalg.lstsq(np.column_stack([square, by_phase]), -change, rcond=1e-6)[0]  # 1e-6: a free direction
+            step, change_of_phase = solution[:-1], float(solution[-1])
+            self.period *= 1.0 + float(np.clip(change_of_phase / (2 * np.pi), -0.2, 0.2))  # at most a fifth
         else:
             step = solve(square, -change)
         longest = LONGEST_STEP * max(1.0, self.largest_range(out))

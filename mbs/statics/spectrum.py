@@ -32,7 +32,8 @@ from .algebra import COUNT, EPS, MANY, has_entries, invert, is_symmetric, null_s
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
 FARTHEST = 1e2
-"""Largest ratio of the lowest |s^2| to the shift. With a rigid motion, its relative error is about the ratio times `ROUNDING`."""
+"""Largest ratio of the lowest |s^2| above zero to the shift. A rigid motion has the largest theta, 1/shift: with one the relative
+error of that |s^2| is about the ratio times `ROUNDING`."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Tangent:
             sparse, a = False, scene.assemble(q, v, lam=lam)
         basis = sparse_null_space if sparse else null_space
         free = basis(a.jacobian, scene.units)
-        test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free
+        test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free  # `a.cross` is X
         large = abs(a.stiffness).diagonal().copy()
         for piece in (piece for strip in scene.strips for piece in strip.pieces):
             x, y = piece.dofs[:2]  # stiffness across a strip is a difference of numbers as large as the axial stiffness
@@ -77,7 +78,8 @@ class Tangent:
         """True if K alone determines stability: it is symmetric, and C is symmetric and dissipates energy."""
         k, c = self.reduce(self.stiffness), self.reduce(self.damping)
         symmetric = is_symmetric(k) and is_symmetric(c)
-        return symmetric and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
+        rounding = 1e3 * EPS * abs(c).max() if has_entries(c) else 0.0  # 1e3: a margin
+        return symmetric and not (has_entries(c) and np.linalg.eigvalsh(c).min() < -rounding)
 
     @property
     def definite(self) -> bool:
@@ -174,10 +176,11 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
         nearest = float(np.abs(squared + shift).min())
-        is_away = nearest >= 0.2 * shift if known else lowest >= 1.5 * shift  # a known shift may lie among the eigenvalues
+        is_away = nearest >= 0.2 * shift if known else lowest >= 1.5 * shift  # a known shift may exceed the lowest |s^2|
         if is_away and lowest <= FARTHEST * shift:
             break
-        shift = 0.6 * shift if known and not is_away else 0.5 * lowest  # 0.6: to the other side of the nearest eigenvalue
+        # the nearest -s^2 is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
+        shift = 0.6 * shift if known and not is_away else 0.5 * lowest
     theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
     errors = _errors_of_inverse(theta, product, left, m @ right)
     if symmetric:
@@ -212,7 +215,7 @@ def _use_quotients(
 
 
 def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
-    """Estimate errors of 1/theta if the matrix is known to the rounding of its largest eigenvalue; `product` is y^H z."""
+    """Estimate errors of 1/theta, theta eigenvalues of a matrix with the rounding error of the largest; `product` is y^H z."""
     condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(np.abs(product), 1e-300)
     with np.errstate(all="ignore"):
         return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
@@ -245,8 +248,8 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         # the lower half of a left vector of A is M y up to a factor, if y^H (s^2 M + s C + K) = 0
         values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
-        is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, but not far
-        if is_near or (shift == least and lowest <= 2.0 * least):  # a smaller shift than the least would be rounding
+        is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, by a margin, but not far
+        if is_near or (shift == least and lowest <= 2.0 * least):  # a smaller shift than the least is lost in rounding
             break
         shift = max(least, 0.5 * lowest)
     return values, left, right, errors, shift**2

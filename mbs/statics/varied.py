@@ -15,7 +15,7 @@ STEP = 1e-5
 
 
 class Varied(Problem):
-    """Problem whose parameter is a number of the mechanism; `scene` is made anew for each value, at last for `current`."""
+    """Problem whose parameter is a number of the mechanism; `scene` is that for the value `current`, made anew for each value."""
 
     def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
         self.name, self.document, self.degree = name, mechanism.to_dict(), degree
@@ -53,10 +53,10 @@ class Varied(Problem):
 
 
 class Paced(Problem):
-    """Problem of `response` whose parameter is the frequency of a motion [Hz], `initial` in the mechanism as given."""
+    """Problem over the frequency of a periodic motion [Hz]; all functions of time run parameter/`initial` as fast."""
 
     def set_parameter(self, parameter: float) -> None:
-        """Set the frequency [Hz], with which all functions of time are scaled."""
+        """Set the frequency [Hz]."""
         self.scene.tables.time_factor[:] = parameter / self.initial  # an array of one number, for compiled code
 
 

@@ -116,8 +116,8 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except SEARCH_STOPS as error:
-            has_estimate = previous < np.inf  # from an earlier refinement, which a user's stop leaves valid
-            if not (has_estimate and isinstance(error, USER_STOPS)):
+            keeps_errors = isinstance(error, USER_STOPS) and previous < np.inf  # stopped after an earlier refinement
+            if not keeps_errors:
                 errors = np.full(len(errors), np.inf)
             break
         coarse = found
@@ -129,7 +129,7 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
         rounding, is_neutral = found.rounding[:count], found.neutral[:count]
         errors = np.maximum(change, np.where(is_neutral, 0.0, rounding))
         relative = float(np.max(change / np.maximum(np.abs(found.values[:count]), 1e-300), initial=0.0, where=~is_neutral))
-        is_rounding = relative < 1e-5 and relative > 0.5 * previous  # small, and not halved: rounding of the equilibrium
+        is_rounding = 0.5 * previous < relative < 1e-5  # small, by convention, and not halved: rounding of the equilibrium
         previous = relative
         most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
         is_enough = is_rounding or relative <= ACCURACY or (change <= rounding).all()
