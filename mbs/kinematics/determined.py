@@ -113,8 +113,7 @@ class Follower:
         """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
         speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
         t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
-        # towards a locked pose speeds grow beyond bounds; 20 is a convention
-        if speeds[-1] > 20.0 * float(np.median(speeds)):
+        if speeds[-1] > 20.0 * float(np.median(speeds)):  # 20: by choice; towards a locked pose speeds grow beyond bounds
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")

@@ -14,8 +14,6 @@ from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
 """Least singular value of the Jacobian below which a pose may be singular: it is zero there, but a run ends shortly before."""
-LEAST_RATIO = 0.2
-"""Singular value, over the least one at t = 0, below which a pose may be singular: a regular linkage may have a small one."""
 IN_LINE = 0.3
 """Sine of the angle between two links below which they count as in line; a run ends shortly before the pose."""
 
@@ -39,8 +37,7 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
         return min(found)[1]
     matrix = linkage.jacobian(q)
     rows = np.arange(len(matrix)) if rows is None else rows
-    # left singular vector of the least singular value: coefficients of a sum of rows that nearly vanishes
-    weights = np.linalg.svd(matrix[rows])[0][:, -1]
+    weights = np.linalg.svd(matrix[rows])[0][:, -1]  # of a sum of rows that nearly vanishes: the last left singular vector
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold the linkage"
@@ -66,7 +63,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     if not len(independent) or not np.isfinite(last).all():
         return None
     at_start, at_end = (np.linalg.svd(matrix[independent], compute_uv=False)[-1] for matrix in (first, last))
-    if at_end > min(LEAST_SINGULAR_VALUE, LEAST_RATIO * at_start):
+    if at_end > min(LEAST_SINGULAR_VALUE, 0.2 * at_start):  # 0.2: a regular linkage may have a small one from the start
         return None
     t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[independent])
     if mechanism.drives:

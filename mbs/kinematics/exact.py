@@ -1,7 +1,4 @@
-"""Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration.
-
-A `Follower` closes the loops over time in steps, whose ends are called anchors; samples are closed from poses between anchors.
-"""
+"""Run of the solver `Closure`: loop closure and inverse dynamics of a determined linkage at sample times, no integration."""
 
 from math import ceil, pi
 from time import perf_counter
@@ -42,7 +39,7 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     try:
         return _sample_motion(follower, duration, solver, begin)
     except UnclosedError as error:
-        anchors = follower.anchors.time
+        anchors = follower.anchors.time  # ends of the steps by which the motion was followed
         last = float(anchors[anchors < error.time][-1])
         follower.ended = Ended(last, Status.SINGULAR, str(error))
         return _sample_motion(follower, duration, solver, begin)

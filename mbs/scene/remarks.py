@@ -12,8 +12,7 @@ from .linkage import DEPENDENT, Linkage, rank
 from .start import compute_jacobians, name_surplus_drives
 
 UNDETERMINED = 1e-6
-"""Component of a unit null vector of the transposed Jacobian above which the multiplier of its row is undetermined:
-well above the rounding error of null vectors, about 1e-16/`DEPENDENT`."""
+"""Component of a unit null vector of J^T above which the multiplier of its row is undetermined: rounding is 1e-16/`DEPENDENT`."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:

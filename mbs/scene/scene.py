@@ -173,10 +173,7 @@ class Scene:
 
     @cached_property
     def is_unconstrained(self) -> bool:
-        """True if Exudyn integrates explicitly, without constraints: all joints of rigid links have clearance.
-
-        A drive must have a constant speed, which a huge moment of inertia keeps.
-        """
+        """True if Exudyn runs explicitly, without constraints: rigid links, clearance in all joints, drives of constant speed."""
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

@@ -15,7 +15,6 @@ from ..process import CTRL_C
 from ..scene.scene import Scene
 from ..spectral.scene import CompiledScene, MarkerMotion
 from ..validate import number, one_of, positive, whole
-from .problem import places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -106,10 +105,7 @@ def check_path(to: float, steps: int, step: float, longest: float, **alternative
 
 
 def explain_end(ended: str, last: float, start: float, to: float, steps: int) -> tuple[Ending, str]:
-    """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`.
-
-    The status is OK for 'reached', 'closed' and 'back'; after 'stopped' `mark_stopped` replaces it.
-    """
+    """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
     messages = {
         "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
         "spent": f"the time steps of its periodic motions, as many as allowed, led to {last:.6g}, not to {to:.6g}",
@@ -119,7 +115,7 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
         "stopped": f"it led to {last:.6g}, not to {to:.6g}",
     }
     statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
-    return statuses.get(ended, Ending.OK), messages.get(ended, "")
+    return statuses.get(ended, Ending.OK), messages.get(ended, "")  # after "stopped" `mark_stopped` replaces the status OK
 
 
 def list_omissions(mechanism: Mechanism, friction_remark: str) -> list[str]:
@@ -171,7 +167,7 @@ class Equilibrium(Answer):
 
     def point(self, link: str, point: str) -> MarkerMotion:
         """Return position, angle and rates of a point of a link."""
-        return places(self.scene, self.q, link, point)
+        return self.scene.read(self.scene.marker(link, point), self.q)
 
     def reaction(self, name: str) -> Array:
         """Return force or torque of a constraint [N or N m], with the signs of a run's signals; see `compute_reactions`."""
@@ -261,11 +257,13 @@ class Path(Route):
 
     def point(self, link: str, point: str) -> Array:
         """Return the positions of a point of a link [m], shape (steps, 2)."""
-        return np.array([places(self.scene, q, link, point).position for q in self.q])
+        marker = self.scene.marker(link, point)
+        return np.array([self.scene.read(marker, q).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
         """Return positions to draw, on the path and at critical points, and the prefix of the axis label: none for positions."""
-        criticals = [places(self.scene, critical.rest.q, link, point).position for critical in self.points]
+        marker = self.scene.marker(link, point)
+        criticals = [self.scene.read(marker, critical.rest.q).position for critical in self.points]
         return self.point(link, point), criticals, ""
 
     def reaction(self, name: str) -> Array:

@@ -25,8 +25,6 @@ CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
 """Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, over the step."""
-ALIKE = 1e-3
-"""Largest difference of the roots by 4 and by 6 points, over the spacing of points; above it `find_root` is used."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
 CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
@@ -194,7 +192,7 @@ class Arc:
             return self.find_root(step, function)
         values = [function(rest) for rest in rests]
         root_4, root = (_root_of(stencil[:n], values[:n]) for n in (4, 6))
-        if not abs(root - root_4) < ALIKE:
+        if not abs(root - root_4) < 1e-3:  # over the spacing of the points
             return self.find_root(step, function)
         weights = [np.prod([(root - b) / (a - b) for b in stencil if b != a]) for a in stencil]  # Lagrange's polynomials
         return Rest(*(sum(w * x for w, x in zip(weights, part, strict=True)) for part in zip(*rests, strict=True)))
@@ -228,10 +226,7 @@ class Arc:
 
 
 def next_arc(arc: float, angle: float, longest: float) -> float:
-    """Return the arc of the next step, so that its tangent turns by 0.15 rad, well below `CORNER`, if this one's by `angle`.
-
-    By convention it is 0.3 to 1.6 times as long as this one.
-    """
+    """Return an arc in which the tangent turns by 0.15 rad, if by `angle` in this one: by convention 0.3 to 1.6 times as long."""
     return min(longest, arc * float(np.clip(0.15 / max(angle, 1e-300), 0.3, 1.6)))
 
 

@@ -22,8 +22,6 @@ FEW = 1
 MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece. A parabola that touches zero at the end of the next piece decreases by
 3/4, from 2^2 to 1^2: it is not missed."""
-SAME_POINT = 1e-5
-"""Distance, over the step, within which critical points are one multiple point."""
 
 
 class TangentState(NamedTuple):
@@ -187,7 +185,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
         return []
     rests.sort(key=lambda rest: arc.arc_of(step, rest))
     gaps, found = np.diff([arc.arc_of(step, rest) for rest in rests]), []
-    for group in np.split(np.arange(len(rests)), np.flatnonzero(gaps >= SAME_POINT * step.arc) + 1):
+    for group in np.split(np.arange(len(rests)), np.flatnonzero(gaps >= 1e-5 * step.arc) + 1):  # nearer ones are one
         rest, count = rests[group[0]], len(group)
         spectrum_at = state_at(arc.problem, rest, count + FEW).undamped
         nearest = np.argsort(np.abs(spectrum_at.values))[:count]

@@ -73,10 +73,7 @@ class CriticalMotion:
 
 @dataclass
 class ResponseCurve:
-    """Periodic motions over the parameter of a problem, up to `to`; `span` is the range of the parameter, with its sign.
-
-    If `keeps_degree`, refinement leaves the degree of the strips as it is, and errors leave out its share.
-    """
+    """Periodic motions over a parameter, up to `to`; refinement raises the degree of the strips unless it `keeps_degree`."""
 
     shooting: Shooting
     problem: Problem
@@ -100,10 +97,7 @@ class ResponseCurve:
         return np.asarray(block_diag(to_scaled, to_scaled, 1.0))
 
     def compute_orbit(self, state: RunState, parameter: float, before: Array | None = None) -> Orbit:
-        """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`.
-
-        By default p moves towards the end, so that the motion must not lie at a fold.
-        """
+        """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
         self.set_parameter(parameter)
         shooting, changes = self.shooting, []
         basis = shooting.basis(state)
@@ -118,7 +112,7 @@ class ResponseCurve:
         size = max(1e-3, shooting.largest_range(out))  # 1e-3: at rest the metric would be singular
         metric = np.append(np.full(len(slope), size**-2.0), 1.0)
         scaled, unit_p = self._scaled_basis(basis), np.eye(len(slope) + 1)[-1]
-        normal = unit_p if before is None else metric * (before @ scaled)
+        normal = unit_p if before is None else metric * (before @ scaled)  # with unit_p the motion must not lie at a fold
         direction = solve(np.vstack([matrix, normal]), unit_p)  # matrix @ direction = 0, normal @ direction = 1
         tangent = scaled @ direction / np.sqrt(metric @ direction**2)
         found = Found(state, shooting.period, residual=0.0, out=out, matrix=monodromy)
@@ -229,8 +223,7 @@ class ResponseCurve:
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the tangents at two motions [rad], in the metric at the second."""
-        # products in this metric are those of (t, size p), t and p parts of a tangent, over size**2
+        """Compute the angle between the tangents at two motions [rad], in the metric at the second (here times its size)."""
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 

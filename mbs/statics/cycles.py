@@ -13,7 +13,7 @@ from ..spectral.scene import DEGREE, CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Answer, Ending, check
-from .problem import SEARCH_STOPS, distance_between, has_strips, places, prolong
+from .problem import SEARCH_STOPS, distance_between, has_strips, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, find_multipliers
 
 
@@ -41,7 +41,8 @@ class Periodic(Answer):
 
     def point(self, link: str, point: str) -> Array:
         """Return the positions of a point of a link over the period [m], shape (times, 2)."""
-        return np.array([places(self.scene, q, link, point).position for q in self.q])
+        marker = self.scene.marker(link, point)
+        return np.array([self.scene.read(marker, q).position for q in self.q])
 
     def amplitude(self, link: str, point: str) -> Array:
         """Return half the range of a point of a link along x and y [m], shape (2,)."""
@@ -121,15 +122,15 @@ def prepare(
     return Shooting(scene, period), state
 
 
-def _refine(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
-    """Refine steps, and the degree unless it is `fixed`, until state and multipliers do not change; errors are last changes.
+def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
+    """Refine steps, and the degree unless it `keeps_degree`, until state and multipliers do not change; errors are last changes.
 
     The motion before a refinement is kept if the refinement fails, or if changes grow by rounding.
     """
     values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(4):  # most refinements, each to half the longest step
-        degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not fixed else 0)
+        degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not keeps_degree else 0)
         finer = shooting.finer(degree)
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)

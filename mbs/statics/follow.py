@@ -18,7 +18,7 @@ from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, Piece, TangentState, find_criticals, state_at
-from .problem import Problem, Rest, StaticsError, has_strips, loads_of, places
+from .problem import Problem, Rest, StaticsError, has_strips, loads_of
 from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
 
@@ -28,12 +28,8 @@ DEGREE = 12
 """Degree of the strips of the first path; refined paths have a higher one."""
 MAX_PATH_DEGREE = 30
 """Degree of strips at which refinement of a path ends; lower than for one equilibrium, as a path has many equilibria."""
-COARSE = "its errors are not known: strips of a higher degree were not followed to the end"
-"""Message of a path whose refinement Ctrl-C or the time limit ended."""
 BRANCH_STEP = 1e-2
 """Longest first step behind a branching, in the metric of `arc`."""
-MOVES = 1e-4
-"""Least displacement of a point, over the longest link, in a critical shape of unit size that moves it: above rounding."""
 
 
 @watch("steps")
@@ -112,19 +108,19 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree, unless it is given, until critical points and the end do not change."""
-    found, fixed = run(degree or DEGREE), degree is not None
+    found, keeps_degree = run(degree or DEGREE), degree is not None
     if not has_strips(found.scene):
         found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
         return found
     while not watching.get().ended:  # by the user; then `watch` gives the path its status
         finer = run(found.scene.degree + DEGREE_STEP)
         if watching.get().ended:
-            return replace(found, message=COARSE)
+            return replace(found, message="its errors are not known: strips of a higher degree were not followed to the end")
         errors = _errors(found, finer)
-        answer = found if fixed else finer
+        answer = found if keeps_degree else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)  # of parameters, by convention also for the error of the end
-        if fixed or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
+        if keeps_degree or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
             # a parameter at a critical point is not known better than its rounding error
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
@@ -143,7 +139,8 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
     if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
     link = next(link for link in a.scene.mechanism.links if not link.body.massless)  # its points stand for the whole pose
-    ends = np.array([[places(path.scene, path.q[-1], link.name, point).position for point in link.points] for path in (a, b)])
+    scenes = [(path.scene, path.q[-1]) for path in (a, b)]
+    ends = np.array([[s.read(s.marker(link.name, point), q).position for point in link.points] for s, q in scenes])
     out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
     return out
 
@@ -193,10 +190,7 @@ class _Follower:
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], leaving: Array | None) -> str:
-        """Append equilibria, their stability and critical points to those of the start; return the reason of the end.
-
-        From a branching the path starts in the direction `leaving`, from other equilibria along its tangent.
-        """
+        """Append equilibria, stability and critical points; leave a branching in a direction; return the reason of the end."""
         at_branching = leaving is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
         direction = self.continuation.direction(rests[0], None) if leaving is None else leaving
@@ -209,7 +203,7 @@ class _Follower:
                 return "singular"
             after = self.continuation.direction(step.new, step.direction)
             if self.continuation.may_have_jumped(step, after):
-                length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as much shorter as is allowed
+                length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as short as allowed
                 continue
             whole, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
             if not (at_branching or step.passes_corner):  # there eigenvalues are zero or jump
@@ -233,10 +227,7 @@ class _Follower:
         return "steps"
 
     def _offset_parameter(self, point: Critical) -> Rest:
-        """Return a branching with its parameter nearer to the end by 1e-8 of the range, where the tangent is not singular.
-
-        The displacement is less than the error of the parameter, so that the state still counts as an equilibrium.
-        """
+        """Return a branching with its parameter nearer to the end by 1e-8 of the range: less than its error, but not singular."""
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
     def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
@@ -281,7 +272,7 @@ class _Follower:
         displacements = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes  # (x, y) of the point, by shape
         moves = along @ displacements / np.linalg.norm(along) / scene.length
         # of all weights with the same sum of squares, those in proportion to the moves give the largest move
-        return shapes @ moves if np.abs(moves).max() > MOVES else None
+        return shapes @ moves if np.abs(moves).max() > 1e-4 else None  # 1e-4 of the longest link: above rounding
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
         """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""

@@ -18,7 +18,7 @@ from ..geometry import Array
 from ..progress import USER_STOPS, watching
 from ..spectral.entry_points import place, update_stresses
 from ..spectral.linear import Equations
-from ..spectral.scene import CompiledScene, MarkerMotion
+from ..spectral.scene import CompiledScene
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import Report, State
 from .algebra import COUNT, DEPENDENT, EPS, LARGE, Matrix, least_squares, solve
@@ -30,8 +30,6 @@ LONGEST_STEP = 0.3
 """Largest change of a coordinate in an iteration, in its unit."""
 CLOSE = 1e-10
 """Newton step, in units of the coordinates, below which the iteration ends as soon as a further step cannot improve it."""
-NOISE = 1e-8
-"""Newton step, in units of the coordinates, below which a growing step is rounding, amplified near a critical point."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
 CLOSED = 1e-9
@@ -151,7 +149,7 @@ class Problem:
                 rest, largest = self.step(rest, plane)
                 next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
                 is_last = next_step < 10 * EPS or largest > 0.1 * previous  # 0.1: not quadratic any more
-                grows_by_rounding = previous < largest < NOISE
+                grows_by_rounding = previous < largest < 1e-8  # rounding may be amplified near a critical point
                 if (largest < CLOSE and is_last) or grows_by_rounding:
                     found = rest if self.is_balanced(rest) else None
                     break
@@ -322,8 +320,3 @@ def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[i
     if unknown := loads - set(known):
         raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(known)}")
     return [i for i, name in enumerate(known) if name in loads]
-
-
-def places(scene: CompiledScene, q: Array, link: str, point: str) -> MarkerMotion:
-    """Return the place of a point of a link at coordinates q."""
-    return scene.read(scene.marker(link, point), q)

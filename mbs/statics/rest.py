@@ -229,8 +229,8 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
     return rest, reached
 
 
-def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, float]:
-    """Increase the degree, unless it is `fixed`, until the error is small; return problem, equilibrium and error."""
+def _refine(problem: Problem, rest: Rest, keeps_degree: bool) -> tuple[Problem, Rest, float]:
+    """Increase the degree, unless it `keeps_degree`, until the error is small; return problem, equilibrium and error."""
     error = previous = np.inf
     while has_strips(problem.scene):
         finer, guess = problem.refine(rest, DEGREE_STEP)
@@ -240,7 +240,7 @@ def _refine(problem: Problem, rest: Rest, fixed: bool) -> tuple[Problem, Rest, f
         except StaticsError:
             return problem, rest, np.inf
         error = distance_between(finer.scene, guess.q, new.q)
-        if fixed:
+        if keeps_degree:
             break
         problem, rest = finer, new
         if error <= ACCURACY or error > 0.5 * previous or problem.scene.degree > MAX_DEGREE:

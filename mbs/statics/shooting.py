@@ -31,8 +31,6 @@ ONSET_FACTOR = 1e-3
 """Factor of the tolerance of runs with onsets of contacts: steps of two such runs differ, so that errors do not cancel."""
 OFFSET = 2e-5
 """Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
-LEAST_OFFSET = 1e-5
-"""Least half width of the differences, by which the error of the runs' events, about `EVENT_TOLERANCE`, is divided."""
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: as large as the error of the integration without damping."""
 BUDGET = 1_000_000
@@ -87,7 +85,8 @@ class Shooting:
         """Return the map with shorter steps, strips of another degree and narrower differences."""
         scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
         tolerance = self.tolerance / 2**5  # for half the step, as collocation at three Radau points has the order 5
-        return Shooting(scene, self.period, tolerance, self.longest / 2, max(LEAST_OFFSET, self.width / 2))
+        width = max(1e-5, self.width / 2)  # not less, as it divides errors of events, about `EVENT_TOLERANCE`
+        return Shooting(scene, self.period, tolerance, self.longest / 2, width)
 
     def _is_autonomous(self) -> bool:
         """Return True if the equations are the same at three times, for an arbitrary state near the start."""

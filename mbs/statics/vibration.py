@@ -105,8 +105,8 @@ def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
     return found
 
 
-def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencies:
-    """Increase the degree, unless it is `fixed`, until the lowest frequencies do not change; errors are the last change."""
+def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Frequencies:
+    """Increase the degree, unless it `keeps_degree`, until the lowest frequencies do not change; errors are the last change."""
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf  # errors of `found`; relative change in the refinement before
     while has_strips(problem.scene):
@@ -121,7 +121,7 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
                 errors = np.full(len(errors), np.inf)
             break
         coarse = found
-        if not fixed:
+        if not keeps_degree:
             problem, rest, found = finer, state, new
         change = np.full(min(count, len(found.values)), np.inf)
         common = min(count, len(coarse.values), len(new.values))
@@ -133,7 +133,7 @@ def _refine(problem: Problem, rest: Rest, count: int, fixed: bool) -> Frequencie
         previous = relative
         most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
         is_enough = is_rounding or relative <= ACCURACY or (change <= rounding).all()
-        if fixed or is_enough or problem.scene.degree > most:
+        if keeps_degree or is_enough or problem.scene.degree > most:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
     return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
