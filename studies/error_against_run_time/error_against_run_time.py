@@ -1,8 +1,9 @@
 """Error against run time of several works: hand-tuned runs of the engine, runs of the compiled solver, runs by an accuracy.
 
 A work is a mechanism and the numbers that are computed from it; its runs form three series. `engine` is Exudyn with the best
-settings found by hand; only its rattling works use Buckler's classes. `once` is a single run of the compiled solver, or, for the
-buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which reports its error.
+settings found by hand: scripts in Exudyn's own classes, except for rattling, where Buckler runs on Exudyn. `once` is a single run
+of the compiled solver, or, for the buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which
+reports its error.
 Processor times run from the description of the mechanism to the numbers, and are measured in rounds (`kit.statistics`). A second
 table lists the objects of each mechanism's scene, and what a run of it loads and compiles.
 """
@@ -25,9 +26,9 @@ from .work import ENGINE, KNOWN, ONCE, Work
 from .works import WORKS
 
 ORDER = 4
-"""Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains."""
+"""Order of convergence of the strip's load over the length of its three-node elements, in which strains converge with order 2."""
 MOST_UNCERTAIN = 1e-2
-"""Largest relative difference of the two references of a work: above it one of the two codes is wrong."""
+"""Largest relative difference of the two references of a work, by convention: above it one of the two codes counts as wrong."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -37,7 +38,7 @@ class Parameters(StudyParameters):
     """Parameters of the study."""
 
     works: tuple[str, ...] = choices(tuple(WORKS), tuple(WORKS), "works to run", "works")
-    scenes: int = integer(1, 0, 1, "1 to list the ingredients of runs, each of which is made in a new process", "works")
+    scenes: int = integer(1, 0, 1, "1 to list what each run is made of, loads and compiles, 0 not to", "works")
     quick: int = integer(0, 0, 1, "1 for only the first two settings of each series, and the tuned one", "numerics")
     repeats: int = integer(5, 1, 1000, "rounds, in each of which every setting runs once", "numerics")
 
@@ -60,7 +61,10 @@ class MeasuredWork:
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Compute errors, and the tuned run's time over that of the fastest run at least as accurate of each series, or nan."""
+        """Compute the error of the tuned run, the smallest error of each other series, and its ratio of times.
+
+        The ratio is the tuned run's time over that of the fastest run in the series that is as accurate, nan without one.
+        """
         found = {"engine_error": self.tuned_point.error, "uncertainty": self.uncertainty}
         for series in (ONCE, KNOWN):
             if points := self.of(series):

@@ -221,10 +221,12 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
 
 
 def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
-    """Make the engine's function for the force of a stop; `face` is the slider's displacement at contact [m]."""
+    """Make the engine's function for the force of a stop at negative x; `face` is the slider's displacement at contact [m]."""
 
     def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
-        return -max(0.0, law.stiffness * (face - x) - law.damping * v) if x < face else 0.0
+        depth, depth_rate = face - x, -v
+        pressure = max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0
+        return -pressure  # the force of a spring is positive where it pulls the slider to negative x
 
     return force
 
@@ -232,7 +234,7 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
 def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absolute: float) -> Array:
     """Compute the path of the last bar's centre, or of the last cable's end, in a chain of equal links, (times, 2) [m]."""
     job, body, gravity = _System(), mechanism.links[0].body, mechanism.gravity
-    end = job.mark_body(job.add(eii.ObjectGround()), 0.0)
+    previous_end = job.mark_body(job.add(eii.ObjectGround()), 0.0)
     for link in mechanism.links:
         x, length = mechanism.points[link.start][0], mechanism.length(link.name)
         if isinstance(body, Rigid):
@@ -240,16 +242,16 @@ def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absol
             node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[x + length / 2, 0, 0]))
             bar = job.add(eii.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node))
             job.add_weight(bar, gravity)
-            start, middle, other = (job.mark_body(bar, place) for place in (-length / 2, 0.0, length / 2))
+            start, sensed, end = (job.mark_body(bar, place) for place in (-length / 2, 0.0, length / 2))
         else:
             assert isinstance(body, Cable) and isinstance(body.section, Section)
             places = [[x + s, 0, 1, 0] for s in np.linspace(0.0, length, body.count + 1)]
             nodes = [int(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=place))) for place in places]
             job.strip(body.section, length, nodes, gravity)
-            start, other = job.mark_node(nodes[0]), job.mark_node(nodes[-1])
-            middle = other
-        job.pin(end, start)
-        end = other
-    sensor = int(job.system.AddSensor(eii.SensorMarker(markerNumber=middle, outputVariableType=POSITION, **STORED)))
+            start, end = job.mark_node(nodes[0]), job.mark_node(nodes[-1])
+            sensed = end
+        job.pin(previous_end, start)
+        previous_end = end
+    sensor = int(job.system.AddSensor(eii.SensorMarker(markerNumber=sensed, outputVariableType=POSITION, **STORED)))
     job.solve(float(times[-1]), steps, relative, absolute)
     return job.read_sensor(sensor, times)

@@ -1,13 +1,13 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series: `engine`, written for Exudyn by hand; `once`, single runs of the compiled solver, but for the
-buckled strip of Buckler's statics on Exudyn; `known`, runs of Buckler by an accuracy.
+The runs of one code are a series. Those of `engine` are written for Exudyn by hand. Those of `once` are single runs of the
+compiled solver; only for the buckled strip they are runs of Buckler's statics on Exudyn. Those of `known` are by an accuracy.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,6 @@ Run = Callable[[], Array]
 """Function that does the whole job, from its description to the numbers that are compared."""
 Runs = dict[tuple[str, str], Run]
 """Runs by series and setting."""
-HandSetting = tuple[int, int, float, float]
-"""Setting of a run written for the engine: elements, equal steps, relative and absolute tolerance of Newton's method."""
-Setting = tuple[float, int]
-"""Setting of the compiled solver: tolerance, and degree of the strips, 0 without strips."""
 ENGINE = "engine"
 """Name of the series of runs written for the engine by hand."""
 ONCE = "once"
@@ -30,6 +26,22 @@ KNOWN = "known"
 """Name of the series of runs with an error estimate, by accuracy."""
 STEPS = 100_000_000
 """Largest number of steps of a run: fine runs take more than the default."""
+
+
+class HandSetting(NamedTuple):
+    """Setting of a run written for the engine: elements, equal steps, relative and absolute tolerance of Newton's method."""
+
+    elements: int
+    steps: int
+    relative: float
+    absolute: float
+
+
+class OnceSetting(NamedTuple):
+    """Setting of a run of the compiled solver: tolerance, and degree of the strips, 0 without strips."""
+
+    tolerance: float
+    degree: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,7 +66,7 @@ class Motion:
         """Simulate the motion by one run of the compiled solver."""
         return self.simulate(solver=Spectral(Controlled(tolerance, max_steps=STEPS), degree=degree or None))
 
-    def compiled_runs(self, *settings: Setting) -> Runs:
+    def compiled_runs(self, *settings: OnceSetting) -> Runs:
         """Make the series `once`, whose settings are named by degree, where there are strips, and tolerance."""
         return {(ONCE, f"{n} x {power(x)}" if n else power(x)): partial(self.run_compiled, x, n) for x, n in settings}
 
@@ -111,8 +123,7 @@ def power(value: float) -> str:
 
 def engine_runs(run: Callable[[HandSetting], Array], settings: Sequence[HandSetting]) -> Runs:
     """Make the series `engine`, whose settings are named by elements and steps."""
-    names = [f"{elements} x {steps}" for elements, steps, _, _ in settings]
-    return {(ENGINE, name): partial(run, setting) for name, setting in zip(names, settings, strict=True)}
+    return {(ENGINE, f"{each.elements} x {each.steps}"): partial(run, each) for each in settings}
 
 
 def cross_references(engine: Run, compiled: Run) -> dict[str, Run]:

@@ -3,16 +3,17 @@
 A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
 problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
-the result, as the difference of the two. The settings of the series `engine`, here called `hand`, are (elements, steps, relative
-and absolute tolerance of Newton's method), in rattling works (elements, tolerance). Those of the series `once`, single runs of
-the compiled solver, are (tolerance, degree of the strips or 0 without strips). Runs by an accuracy are the series `known`, which
-the strip, a work of statics, does not have.
+the result, as the difference of the two. Arguments `hand` and `once` are the settings of the series `engine` and `once`, coarse
+to fine; `fine` has those of the two references. `tuned` names the setting of `engine` with whose time other times are compared.
+Runs by an accuracy are the series `known`, which the strip, a work of statics, does not have.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from math import pi, sqrt
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -27,7 +28,7 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import ENGINE, KNOWN, ONCE, STEPS, HandSetting, Motion, Runs, Setting, Work, cross_references, engine_runs, power
+from .work import ENGINE, KNOWN, ONCE, STEPS, HandSetting, Motion, OnceSetting, Runs, Work, cross_references, engine_runs, power
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -43,7 +44,14 @@ LINKS = 16
 """Number of links of a chain."""
 
 
-def _engine() -> ModuleType:
+class RattlingSetting(NamedTuple):
+    """Setting of a rattling run on the engine: elements of the rocker, without effect unless it is a beam, and tolerance."""
+
+    elements: int
+    tolerance: float
+
+
+def _import_plain() -> ModuleType:
     """Import `plain` only when a run needs it: the import loads Exudyn, and the study lists what each run has loaded."""
     from . import plain
 
@@ -51,7 +59,7 @@ def _engine() -> ModuleType:
 
 
 def strip() -> Work:
-    """Define the work of loads of the buckled strip; Buckler's beam extends and shears, the hand-tuned cable only extends."""
+    """Define the work of static loads of the buckled strip; only Buckler's beam shears, and both beam and cable extend."""
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
@@ -61,33 +69,30 @@ def strip() -> Work:
         return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
 
     def run_cable(elements: int) -> Array:
-        return _engine().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
+        return _import_plain().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     runs: Runs = {(ENGINE, f"{n}"): partial(run_cable, n) for n in (16, 32, 64)}
     runs |= {(ONCE, f"{n}"): partial(run_beam, n) for n in (8, 16, 32, 64)}
     references = {ENGINE: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))}
     about, measure = "buckled strip, 20 end shortenings", "largest error of the load [1]"
-    return Work(about, measure, runs, "64", references, largest=True)
+    return Work(about, measure, runs, tuned="64", references=references, largest=True)
 
 
 def slider_work(
-    about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[HandSetting], once: Sequence[Setting],
-    fine: tuple[HandSetting, Setting], tuned: str,
+    about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[HandSetting],
+    once: Sequence[OnceSetting], fine: tuple[HandSetting, OnceSetting], tuned: str,
 ) -> Work:  # fmt: skip
-    """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears.
-
-    `hand` and `once` are settings of the series `engine` and `once`, `fine` those of the references. `tuned` names the setting of
-    the series `engine`, as "elements x steps", with whose time other times are compared.
-    """
+    """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears."""
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
     motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def run_engine(setting: HandSetting) -> Array:
-        elements, *steps_and_tolerances = setting
-        cable = mbs.Cable(beam.section, elements, imperfection=beam.imperfection)
-        return _engine().slider_crank(build(cable), motion.times, *steps_and_tolerances)[:, None]
+        cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
+        return _import_plain().slider_crank(build(cable), motion.times, setting.steps, setting.relative, setting.absolute)[
+            :, None
+        ]
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
@@ -99,8 +104,9 @@ def smooth() -> Work:
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
-        hand=[(4, 400, 1e-5, 1e-8), (4, 800, 1e-5, 1e-8), (8, 3200, 1e-6, 1e-9)], once=[(1e-3, 5), (1e-4, 5), (1e-5, 6)],
-        fine=((16, 25_600, 1e-8, 1e-10), (1e-10, 12)), tuned="4 x 800",
+        hand=[HandSetting(4, 400, 1e-5, 1e-8), HandSetting(4, 800, 1e-5, 1e-8), HandSetting(8, 3200, 1e-6, 1e-9)],
+        once=[OnceSetting(1e-3, 5), OnceSetting(1e-4, 5), OnceSetting(1e-5, 6)],
+        fine=(HandSetting(16, 25_600, 1e-8, 1e-10), OnceSetting(1e-10, 12)), tuned="4 x 800",
     )  # fmt: skip
 
 
@@ -110,13 +116,20 @@ def stop() -> Work:
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
         mbs.Beam(STRIP.damped(0.01, PAPER.coupler), imperfection=PAPER.coupler / 1000),
-        hand=[(8, 5000, 1e-6, 1e-6), (8, 10_000, 1e-6, 1e-6), (8, 40_000, 1e-6, 1e-6)],
-        once=[(1e-4, 8), (1e-5, 8), (3e-6, 9)], fine=((16, 80_000, 1e-7, 1e-7), (1e-8, 12)), tuned="8 x 10000",
+        hand=[HandSetting(8, steps, 1e-6, 1e-6) for steps in (5000, 10_000, 40_000)],
+        once=[OnceSetting(1e-4, 8), OnceSetting(1e-5, 8), OnceSetting(3e-6, 9)],
+        fine=(HandSetting(16, 80_000, 1e-7, 1e-7), OnceSetting(1e-8, 12)), tuned="8 x 10000",
     )  # fmt: skip
 
 
-def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], tuned: str) -> Work:
-    """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
+def chain_work(
+    kind: str, *, hand: Sequence[HandSetting], once: Sequence[OnceSetting],
+    fine: tuple[HandSetting, OnceSetting] | None, tuned: str,
+) -> Work:  # fmt: skip
+    """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end.
+
+    Without `fine` the reference is the solution of Lagrange's equations.
+    """
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
@@ -130,13 +143,13 @@ def chain_work(kind: str, hand: Sequence[HandSetting], once: Sequence[Setting], 
     motion = Motion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
-        elements, *steps_and_tolerances = setting
-        return _engine().chain(build(elements), motion.times, *steps_and_tolerances)
+        return _import_plain().chain(build(setting.elements), motion.times, setting.steps, setting.relative, setting.absolute)
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
-    exact = cache(partial(pendulum, motion.mechanism, motion.times))
-    by_other = cross_references(partial(run_engine, (8, 3200, 1e-5, 1e-6)), partial(motion.run_compiled, 1e-7, 8))
-    references = dict.fromkeys((ENGINE, ONCE, KNOWN), exact) if bars else by_other
+    if fine:
+        references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
+    else:
+        references = dict.fromkeys((ENGINE, ONCE, KNOWN), cache(partial(pendulum, motion.mechanism, motion.times)))
     return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
 
@@ -147,6 +160,9 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     b_k = n - k - 1/2 (k from 0):
 
         sum_l c_kl cos(q_k-q_l) q_l'' + (J - m a^2/4) q_k'' = -sum_l c_kl sin(q_k-q_l) q_l'^2 - m g a b_k cos(q_k).
+
+    The bar k moves its own centre by a/2 and the b_k - 1/2 bars behind it by a. So its inertia is J + m a^2 (b_k - 1/4), of which
+    c_kk is m a^2 b_k.
     """
     n, body, a = len(mechanism.links), mechanism.links[0].body, mechanism.length("link0")
     assert isinstance(body, mbs.Rigid)
@@ -166,12 +182,13 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
 
 
 def rattling(
-    rocker: str, hand: Sequence[tuple[int, float]], once: Sequence[Setting], finest: tuple[int, float], fine: Setting, tuned: str
-) -> Work:
+    rocker: str, *, hand: Sequence[RattlingSetting], once: Sequence[OnceSetting],
+    fine: tuple[RattlingSetting, OnceSetting], tuned: str,
+) -> Work:  # fmt: skip
     """Define the work of a crank-rocker with clearance in all joints: paths of the centres of two bars, over the clearance.
 
     It runs for 10 ms, because the motion is chaotic after that. The series `engine` has Buckler's runs on Exudyn, with elements
-    and tolerance set by hand. Gap, contact law and friction are the published ones.
+    and tolerance set by hand. Clearance, contact law and friction are the published ones.
     """
 
     def body(elements: int | None) -> Body:
@@ -183,9 +200,8 @@ def rattling(
     def build(elements: int | None = None) -> mbs.Mechanism:
 
         def play(point: str, first: str, second: str) -> mbs.Clearance:
-            return mbs.Clearance(
-                point, first, second, 5e-3, GAP, RATTLING, AdamsFriction(static=0.3, dynamic=0.1)
-            )  # pins of 5 mm
+            friction = AdamsFriction(static=0.3, dynamic=0.1)
+            return mbs.Clearance(point, first, second, 5e-3, GAP, RATTLING, friction)  # pins of 5 mm radius
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
@@ -193,12 +209,12 @@ def rattling(
 
     def run_engine(elements: int, tolerance: float) -> Array:
         solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS))
-        return Motion(build(elements), 0.01, signals).simulate(solver=solver)
+        return replace(motion, mechanism=build(elements)).simulate(solver=solver)
 
     motion = Motion(build(), 0.01, signals)
     runs: Runs = {(ENGINE, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(run_engine, n, x) for n, x in hand}
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
-    references = cross_references(partial(run_engine, *finest), partial(motion.run_compiled, *fine))
+    references = cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
     return Work(about, measure, runs, tuned, references, scale=GAP, motion=motion)
 
@@ -208,24 +224,30 @@ WORKS: Mapping[str, Callable[[], Work]] = {
     "smooth": smooth,
     "stop": stop,
     "rigid": partial(
-        rattling, "rigid", [(1, 1e-2), (1, 1e-3), (1, 1e-4)], [(1e-5, 0), (1e-6, 0), (1e-7, 0)], (1, 1e-6), (1e-11, 0), "1e-3"
+        rattling, "rigid", hand=[RattlingSetting(1, tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
+        once=[OnceSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
+        fine=(RattlingSetting(1, 1e-6), OnceSetting(1e-11)), tuned="1e-3",
     ),
     "beam": partial(
-        rattling, "beam", [(4, 1e-2), (4, 1e-3), (8, 1e-4)], [(1e-5, 4), (1e-6, 5), (1e-7, 6)], (16, 1e-6), (1e-11, 12),
-        "4 x 1e-3",
+        rattling, "beam", hand=[RattlingSetting(4, 1e-2), RattlingSetting(4, 1e-3), RattlingSetting(8, 1e-4)],
+        once=[OnceSetting(1e-5, 4), OnceSetting(1e-6, 5), OnceSetting(1e-7, 6)],
+        fine=(RattlingSetting(16, 1e-6), OnceSetting(1e-11, 12)), tuned="4 x 1e-3",
     ),
     "modal": partial(
-        rattling, "modal", [(1, 1e-2), (1, 1e-3), (1, 1e-4)], [(1e-5, 0), (1e-6, 0), (1e-7, 0)], (1, 1e-7), (1e-11, 0), "1e-3"
+        rattling, "modal", hand=[RattlingSetting(1, tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
+        once=[OnceSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
+        fine=(RattlingSetting(1, 1e-7), OnceSetting(1e-11)), tuned="1e-3",
     ),
     "bars": partial(
-        chain_work, "bars", [(1, 100, 1e-5, 1e-8), (1, 400, 1e-5, 1e-8), (1, 1600, 1e-6, 1e-9)],
-        [(1e-3, 0), (1e-4, 0), (1e-6, 0)], "1 x 400",
+        chain_work, "bars",
+        hand=[HandSetting(1, 100, 1e-5, 1e-8), HandSetting(1, 400, 1e-5, 1e-8), HandSetting(1, 1600, 1e-6, 1e-9)],
+        once=[OnceSetting(1e-3), OnceSetting(1e-4), OnceSetting(1e-6)], fine=None, tuned="1 x 400",
     ),
     "strips": partial(
-        chain_work, "strips", [(2, 200, 1e-5, 1e-8), (4, 400, 1e-5, 1e-8), (8, 1600, 1e-5, 1e-8)],
-        [(1e-2, 4), (1e-3, 4), (1e-4, 5)], "4 x 400",
+        chain_work, "strips",
+        hand=[HandSetting(2, 200, 1e-5, 1e-8), HandSetting(4, 400, 1e-5, 1e-8), HandSetting(8, 1600, 1e-5, 1e-8)],
+        once=[OnceSetting(1e-2, 4), OnceSetting(1e-3, 4), OnceSetting(1e-4, 5)],
+        fine=(HandSetting(8, 3200, 1e-5, 1e-6), OnceSetting(1e-7, 8)), tuned="4 x 400",
     ),
 }  # fmt: skip
-"""Functions that define the works, by name; the settings of each are in the order `hand`, `once`, references, `tuned`.
-
-Rigid bodies and rockers of modes have no elements: their number, 1, has no effect."""
+"""Functions that define the works, by name."""
