@@ -70,7 +70,7 @@ def check(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
     mechanism = make_slider_crank(model, section, p, stop, given.friction, given.lengths, **numbers)
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     release_angle = 2 * pi - chosen.angle  # mirrors the crank angle at the impact in the dead centre at pi
-    duration = p.longest_time((release_angle + AFTER_RELEASE) / chosen.speed)
+    duration = p.extend_for_motor((release_angle + AFTER_RELEASE) / chosen.speed)
     return simulate_model(model, mechanism, duration, solver, p.timeout)
 
 
@@ -91,7 +91,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "energy_balance": Metric(turn.energy_balance, "1"),
         **bounds,
     }
-    errors = {name: (metrics[name].error or 0.0, most) for name, most in LARGEST_ERRORS.items()}
+    errors = {name: (metrics[name].error or 0.0, most) for name, most in LARGEST_ERRORS.items()}  # relative to `exact`
     wrong = [f"{name} off by {error:.2g}" for name, (error, most) in errors.items() if not error <= most]
     wrong += [] if isfinite(found.settled) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
     wrong = [f"{p.model}: {line}" for line in wrong]

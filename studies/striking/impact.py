@@ -55,12 +55,14 @@ class StrikeAssumptions(Gravity):
         if not self.motor:
             return mechanism
         speed: Any = mechanism.drives[0].speed
-        voltage, first = (lambda t: speed.speed(t), speed.speed(0.0)) if isinstance(speed, Ramp) else (speed, speed)
+        voltage, first = speed, speed
+        if isinstance(speed, Ramp):
+            voltage, first = (lambda t: speed.speed(t)), speed.speed(0.0)
         motor = Motor("crank", voltage, resistance=1 / self.motor, constant=1.0, inertia=self.motor_inertia)
         return replace(mechanism, drives=(), loads=(*mechanism.loads, motor), velocities={"crank": float(first)})
 
-    def longest_time(self, duration: float) -> float:
-        """Bound the time in which a motor turns the crank as far as the drive does in `duration` [s]."""
+    def extend_for_motor(self, duration: float) -> float:
+        """Return the duration of a run [s], longer with a motor, which turns the crank more slowly than the drive does."""
         return duration * (SLOWED if self.motor else 1.0)
 
     def describe(self) -> str:
@@ -86,7 +88,7 @@ def crank_angle(signals: Mapping[str, Array]) -> Array:
     """Return the crank angle from 0 at the start [rad]: position of the drive, or of the crank that a motor turns."""
     if "drive.position" in signals:
         return np.asarray(signals["drive.position"])
-    return np.unwrap(np.arctan2(signals["crank.y"], signals["crank.x"]))
+    return np.unwrap(np.arctan2(signals["crank.y"], signals["crank.x"]))  # of its centre of mass; it turns about the origin
 
 
 @dataclass(frozen=True)

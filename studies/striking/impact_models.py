@@ -25,9 +25,9 @@ from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, r
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5
-"""Time constant of a strut's axial damping [s]: a fifth of critical damping for 0.3 kg on the straight strip."""
+"""Time constant of a strut's axial damping [s]: a fifth of critical damping for the slider, 0.3 kg, on the straight strip."""
 BUCKLED_FROM = 1e-3
-"""End shortening over length above which a strip counts as buckled before contact."""
+"""End shortening over length above which a strip counts as buckled before contact, by convention."""
 IMPACT_UNTIL = np.radians(150.0)
 """Crank angle at which a run ends that needs only the first impact [rad]."""
 CALIBRATED_TO = 1e-3
@@ -81,7 +81,7 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
-        # The status stays OK: the run has no fault, but the slider of this mechanism does not reach the stop again.
+        # The status stays OK: with this friction the slider does not reach the stop again, which is no fault of the run.
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
             model=model, status="OK", message=remark, time=trace.time, angle=trace.angle, force=trace.force, speed=-trace.speed,
@@ -89,7 +89,7 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
             work={"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
         )  # fmt: skip
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    time_of_a_degree = pi / 180 / fastest
+    time_of_a_degree = pi / 180 / fastest  # [s] of crank angle: a longest step, by convention
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=time_of_a_degree))
     return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout)
 

@@ -3,25 +3,28 @@
 A slider of mass m moves along the negative x axis and meets a stop at a crank angle pi - g: the impact. The phase of contact
 lasts from then to pi + g. In it the coupler, a pinned strip of width b and thickness h, is buckled and presses the slider against
 the stop, most strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L. The slider has
-the position x(theta) < 0 and the speed v at the impact. K is the stop's stiffness, p(u) the load of the exact elastica
-(`buckler.elastica.law.fast`):
+the position x(theta) < 0, with derivatives x' and x'' by the crank angle theta. K is the stop's stiffness. A pinned strip whose
+ends approach each other by u L has the load p(u) E I/L^2 of the exact elastica (`buckler.elastica.law.fast`):
 
     contact angle 2 g      ->  stop at x_s = x(pi - g);                                                         (1)
     contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
-At the dead centre the coupler lies on the x axis, and the depth in the stop is F_c/K. During the impact the coupler, which makes
-the angle phi with the x axis, pushes the slider with Q = P_cr cos(phi) - f: P_cr is the Euler load, f the slider's friction. The
-coupler reaches the Euler load after a time t. Until then the stop's force K (1 + chi) v t delays the slider against the crank by
-K (1 + chi) v t^3/(6 m), which compresses the strip. So the push rises by Q' as the cube of time. A push below Q until then costs
-the momentum 3 Q' t/4, the integral of Q' (1 - (time/t)^3), and the force D. With the axial stiffness k_s of the strip
+At the dead centre the coupler lies on the x axis between the crank's end at -r and the slider at x_s - F_c/K, whose depth in the
+stop is F_c/K. Equation (3) is the largest force on a linear stop that a slider meets at speed v under a constant push Q. Its
+factors c0 and c1 (`buckler.mbs.laws.peak`) depend on the hysteresis factor chi of the stop, whose force at the depth d is
+K d (1 + chi d'/v). S is the force of an elastic impact without push. The coupler, at the angle phi to the x axis, pushes towards
+the stop with its Euler load P_cr, less the friction f of the slider: Q = P_cr cos(phi) - f.
 
-    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k_s (1 + chi) K v)]^(1/3),   k_s = E A/L cos(phi)^2.                (4)
+The push reaches Q only at a time t after first contact, which lessens S by D. Before contact the push is -m x'' omega^2, which
+accelerates the slider; so it has to rise by Q' = Q + m x'' omega^2. The stop's force K (1 + chi) v tau at the time tau delays the
+slider against the crank by K (1 + chi) v tau^3/(6 m). This compresses the strip, so the push rises as tau^3. The momentum missing
+at t is the integral of Q' (1 - (tau/t)^3), 3 Q' t/4; as a momentum m v gives the force v sqrt(K m), sqrt(K/m) turns it into D:
 
-Here Q' = Q + m x''(pi - g) omega^2, as the push before the impact is -m x'' omega^2, the slider's inertia.
-Equation (3) is the largest force on a linear stop under a constant push, with the factors c0 and c1 of `buckler.mbs.laws.peak`
-for the hysteresis factor chi of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to
-Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight `Beam` buckles late and strikes far harder. Arrays broadcast.
+    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k_s (1 + chi) K v)]^(1/3),   axial stiffness k_s = E A/L cos(phi)^2. (4)
+
+Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight
+`Beam` buckles late and strikes far harder. Arrays broadcast.
 Sources: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796; Carvalho, Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
 """
 
@@ -43,11 +46,9 @@ PASSES = 14
 MOST_COMPRESSION = 0.8
 """Largest compression before the impact over the Euler load: below 1, as a load applied suddenly at the start overshoots."""
 MOST_PUSH = 0.4
-"""Largest Q over S - D: up to it equation (3) holds within 1 %, and the slider rebounds before the coupler presses it."""
+"""Largest Q over S - D: up to it equation (3) holds within 1 %."""
 MOST_RISE = 2.0
-"""Bound of Q' over P_cr, to which the iteration for D clips it: above it the slider's inertia pulls with more than P_cr.
-
-For Q' = Q + m x'' omega^2, and Q is P_cr at most."""
+"""Largest Q' over P_cr; Q is P_cr at most, so above it the slider's inertia m x'' omega^2 pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
 """Least S - D over F_i in the iteration: it keeps the speed positive where Q alone exceeds F_i, which limit `push` excludes."""
 ANGLES = 33
@@ -131,26 +132,27 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     For a wish without a solution the numbers are finite, and violate one of the `limits`.
     """
     given = Given() if given is None else given
-    lengths, r, L = given.lengths, given.crank, given.coupler
+    lengths, r, L, mass, stiffness = given.lengths, given.crank, given.coupler, given.mass, given.stiffness
     angle = np.pi - np.asarray(wish.contact_angle) / 2
     stop = lengths.slider(angle)
     lean, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))
     c0, c1 = peak_factors(given.chi)
-    mass, stiffness = given.mass, given.stiffness
     u = 1 - (wish.contact_force / stiffness - stop - r) / L
     bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
     thickness = np.cbrt(12 * bending / (given.modulus * given.width))
     euler = np.pi**2 * bending / L**2
     push = euler * lean - given.friction
-    strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
+    square = wish.impact_force * (wish.impact_force - 2 * c1 * push)  # c0^2 (S - D)^2 by equation (3)
+    strength = np.sqrt(np.maximum(square, 0.0)) / c0
     axial = given.modulus * thickness * given.width * lean**2 / L  # k_s
     speed = 1.0  # [rad/s], where the iteration starts
     for _ in range(PASSES):
         # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)
-        lag = 0.75 * rise * np.cbrt(6 * rise / (axial * (1 + given.chi) * rate * speed))  # D over (K/m)^(1/6)
-        elastic = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)  # S
-        speed = elastic / (rate * np.sqrt(stiffness * mass))
+        rise_time = np.cbrt(6 * mass * rise / (axial * (1 + given.chi) * stiffness * rate * speed))  # t
+        loss = 0.75 * rise * rise_time * np.sqrt(stiffness / mass)  # D
+        elastic_force = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + loss  # S
+        speed = elastic_force / (rate * np.sqrt(stiffness * mass))
     found = {"thickness": thickness, "stop": stop, "speed": speed, "angle": angle, "shortening": u, "euler_load": euler}
     found |= {"impact_speed": rate * speed, "push": push, "strength": strength}
     shape = np.broadcast_shapes(*map(np.shape, found.values()))
@@ -177,7 +179,7 @@ class Limit(NamedTuple):
 def limits(chosen: StrikeDesign) -> list[Limit]:
     """List the limits of a design, or of an array of designs.
 
-    Only a run shows if the slider comes to rest before the dead centre, and rebounds before the coupler presses it.
+    Only a run shows if the slider rests at the dead centre, as equation (2) assumes.
     """
     u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load

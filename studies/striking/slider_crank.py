@@ -45,7 +45,7 @@ READ = {
     "impact_impulse": "N.s", "impact_time": "s", "impact_push": "N", "rebound_ratio": "1", "rebounds": "1", "settling_time": "s",
     "early_shortening": "1", "buckles_before_stop": "1",
 }  # fmt: skip
-"""Fields of a `TurnReading` that are metrics without conversion, and their units."""
+"""Fields of an `impact.TurnReading`, defined there, that are metrics without conversion, and their units."""
 NOTES = {
     "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not at the 120 of\n"
     "the text. 27 N is no prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded);\n"
@@ -117,7 +117,7 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     """Run one turn of each model at constant speed."""
     numbers = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}  # of the stop
-    duration = p.longest_time(p.until / p.speed)
+    duration = p.extend_for_motor(p.until / p.speed)
     runs = [run_model(model, p, numbers[model], p.speed, duration) for model in progress(p.models, label="models")]
     readings = [read(run) for run in runs]
     metrics = {run.model: _turn_metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
@@ -212,14 +212,14 @@ def _heaviest(p: Parameters) -> float:
 
 def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
     """Calibrate each case, a model or the beam with another assumption, and compute its forces at the voltages."""
-    cases = {model: p for model in p.models}
+    cases = {model: (model, p) for model in p.models}
     if "beam" in p.models:
-        cases |= {f"beam_bow_{bow:g}": replace(p, imperfection=bow) for bow in p.bows}
-        cases |= {"beam_gravity": replace(p, gravity=GRAVITY), "beam_motor": replace(p, motor=MOTOR)}
+        cases |= {f"beam_bow_{bow:g}": ("beam", replace(p, imperfection=bow)) for bow in p.bows}
+        cases |= {"beam_gravity": ("beam", replace(p, gravity=GRAVITY)), "beam_motor": ("beam", replace(p, motor=MOTOR))}
     runs: list[ModelRun] = []
     metrics: dict[str, dict[str, Metric]] = {}
-    for name, case in progress(cases.items(), label="cases"):
-        fit = calibrate(name.partition("_")[0], case)
+    for name, (model, case) in progress(cases.items(), label="cases"):
+        fit = calibrate(model, case)
         strikes = [strike(fit.model, case, fit.stop, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE) for voltage in p.voltages]
         forces = [read(run).impact_peak or nan for run in strikes]  # 0 without an impact
         runs += strikes

@@ -1,4 +1,4 @@
-"""Figures of the study slider-crank, one for each drive, with the exact forces at first contact and at the dead centre [N]."""
+"""Figures of the study slider-crank, one for each drive; `exact`: static forces at first contact and at the dead centre [N]."""
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def _draw_ramp(result: StudyResult, exact: Array) -> Figure:
             ax.plot(crank, values, "o", color=COLOURS[model], fillstyle="none", markersize=3 + 2 * WIDTHS[model])
         ax.set(xlabel="crank speed [rad/s]", ylabel=label, ylim=(0, None), xlim=(0, None))
     speeds = np.array([0.0, result.signals["turn.crank_speed"].max()])
-    below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **DOTTED)
+    below[0].plot(speeds, IMPACT_FORCE / IMPACT_SPEED * speeds, **DOTTED)  # published force, in proportion to the speed
     below[1].axhline(at_dead_centre, color="#000000", linestyle="--")
     return fig
 
@@ -77,7 +77,8 @@ def _draw_voltages(result: StudyResult, _exact: Array) -> Figure:
     fig, ax = subplots(height=100)
     voltages = result.signals["voltage"]
     order, dashes = np.argsort(voltages), ("--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 3)), (0, (8, 2)))
-    cases = [name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")]  # each case has this metric
+    # Each case has the metric `exponent`, of its power law of force over voltage.
+    cases = [name.removesuffix(".exponent") for name in result.metrics if name.endswith(".exponent")]
     for k, name in enumerate(cases):
         forces = np.array([result.metrics[f"{name}.force_{voltage:g}V"].value for voltage in voltages])
         style = {"color": COLOURS[name]} if name in COLOURS else {"color": "#777777", "linestyle": dashes[k % len(dashes)]}

@@ -5,8 +5,8 @@ presses on the stop at the dead centre grows with the cube of the thickness: the
 not depend on the speed if the slider rests by then. If not, the state of the case tells why: the slider is off the stop ("in the
 air"), or its inertia and friction have buckled the strip before contact. The ratios are computed at a speed low enough for all.
 
-Friction in the guide above the Euler load, 0.054 N at 0.1 mm, would keep the thinnest strip from pressing on the stop. So
-`friction` is 0 by default. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+If the friction in the guide exceeded the Euler load, 0.054 N at 0.1 mm, the thinnest strip could not press on the stop. So
+`friction` is 0 by default. `impact_models` describes the models. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,10 +26,10 @@ from ..sweeping.sweep import Row, sweep
 from . import slider_crank
 from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
-CUBE_TO = 2e-3
-"""Largest relative difference of a force ratio from the cubed thickness ratio; the compliance of the stop alone gives 2e-4."""
-STATIC_TO = 0.01
-"""Largest relative difference from the elastica in equilibrium with which a force counts as static."""
+CUBE_TOLERANCE = 2e-3
+"""Largest relative difference of a force ratio from the cubed thickness ratio: ten times that of the stop's compliance, 2e-4."""
+STATIC_TOLERANCE = 0.01
+"""Largest relative difference from the elastica in equilibrium with which a force counts as static, by convention."""
 STATES = {
     "pressed": ("pressed at rest", "o", COLOURS[2]),
     "in the air": ("not at rest at the dead centre", "v", COLOURS[4]),
@@ -104,7 +104,8 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 
     is_ok = np.array([row.status == "OK" for row in rows])
     turned = np.where(is_ok, np.radians(column("release_angle") - column("contact_angle")), nan)
-    has_contact, is_resting = np.isfinite(turned), np.isfinite(column("settling_time"))
+    has_contact = np.isfinite(turned)
+    is_resting = np.isfinite(column("settling_time"))  # nan unless the slider rests at the dead centre
     states = [~is_ok, ~has_contact, column("buckles_before_stop") > 0, is_resting]
     return {
         "state": np.select(states, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
@@ -128,10 +129,10 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
     difference = np.where(state == "pressed", np.abs(force / exact - 1), nan)
     found["force_off_elastica"] = Metric(float(np.nanmax(difference, initial=0.0)), "1")
     for i, h in enumerate(p.thicknesses):
-        is_static = np.logical_and.accumulate(difference[i, 1:] < STATIC_TO)
+        is_static = np.logical_and.accumulate(difference[i, 1:] < STATIC_TOLERANCE)  # at this and all speeds listed before
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
         is_struck = np.isin(state[i, 1:], ("pressed", "in the air"))
-        if is_struck.sum() > 2:
+        if is_struck.sum() > 2:  # a power law has two parameters
             exponents = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck]).metrics()
             found[f"{1e3 * h:g}mm.impact_power"] = exponents[0]  # of the only variable, the speed
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
@@ -141,8 +142,8 @@ def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
     """List the thicknesses whose force is not that of the first strip times the cube of the ratio of thicknesses."""
     lines = []
     for name, metric in metrics.items():
-        error = metric.error or 0.0  # difference from the exact cube; nan without a force
-        if name.startswith("cube.") and not error < CUBE_TO:
+        error = metric.error or 0.0  # relative difference from `exact`; nan without a force, None without `exact`
+        if name.startswith("cube.") and not error < CUBE_TOLERANCE:
             ratio = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
             why = ratio if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
             lines.append(f"{name.removeprefix('cube.')} at {p.slow:g} rad/s: {why}")

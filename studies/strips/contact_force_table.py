@@ -3,8 +3,8 @@
 Models of the strip: the published quartic; the closed form, `exact`; the rod with the strip's axial and shear stiffness; and
 geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
 crank angle of 120 degrees, and its Table 2 was computed with another. The second stop is found from the printed force of the
-0.3 mm strip, and predicts the other two forces. In names of metrics they are `e120` and `eTable2`; positions on the slider's line
-are negative.
+0.3 mm strip, and predicts the other two forces. In names of metrics they are `e120` and `eTable2`. Positions on the slider's line
+are negative; the metric `stop_eTable2` is the distance from the crank's axis, which is positive. `PAPER_STOP` is the first stop.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
 force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
@@ -29,7 +29,7 @@ from ..kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
 from ..kit.style import Figure, subplots
 
-KNOWN = 3e-4
+REFERENCE_THICKNESS = 3e-4
 """Thickness of the strip whose printed force gives the stop of Table 2 [m]."""
 MODELS = ("quartic", "exact", "rod", "beam")  # of the strip, as described above
 STRAIGHTEST = 1e-4
@@ -78,13 +78,14 @@ class Press:
         return float(pinned.surface_stress(self.shortening, strip.thickness, PAPER.coupler, strip.material.modulus))
 
     def force(self, load: Callable[[Array], Array], angle: ArrayLike) -> Array:
-        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad] for a law p(u) (eqs 7-13)."""
+        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad]: eqs 7-13 of the paper, phi from chord to slider's line."""
         return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
 
 
 def table_2_stop() -> float:
-    """Compute the stop [m] at which the exact elastica has the printed force of the `KNOWN` strip at the dead centre."""
-    load = CONTACT_FORCES[KNOWN] / Press(KNOWN, stop=0.0).unit  # any stop: the unit does not depend on it
+    """Compute the stop [m] at which the exact elastica has the printed force of the 0.3 mm strip at the dead centre."""
+    unit = Press(REFERENCE_THICKNESS, stop=0.0).unit  # any stop: the unit does not depend on it
+    load = CONTACT_FORCES[REFERENCE_THICKNESS] / unit
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
@@ -101,6 +102,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         for name, stop in stops.items():
             press, key = Press(h, stop), f"h{_mm(h)}_{name}"
             largest = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
+            # The printed forces stand at both stops, to show which of them the table was computed with.
             metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
             metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
             metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
@@ -117,7 +119,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     limit = f"{p.yield_strength / 1e6:g} MPa"
     remark = f"YIELDS beyond {limit}, so its force is overestimated: {', '.join(yields)}" if yields else ""
     notes = [
-        f"F: beam elements, N. eTable2: the stop at which the exact force of the {_mm(KNOWN)} mm strip is the printed one.",
+        "F: beam elements, N. eTable2: the stop at which the exact force of the "
+        f"{_mm(REFERENCE_THICKNESS)} mm strip is the printed one.",
         f"friction: interval of a slider of {p.mass:g} kg at rest, coefficient {p.static_friction:g} of its weight.",
         remark,
     ]
@@ -154,7 +157,7 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
 def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
     """Compute the forces at the stop of the paper's text over the force of the thinnest strip."""
     first, *others = sorted(p.thicknesses)
-    found = {}
+    found = {}  # exact ratio: at one stop all strips have the same end shortening, so forces are as E I, that is as h^3
     for h in others:
         printed = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         force, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))

@@ -59,14 +59,14 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _at(rod: Rod, shortening: float) -> float:
-    """Compute the load of a rod, the critical load where the shortening is too small for buckling."""
-    at_buckling = rod.critical_load / rod.axial
+    """Compute the load of a rod; before it buckles, return the critical load, with which the closed form begins."""
+    at_buckling = rod.critical_load / rod.axial  # 0 for an inextensible rod, whose axial stiffness is infinite
     return rod.at_shortening(shortening).load if shortening > at_buckling else rod.critical_load
 
 
 def _metrics(u: Array, errors: dict[str, Array], largest: dict[str, float]) -> dict[str, Metric]:
     worst, printed_euler_load = int(np.abs(errors["quartic"]).argmax()), law.QUARTIC[-1]  # coefficient of u^0
-    return {
+    return {  # `law.quartic` has the published coefficients; its difference from `exact` is the error of the publication
         "euler_load": Metric(float(law.quartic(0.0)), "1", published=printed_euler_load, exact=pinned.LOAD_CRITICAL),
         "load_at_1": Metric(float(law.quartic(1.0)), "1", published=sum(law.QUARTIC), exact=float(pinned.load(1.0))),
         "quartic_error": Metric(largest["quartic"], "1"),

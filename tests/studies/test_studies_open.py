@@ -68,7 +68,7 @@ def test_two_solvers_agree_under_what_the_paper_leaves_open(given, ringing):
     mechanism = assumed.apply(slider_crank(strip, law=law, mass=0.3, speed=1.25))
     found = []
     for code in (Exudyn(Controlled(1e-5)), Spectral(Controlled(1e-6))):
-        result = simulate(mechanism, assumed.longest_time(2.8), solver=code)
+        result = simulate(mechanism, assumed.extend_for_motor(2.8), solver=code)
         force, angle = result["B.contact_force"], crank_angle(result.signals)
         first = slice(*positive_ranges(force)[0])
         settled = np.interp(np.pi + np.linspace(-ringing, ringing, 2001), angle, force).mean()
