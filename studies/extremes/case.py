@@ -41,6 +41,8 @@ SMALL = 0.02
 """Size over the largest force of the mechanism below which a force is not compared."""
 RINGING = 12
 """Smallest number of steps of the coarser reference run in a period of a strut's axial vibration."""
+TRIAL = 1e-6
+"""Part of the duration that is run to compile the solver: times and time limits then do not include the compilation."""
 PATIENCE = 30.0
 """Time limit of a reference run [s]."""
 ENDED = (Status.OK, Status.SUSPECT)
@@ -107,15 +109,16 @@ def compare(
 ) -> tuple[float, str]:  # fmt: skip
     """Find the largest error of all measures over the allowed one, and the name of its measure.
 
-    The default scale of a measure is the reference's largest value. The error that the run reports, relative to its own largest
-    value, is always allowed.
+    The default scale of a measure is the largest value of the reference. An error is also allowed up to the one that the run
+    reports in `reported`, relative to the largest value of the run: a run that reports an infinite error claims nothing.
     """
     errors = {}
     for name, value in right.items():
         kind, ours = KINDS[name.split()[0]], np.asarray(found[name])
         allowed = kind.allowed * max(scales.get(name, find_largest(value)), 1e-12)  # positive where the reference is 0
+        allowed = max(allowed, reported.get(name, 0.0) * find_largest(ours))
         error = kind.norm(ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
-        errors[name] = float(np.nan_to_num(error / max(allowed, reported.get(name, 0.0) * find_largest(ours)), nan=np.inf))
+        errors[name] = float(np.nan_to_num(error / allowed, nan=np.inf))
     worst = max(errors, key=lambda name: errors[name])
     return errors[worst], worst
 
@@ -124,7 +127,7 @@ class Finding(NamedTuple):
     """Verdict on a case, its largest error over the allowed one, the name of that measure, and the message of the run.
 
     `wall_s` is the time of the run and its references [s], `price` the time of the run over that of one run of the compiled
-    solver. The error is nan without a reference, both error and price for a run that failed.
+    solver. `error` is nan without a reference. For a run that failed both `error` and `price` are nan.
     """
 
     family: str
@@ -142,7 +145,7 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
     begin, nan = perf_counter(), float("nan")
     name = draw.name + (f", accuracy {accuracy:g}" if accuracy else "")
     try:
-        simulate(draw.mechanism, 1e-3 * draw.duration, solver=Spectral())  # compiles the solver before times are measured
+        simulate(draw.mechanism, TRIAL * draw.duration, solver=Spectral())  # compiles the solver
         start = perf_counter()
         result = simulate(draw.mechanism, draw.duration, accuracy, timeout=timeout)
         spent = perf_counter() - start
@@ -154,9 +157,9 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
         start = perf_counter()
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
         price = spent / (perf_counter() - start)
-        longest = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
-        # With an accuracy larger than the allowed error, the scale is so large that an error of accuracy * longest is allowed.
-        scales = {kind: longest * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
+        longest_link = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
+        # The allowed error of a place is `allowed` times its scale, but at least the accuracy times the longest link.
+        scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
         if joints := clearances(draw.mechanism):
             scales["journal"] = min(joint.gap for joint in joints)
         if right := find_reference(draw, scales):
@@ -240,7 +243,7 @@ def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
 
 
 def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
-    """Find the measures in which two reference runs agree: motions in the `until` first samples, forces only if these are all."""
+    """Find the measures in which two reference runs agree: motions in the first `until` samples, forces if these are all."""
     largest_force = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
     for name, value in fine.items():
         is_motion = name in ("place", "path", "journal")
@@ -262,13 +265,13 @@ def read_reference(draw: Draw, finer: int) -> Measures | None:
 
 def run_reference(draw: Draw, finer: int) -> Result | None:
     """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
-    longest = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
+    longest_step = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
-        longest = min(longest, Scene.of(draw.mechanism).axial_period / RINGING)
-    steps = Controlled(tolerance=1e-9 if finer else 1e-8, max_step=longest / 2**finer)
+        longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / RINGING)
+    steps = Controlled(tolerance=1e-9 if finer else 1e-8, max_step=longest_step / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
-        simulate(draw.mechanism, 1e-6 * draw.duration, solver=solver)  # compiles the solver without the time limit
+        simulate(draw.mechanism, TRIAL * draw.duration, solver=solver)  # compiles the solver
         result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
@@ -277,14 +280,15 @@ def run_reference(draw: Draw, finer: int) -> Result | None:
 
 def is_pressed(mechanism: Mechanism) -> bool:
     """Check if the mechanism is a straight column pressed by a drive, whose load is that of the elastica."""
+    # Of all generators only that of the family "pressed straight" draws a link "strip" and a drive.
     return mechanism.links[0].name == "strip" and bool(mechanism.drives)
 
 
 def find_load(draw: Draw) -> float:
     """Compute the load P_cr p(u)/pi^2 of a column at the end of its travel [N].
 
-    u is the travel over the length less the compression at buckling, P_cr/(E A) = pi^2 h^2/(12 L^2), some 1e-6. After buckling
-    the compression grows with p, which changes u by about this part of u.
+    u is the travel over the length less the axial strain at buckling, P_cr/(E A) = pi^2 h^2/(12 L^2), some 1e-6. After buckling
+    that strain grows with p, as does u; this growth, a relative change of u by about 1e-6, is left out.
     """
     (strip,), pushed, length = draw.mechanism.links, draw.mechanism.drives[0].motion, draw.mechanism.length("strip")
     critical, axial = strip.body.section.euler_load(length), strip.body.section.axial_stiffness

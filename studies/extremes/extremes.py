@@ -1,8 +1,10 @@
 """Extreme and random mechanisms: is any wrong run reported as right, or any right run as suspect?
 
-The mechanisms are drawn by `kit.drawn` and from wide ranges. The reference of each run is a closed form, or two runs of the
-compiled solver that agree. A run is silent if its status is OK though its error is too large; no run should be silent. The price
-of a run is its time over that of one run of the compiled solver.
+The mechanisms are drawn by `kit.drawn`, and here from wide ranges, which are a free choice. `PAPER` has the lengths of the
+published slider-crank, `RATTLING` the published contact law of joints with clearance. Numbers are in SI units.
+
+The reference of each run is a closed form, or two runs of the compiled solver that agree. A run is silent if its status is OK
+though its error is too large; no run should be. The price of a run is its time over that of one run of the compiled solver.
 """
 
 from collections import Counter
@@ -25,7 +27,7 @@ from ..kit.style import COLOURS, Figure, subplots
 from .case import Finding, Verdict, judge
 
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
-"""Accuracies of runs, drawn with equal probability; None is a run without an accuracy."""
+"""Accuracies of which each case draws one entry; None is a run without an accuracy, which three fifths of the cases are."""
 BARS = mbs.Section(0.005, 0.020, STEEL)
 """Section of the bars of linkages with clearance."""
 LEAST = 1e-4
@@ -48,14 +50,15 @@ def pass_dead_centre(dice: Dice) -> Run:
     """Draw a four-bar near a change point: its lengths miss the one at which all bars can lie in one line by 1e-9 to 1e-2 m."""
     paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
     lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
-    start = dice.one(0.5, -0.3)  # crank angle beyond or before the change point, which is at 0
+    start = dice.one(0.5, -0.3)  # crank angle after or before the change point, which is at 0; the sizes are a free choice
     return crank_rocker(mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=start), 2 * pi / speed
 
 
 def rattle(dice: Dice) -> Run:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
     gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
-    law = laws.Impact(RATTLING.stiffness * factor, damping=RATTLING.damping * sqrt(factor), damping_depth=1e-5)
+    damping = RATTLING.damping * sqrt(factor)  # as critical damping, which grows with the root of the stiffness
+    law = laws.Impact(RATTLING.stiffness * factor, damping=damping, damping_depth=1e-5)
     coulomb = laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2))
     friction = dice.one(laws.NoFriction(), coulomb, laws.AdamsFriction(static=0.9, dynamic=0.1, v_s=1e-3, v_d=1e-2))
 
@@ -86,7 +89,8 @@ class Parameters(StudyParameters):
 def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
     """Draw the k-th case: family, mechanism and accuracy."""
     number, index = divmod(k, len(p.families))
-    family, accuracy = SLUGS[p.families[index]], ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    family = SLUGS[p.families[index]]
+    accuracy = ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
     return family, drawn.draw(p.seed, number, (family,), FAMILIES), accuracy
 
 
@@ -113,8 +117,9 @@ def count_families(found: Sequence[Finding]) -> Table:
     groups = {name: [f for f in found if f.family == name] for name in FAMILIES} | {"all": list(found)}
     rows = []
     for name, group in groups.items():
-        right = max((f.error for f in group if f.verdict is Verdict.RIGHT), default=None)
-        rows += [[name, len(group), *(sum(f.verdict is v for f in group) for v in Verdict), right]] if group else []
+        if group:
+            right = max((f.error for f in group if f.verdict is Verdict.RIGHT), default=None)
+            rows.append([name, len(group), *(sum(f.verdict is v for f in group) for v in Verdict), right])
     return Table(["family", "cases", *Verdict, "largest right error over allowed"], rows, "Extreme and random mechanisms")
 
 

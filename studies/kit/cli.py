@@ -107,7 +107,7 @@ def _parser() -> Parser:
     return parser
 
 
-MECHANISMS = (".toml", ".json")
+MECHANISM_SUFFIXES = (".toml", ".json")
 """Suffixes of files of mechanisms."""
 
 

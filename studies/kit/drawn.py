@@ -201,6 +201,7 @@ def _draw_coupled(dice: Dice) -> Run:
     points |= {"C": (left, -depth), "c": (left, -depth - 0.1), "D": (right, -depth), "d": (right, -depth - 0.1)}
     wheels = [("one", "A", dice.log(1e-4, 1e-3)), ("two", "B", dice.log(1e-4, 1e-3))]
     discs = [mbs.Rigid.of(mass=dice.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)) for _, _, inertia in wheels]
+    # A link from a point such as A ends at the point with its small letter, a.
     links = [mbs.Link(name, at, at.lower(), disc) for (name, at, _), disc in zip(wheels, discs, strict=True)]
     weights = [("weight", "C", dice.uniform(0.1, 0.5)), ("counter", "D", dice.uniform(0.3, 0.6))]
     links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]

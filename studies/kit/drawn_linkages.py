@@ -22,7 +22,7 @@ from .published import GRAVITY, STRIP_WIDTH
 WEIGHT = (0.0, -GRAVITY)
 """Gravity in the plane, downwards [m/s^2]."""
 PREDICTABLE = 0.01
-"""Longest run of a linkage with clearance at a speed up to 300 r/min [s]: until then its motion can be predicted."""
+"""Duration for which the motion of a crank-rocker with clearance can be predicted at speeds up to 300 r/min [s]."""
 Run = tuple[mbs.Mechanism, float]
 """Random mechanism and the duration of its run [s]."""
 
@@ -62,8 +62,8 @@ def predictable_time(speed: float) -> float:
 def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
     """Draw a damped strip, with a thickness of `thin` to `thick` and a bow [m]; half of the strips have a number of elements."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(ratio=dice.log(3e-3, 0.1), length=length)
-    kind, fewest, most = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
-    elements = int(dice.integers(fewest, most)) if dice.chance() else None
+    kind, fewest, beyond = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
+    elements = int(dice.integers(fewest, beyond)) if dice.chance() else None  # below `beyond`
     body: mbs.Beam | mbs.Cable = kind(section, elements=elements, imperfection=bow)
     return body
 
@@ -92,7 +92,7 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
     "strut": lambda dice, length: mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 1e-3))),
     "modal": lambda dice, length: draw_modal(dice),
 }
-"""Generators of bodies by their kind and length [m]."""
+"""Generators of bodies by their kind and length [m]; a "strip" is thin and bowed, a "beam" a thick straight bar."""
 
 
 def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
@@ -119,12 +119,14 @@ def draw_law(dice: Dice) -> Any:
 def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
     """Draw a gap, a contact law and a friction law; return a function that makes a joint with them of point, pin and bush."""
     gap, stiffness, sliding = dice.log(2e-5, 1e-3), 10 ** dice.uniform(7.5, 10.4), dice.uniform(0.05, 0.3)
-    damped, lossy = laws.Impact(stiffness, dice.uniform(100, 2e3), 1e-5), laws.Flores(stiffness, dice.uniform(0.3, 0.9))
+    damped = laws.Impact(stiffness, damping=dice.uniform(100, 2e3), damping_depth=1e-5)
+    lossy = laws.Flores(stiffness, restitution=dice.uniform(0.3, 0.9))
     law = dice.one(damped, laws.Hertz(stiffness), lossy, laws.KelvinVoigt(1e7, dice.uniform(0, 500)))
-    pair = 1.5 * sliding, sliding  # coefficients of static and sliding friction; speeds below are in m/s
+    pair = 1.5 * sliding, sliding  # coefficients of static and sliding friction
     friction = dice.one(
-        laws.NoFriction(), laws.Coulomb(sliding, 0.01), laws.AdamsFriction(*pair, 0.1, 1.0), laws.AdamsFriction(*pair),
-        laws.Ambrosio(sliding, 0.01, 0.1), laws.Threlfall(sliding, 0.1), laws.Stribeck(*pair, 0.1), laws.LuGre(*pair, 0.1),
+        laws.NoFriction(), laws.Coulomb(sliding, v_reg=0.01), laws.AdamsFriction(*pair, v_s=0.1, v_d=1.0),
+        laws.AdamsFriction(*pair), laws.Ambrosio(sliding, v0=0.01, v1=0.1), laws.Threlfall(sliding, v0=0.1),
+        laws.Stribeck(*pair, v_stribeck=0.1), laws.LuGre(*pair, v_stribeck=0.1),
     )  # fmt: skip
     return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)  # pins of 5 mm radius
 
@@ -203,7 +205,8 @@ def draw_mixed(dice: Dice) -> Run:
     start = float(PAPER.slider(0.0))  # x of the slider at crank angle 0, its largest: from there it moves towards the stop
     face, make_joint = start - dice.uniform(5e-4, 3e-3), draw_clearance(dice)
     mechanism = slider_crank(mbs.Rigid(BAR), law=draw_law(dice), mass=0.3, speed=dice.uniform(20, 60), stop=face)
-    return replace(mechanism, joints=[mechanism.joints[0], make_joint("A", "crank", "coupler")]), PREDICTABLE
+    ground_joint, _ = mechanism.joints  # the other one, of crank and coupler, gets a clearance
+    return replace(mechanism, joints=[ground_joint, make_joint("A", "crank", "coupler")]), PREDICTABLE
 
 
 def draw_rubbing(dice: Dice) -> Run:

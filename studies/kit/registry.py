@@ -25,7 +25,7 @@ STUDIES: dict[str, Entry] = {
         ("striking", "impact-map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"),
         ("striking", "thickness-speed", "the slider-crank over strip thickness and crank speed"),
         ("striking", "design", "slider-crank designed backwards: forces and angle in, strip, stop and speed out"),
-        ("error_against_run_time", "error-against-run-time", "error against run time: hand-tuned engine, one run, an accuracy"),
+        ("error_against_run_time", "error-against-run-time", "error against run time of hand-tuned and automatic runs"),
         ("strips", "dynamic-buckling", "strip compressed at constant speed: peak force over speed and bow"),
         ("extremes", "extremes", "extreme and random mechanisms: is any run reported fine that is wrong?"),
         ("rattling", "crank-rocker", "crank-rocker with clearance in its joints, rocker rigid or flexible"),
@@ -49,7 +49,8 @@ def entry(name: str) -> Entry:
     """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
-        if "." in name or Path(name).exists():  # an unknown file: names of mechanisms and .py do not come here
+        # A file of another kind: `running.find_study` takes those of mechanisms, `load` those of Python.
+        if "." in name or Path(name).exists():
             raise ValueError(f"{name}: neither a file of a mechanism (.toml, .json) nor of a study (.py)")
         files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]
         likely = f"did you mean {files[0]}?" if files else hint(name, studies)

@@ -17,7 +17,7 @@ from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
 from . import registry
-from .cli import INTERRUPTED, MECHANISMS, Parser, import_name, print_error
+from .cli import INTERRUPTED, MECHANISM_SUFFIXES, Parser, import_name, print_error
 from .parameters import Cases, Repeated, StudyParameters, specs
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
@@ -121,13 +121,13 @@ class Study:
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
         """Make the parameters of one run from the values of the options."""
-        make, values = self.cases(options, ())
-        return make(**values)
+        make_case, values = self.find_case_maker(options, ())
+        return make_case(**values)
 
-    def cases(
+    def find_case_maker(
         self, options: argparse.Namespace, excluded: Collection[str]
     ) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """Return the class or function that makes the parameters of one case from values by name, and the values of all cases."""
+        """Return what makes the parameters of a case from values by name, and the values of the options that are not excluded."""
         names = set(specs(self.module.Parameters)) - set(excluded)
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 
@@ -141,11 +141,11 @@ class Study:
 
 def find_study(name: str) -> Study:
     """Find a study by its name or file, or make one of a mechanism's file."""
-    return import_name("own.files:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+    return import_name("own.files:File")(Path(name)) if name.endswith(MECHANISM_SUFFIXES) else Study(name)
 
 
 def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:
-    """Make the parser of `run NAME`. `sweep NAME` excludes parameters whose names are options of `sweep`, which it adds."""
+    """Make the parser of `run NAME` or `sweep NAME`; `sweep` excludes parameters with the names of its own options."""
     parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.description, epilog=EPILOG)
     study.declare(parser, excluded)
     group = parser.add_argument_group("input and output")
@@ -165,7 +165,7 @@ def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaratio
         settings: dict[str, Any] = {"metavar": about.spec.metavar}
         if isinstance(about.spec, Flag):
             settings = {"nargs": "?", "const": True, "metavar": "true"}
-        elif isinstance(about.spec, Repeated) and about.spec.repeats:  # not a list in one text
+        elif isinstance(about.spec, Repeated) and about.spec.repeats:  # given once for each value
             settings |= {"action": "append", "metavar": about.spec.item.metavar}
         text = texts[name].replace("%", "%%")
         group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **settings)

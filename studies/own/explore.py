@@ -30,7 +30,7 @@ from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import parse_quantity, written_unit
-from buckler.mbs.validate import number
+from buckler.mbs.validate import number as check_range
 from buckler.mbs.view.report import blank, content, fill_page, with_ledger
 
 from ..kit.cli import add_repeated
@@ -64,7 +64,8 @@ class Explorer:
     ) -> None:  # fmt: skip
         self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
         self.lock, self.changed = Lock(), Event()
-        self.written = change(expand(documents.read(path)), changes)  # with units and [run], for `save`
+        # `file.document` has the changes already, but neither the units of the file nor its table [run], which `save` writes.
+        self.written = change(expand(documents.read(path)), changes)
         self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
@@ -83,7 +84,7 @@ class Explorer:
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         shown, factor = self._unit(path, unit)
-        number(path, now, low, high, unit)
+        check_range(path, now, low, high, unit)
         return {"path": path, "value": float(now), "low": low, "high": high, "unit": shown, "factor": factor}
 
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
@@ -98,7 +99,8 @@ class Explorer:
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI.
 
-        A `move` ends a `judge` that has the lock. A `judge` that gets the lock after it runs until the next `move` arrives.
+        Requests wait for each other, but a `move` sets `changed`, which stops a running `judge`. When its turn comes the `move`
+        clears it, so that a later `judge` runs until the next `move`.
         """
         if name == "move":
             self.changed.set()
@@ -147,7 +149,7 @@ class Explorer:
         return {"saved": str(documents.write(written, out))}
 
     def page(self) -> str:
-        """Return the page as HTML."""
+        """Return the page, as it is before the first run, as HTML."""
         return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": self.sliders})
 
 
@@ -217,7 +219,10 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _serve(options: argparse.Namespace, file: FileContent) -> int:
     """Serve the page of a file until Ctrl-C."""
-    document, paths = (file.document, options.free) if options.free else varied_numbers(file, OMITTED)
+    if options.free:
+        document, paths = file.document, options.free
+    else:  # with the numbers that the file omits: these have sliders too
+        document, paths = varied_numbers(file, OMITTED)
     free: dict[str, Any] = dict(read_range(document, text) if "=" in text else (text, None) for text in paths)
     changes = read_changes(file.document, options.changes)
     explorer = Explorer(options.file, file._replace(document=document), free, changes, options.timeout)

@@ -37,7 +37,7 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys whose numbers change only if a user names them: counts of elements, points, velocities at the start, gravity."""
+"""Keys whose numbers change only if a user names them: numbers of elements, points, velocities at the start, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
@@ -111,9 +111,11 @@ def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     declared, now, unit = find_entry(document, path)
     is_count = isinstance(now, int) and Whole().fits(now)
     is_omitted = now is None and bool(unit)  # an optional number that the file does not have
-    spec: Spec = Quantity(unit) if Quantity(unit).fits(now) or (declared and is_omitted) else TomlValue()
+    spec: Spec = TomlValue()
     if declared and is_count and not declared.unit:
         spec = declared.spec
+    elif Quantity(unit).fits(now) or (declared and is_omitted):
+        spec = Quantity(unit)
     return Declaration(spec, declared.doc if declared else path, bounds={}, required=True, default=None)
 
 
@@ -126,7 +128,7 @@ class File(Study):
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`; `sweep` has no options of these names to exclude."""
+        """Declare the options of the run and of the solver, and `--set`; none of them has the name of an excluded option."""
         texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
@@ -141,8 +143,8 @@ class File(Study):
             self.check(parameters)
         return parameters
 
-    def cases(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Return the maker of the cases of a sweep over the paths of `--vary`; it has the values that all cases share."""
+    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
+        """Return the maker of the cases of a sweep over the paths of `--vary`, and no values: the maker has all others."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, numbers = change(json.loads(base["document"]), changes), {}
@@ -161,9 +163,11 @@ class File(Study):
         """Run a microsecond; raise an error for a wrong start or an unknown signal."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
-            for name in target_signals(parameters) if result.signals else ():
+            if not result.signals:  # a failed run, in which no name can be looked up
+                return
+            for name in target_signals(parameters):
                 _ = result[name]
-            for text in parameters.measure if result.signals else ():
+            for text in parameters.measure:
                 check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
@@ -245,7 +249,8 @@ def file_command(
         try:
             return answer(options, open_file(options.file, options.changes, getattr(options, "duration", None)))
         except TimeUpError as error:
-            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)  # "timeout = ..."
+            # The text of the error begins with "timeout = ": with hyphens before it, that is the option.
+            print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)
         except RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
         return 1

@@ -121,7 +121,8 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     else:
         positions = found.point(*link_and_point)
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
-        stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
+        negative_eigenvalues = found.unstable  # their number, for each equilibrium
+        stability = list(zip(found.growth.tolist(), negative_eigenvalues.tolist(), strict=True))
     rows = zip(found.parameter.tolist(), positions.tolist(), stability, strict=True)
     return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 

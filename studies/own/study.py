@@ -41,7 +41,7 @@ GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
 RENAMED = {"count": "steps", "method": "integrator"}
-"""Fields of solvers and steps that files and options call by another name, which is clear without the class: count, of steps."""
+"""Names in files and options of fields whose own name is clear only beside its class: `Equal.count` is there `steps`."""
 SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
 """Heading, in the help, of the solver's options."""
 KIND = Declaration(
@@ -69,7 +69,7 @@ def settings() -> dict[str, Setting]:
     found: dict[str, Setting] = {}
     for kind in (Controlled, Equal, *SOLVERS.values()):
         for key, about in declarations(kind).items():
-            if key != "steps":  # of a solver: an instance of `Controlled` or `Equal`, whose fields are settings
+            if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
                 name = RENAMED.get(key, key)
                 classes = (*found[name].classes, kind) if name in found else (kind,)
                 found[name] = Setting(classes, key, about._replace(group=SOLVER_GROUP))
@@ -267,7 +267,8 @@ def figure(result: StudyResult) -> dict[str, Figure]:
     names = [name for name, pattern in patterns.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
     if not names:
         return {}
-    drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)
+    height = 25.0 + 32.0 * len(names)  # [mm]; margins, and a panel for each signal
+    drawn, axes = subplots(len(names), 1, height=height, sharex=True, squeeze=False)
     for name, ax in zip(names, axes[:, 0], strict=True):
         ax.plot(result.signals["time"], result.signals[name])
         ax.set_ylabel(label_with_unit(name, result.units.get(name, "")))

@@ -25,13 +25,13 @@ from .sweep import Part, SweepError, sweep
 from .table import Plan, choose, figures, parse, plan, points, table, to_csv
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
-"""Names of the options of a sweep. A parameter of the study with one of these names is set by --vary only."""
+"""Names of the options of a sweep. A parameter of the study with such a name has no option of its own; --vary can set it."""
 PATIENCE = 60.0
 """Longest wait for the file of the Dask scheduler, and for a first worker [s]: jobs of a cluster start one after another."""
 
 
 class _Sweep(NamedTuple):
-    """Sweep requested on the command line; `stored_as` is the name of the study in the store, `units` those of parameters."""
+    """Sweep requested on the command line; `stored_as` names the study in the store, for a file with a hash of its content."""
 
     study: Study
     options: argparse.Namespace
@@ -56,8 +56,10 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     again = f"what has ended is in {request.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     workers = (os.cpu_count() or 1) if options.workers is None else options.workers
     try:
-        with contextlib.ExitStack() as stack:  # SIGTERM, by which a batch system ends a job, interrupts like Ctrl-C
-            stack.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler))
+        with contextlib.ExitStack() as stack:
+            # SIGTERM, by which a batch system ends a job, interrupts like Ctrl-C until the end of this block.
+            former_handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
+            stack.callback(signal.signal, signal.SIGTERM, former_handler)
             executor = stack.enter_context(_dask(options.scheduler_file))
             rows = sweep(
                 request.study.module, request.plan.cases, workers=workers, executor=executor, store=request.store,
@@ -101,7 +103,7 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
 
 
 def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
-    """Read the options, and check all of them before any case runs."""
+    """Read the options and check them before any case runs."""
     study = find_study(name)
     parser = make_parser(study, prog, OPTIONS)
     add = parser.add_argument_group("sweep").add_argument
@@ -117,23 +119,24 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    kind, shared = study.cases(options, OPTIONS)  # class or function that makes the parameters of a case; values of all cases
+    make_case, shared = study.find_case_maker(options, OPTIONS)  # `shared`: values of the parameters that do not vary
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
-    cases = plan(kind, shared, [parse(text, kind) for text in options.vary])
-    study.check(cases.cases[0])
-    stored_as = study.stored_name(cases.cases[0])
+    planned = plan(make_case, shared, [parse(text, make_case) for text in options.vary])
+    first_case = planned.cases[0]
+    study.check(first_case)  # an error of a later case is in its row
+    stored_as = study.stored_name(first_case)
     folder = make_folder(Path(options.out) / f"{study.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
-    units = {key: about.unit for key, about in specs(kind).items()}
-    return _Sweep(study, options, cases, units, stored_as, folder, store, part)
+    units = {key: about.unit for key, about in specs(make_case).items()}
+    return _Sweep(study, options, planned, units, stored_as, folder, store, part)
 
 
 def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
-    """Print the table and write the files of a sweep, and only its numbers of cases for a part of one."""
+    """Print the table and write the files of a sweep; for a part, only the number of its cases by status."""
     options, name = request.options, request.study.title
     counts, versions = Counter(row.status for row in rows), len({row.provenance["sources"] for row in rows})
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}

@@ -29,8 +29,9 @@ WAIT = 1.0
 class Row:
     """Case that has ended: its number among the cases of the sweep, its parameters, and its result.
 
-    The status is that of the study, ERROR after an exception, CRASHED if the process died. `wall_s` is the run time in the
-    worker [s]; `provenance` has versions, hash of the source files, host, and time of the end.
+    The status is that of the study, ERROR after an exception, CRASHED if the process died. A SUSPECT case has ended, but a check
+    doubts its numbers; all but OK and SUSPECT have failed. `wall_s` is the run time in the worker [s]; `provenance` has versions,
+    hash of the source files, host, and time of the end.
     """
 
     number: int
@@ -49,7 +50,7 @@ class Row:
 
 def to_json(content: object) -> str:
     """Write strict JSON that keeps every float: NaN and infinities become strings."""
-    return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(plain(content, convert=str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 class StoreError(ValueError):
@@ -57,7 +58,7 @@ class StoreError(ValueError):
 
 
 class Part(NamedTuple):
-    """Part of the cases for job `number` of `of` jobs: every `of`-th case, from the `number`-th on."""
+    """Part I/N of the cases, with I = `number` and N = `of`: every N-th case, from the I-th on."""
 
     number: int
     of: int
@@ -143,7 +144,7 @@ class Store:
         self.ask(f"BEGIN {kind}")
         with self.connection:  # rolls back after an error
             yield
-            self.ask("COMMIT")
+            self.ask("COMMIT")  # by `ask`, so that an error of it is a StoreError
 
     def about(self) -> dict[str, Any]:
         """Read the fields of `About`, by name."""
@@ -174,7 +175,7 @@ class Store:
                 self.ask("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
 
     def _compare(self, about: About) -> None:
-        """Raise a StoreError if another study or other versions made the store."""
+        """Raise a StoreError if another study, or another version of a package in `about`, made the store."""
         found = self.about()
         if found and found["study"] != about.study:
             raise StoreError(f"{self.path} holds a sweep of {found['study']}, not of {about.study}; name another file")

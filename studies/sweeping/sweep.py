@@ -57,7 +57,7 @@ def sweep(
     cases : instances of the study's `Parameters`, no two alike; a case that fails gives a row with status and message
     workers : number of worker processes, 0 to run in this process; a process that dies is replaced
     executor : `ProcessPoolExecutor`, `distributed.Client.get_executor()`, `MPIPoolExecutor`; the caller shuts it down
-    store : file of the rows; cases that it has, or a store of a part beside it has, do not run again
+    store : file of the rows; a case does not run again if its row is there, or in the store of a part in the same folder
     part : run only this part of the cases, and store them in `part.store(store)`
     retry : run cases again that are stored as failed
     name, units : name of the study and units of its parameters in the store; by default those of the study
@@ -76,11 +76,14 @@ def sweep(
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
     units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
-    about, numbers = About(name, versions(), units), range(len(cases))[part.number - 1 :: part.of] if part else range(len(cases))
+    about, numbers = About(name, versions(), units), range(len(cases))
+    if part:  # every `part.of`-th case; parts are counted from 1
+        numbers = numbers[part.number - 1 :: part.of]
     with Store(part.store(store) if part and store else store) as opened:
         opened.plan(about, cases, retry)
-        for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")) if store and not part else ():
-            opened.copy(other, about)
+        if store and not part:
+            for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")):
+                opened.copy(other, about)
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
         if jobs and isinstance(progress, Progress) and not progress.quiet:
@@ -98,7 +101,10 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: number, module of its study, parameters; the first job forecasts the run time of `jobs_a_worker` jobs."""
+    """Case to run: its number, the module of its study, its parameters.
+
+    The first job of a sweep prints a forecast of the run time of all jobs that its worker has to run, `jobs_a_worker`.
+    """
 
     number: int
     module: str
@@ -112,7 +118,7 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            # Without a bar; the study's first `simulate` prints the time that it forecasts for the jobs of this process.
+            # Progress without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by `cases`.
             forecast = {"progress": Progress(quiet=True, cases=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
             result = study.run(job.parameters, **forecast)
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
@@ -199,7 +205,7 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Yield each job with its row or exception at its end, `limit` at a time; what a broken executor refuses is missing."""
+    """Run jobs, `limit` at a time, and yield each with its row or exception at its end; a dead executor accepts no more jobs."""
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:

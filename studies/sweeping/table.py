@@ -192,9 +192,12 @@ def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], un
     headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * has_status
     cells = [[*point.values, *(_cell(point.metric(name)) for name in shown), point.row.status] for point in found[:MOST_LINES]]
     lines = [line if has_status else line[:-1] for line in cells]
-    notes = [f"{len(found) - MOST_LINES} more lines: cases.csv has all of them."] * (len(found) > MOST_LINES)
-    others = [name for name in _units([point.row for point in found]) if name not in shown]
-    return Table(headers, lines, notes="\n".join(notes + [f"--metrics takes also: {', '.join(others)}"] * bool(others)))
+    notes = []
+    if len(found) > MOST_LINES:
+        notes.append(f"{len(found) - MOST_LINES} more lines: cases.csv has all of them.")
+    if others := [name for name in _units([point.row for point in found]) if name not in shown]:
+        notes.append(f"--metrics takes also: {', '.join(others)}")
+    return Table(headers, lines, notes="\n".join(notes))
 
 
 def _units(rows: Sequence[Row]) -> dict[str, str]:
