@@ -90,9 +90,8 @@ def slider_work(
 
     def run_engine(setting: HandSetting) -> Array:
         cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
-        return _import_plain().slider_crank(build(cable), motion.times, setting.steps, setting.relative, setting.absolute)[
-            :, None
-        ]
+        numbers = setting.steps, setting.relative, setting.absolute
+        return _import_plain().slider_crank(build(cable), motion.times, *numbers)[:, None]
 
     runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))

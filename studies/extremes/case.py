@@ -34,11 +34,11 @@ MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
 SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times over the duration of the run at which places are compared."""
 AGREEMENT = 0.3
-"""Largest difference of the two reference runs over the allowed error, in a measure that is compared."""
+"""Largest difference of the two reference runs over the allowed error, in a measure that is compared; by convention."""
 CHANGE = 1e-3
 """Relative change of the clearance that must not change a predictable motion."""
 SMALL = 0.02
-"""Size over the largest force of the mechanism below which a force is not compared."""
+"""Size over the largest force of the mechanism below which a force is not compared, by convention."""
 RINGING = 12
 """Smallest number of steps of the coarser reference run in a period of a strut's axial vibration."""
 TRIAL = 1e-6

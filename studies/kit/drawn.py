@@ -60,22 +60,16 @@ def _draw_chain(dice: Dice) -> Run:
     coil = mbs.TorsionSpring("ground", "bar0", stiffness=stiffness, damping=damping, free_angle=angle)
     loads = dice.some(
         mbs.Force("R", (dice.uniform(-1, 1), dice.uniform(-1, 1)), follows=dice.one(last, None)),
-        mbs.Spring(
-            "R", "ground:Q", stiffness=dice.uniform(5, 100), damping=dice.uniform(0, 0.5), free_length=dice.uniform(0.1, 0.5)
-        ),
+        mbs.Spring("R", "ground:Q", dice.uniform(5, 100), damping=dice.uniform(0, 0.5), free_length=dice.uniform(0.1, 0.5)),
         mbs.Torque(last, dice.one(dice.uniform(-0.05, 0.05), Expression(f"-{dice.uniform(1e-3, 1e-2)!r}*speed"))),
     )
     links = [mbs.Link(name, f"P{k}", f"P{k + 1}", parts.draw_solid(dice, sizes[k])) for k, name in enumerate(names)]
     links[-1] = replace(links[-1], carries=("R",))
-    return mbs.Mechanism(
-        points,
-        links,
-        [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
-        loads=[coil, *loads],
-        masses=dice.some(mbs.Mass("R", dice.uniform(0.05, 0.5), dice.uniform(0, 1e-4)), share=0.5),
-        velocities={"bar0": dice.uniform(-3, 3)} if dice.chance() else {},
-        gravity=parts.WEIGHT,
-    ), dice.uniform(0.2, 0.6)
+    joints = [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)]
+    masses = dice.some(mbs.Mass("R", dice.uniform(0.05, 0.5), dice.uniform(0, 1e-4)), share=0.5)
+    speeds = {"bar0": dice.uniform(-3, 3)} if dice.chance() else {}
+    chain = mbs.Mechanism(points, links, joints, loads=[coil, *loads], masses=masses, velocities=speeds, gravity=parts.WEIGHT)
+    return chain, dice.uniform(0.2, 0.6)
 
 
 def _make_block(dice: Dice, **more: Any) -> mbs.Mechanism:
@@ -160,9 +154,8 @@ def _draw_cantilever(dice: Dice) -> Run:
 def _draw_landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    strip = mbs.Link(
-        "bar", "O", "A", parts.draw_strip(dice, length, thin=1.5e-3, thick=2.5e-3), carries={"M": 0.6}
-    )  # M at 60 % of it
+    strip_body = parts.draw_strip(dice, length, thin=1.5e-3, thick=2.5e-3)
+    strip = mbs.Link("bar", "O", "A", strip_body, carries={"M": 0.6})  # M at 60 % of it
     bar = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",))
     link, joint = dice.one((strip, mbs.Weld), (bar, mbs.Revolute))
     return mbs.Mechanism(

@@ -54,7 +54,7 @@ from .slider_crank import Parameters as Case
 END = np.radians(190.0)
 """Crank angle at which a run of the beam ends [rad]: the first impact of every regime is over."""
 MOST_DIFFERENCE = 0.05
-"""Largest difference from 1 of the median ratio of peaks, theory over simulation; above it the study is suspect."""
+"""Largest difference from 1 of the median ratio of peaks, theory over simulation, for a study that is not suspect."""
 LATE = 1.5
 """Compression over the Euler load above which the regime is "late buckling", by convention."""
 SAGGING = 0.95

@@ -30,7 +30,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, st
 from ..kit.style import COLOURS, Figure, subplots
 
 AGREES_TO = 0.03
-"""Relative difference of beam and first mode, at rates up to `FIRST_MODE`, above which the study is suspect."""
+"""Relative difference of beam and first mode, at rates up to `FIRST_MODE`, above which the study is suspect; by convention."""
 FALL = 0.05
 """Fall of the force after its peak, over the larger of the peak and half the critical load: smaller falls are axial vibration."""
 FIRST_MODE = 1.0
