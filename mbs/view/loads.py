@@ -57,9 +57,9 @@ def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Yield arrows onto the ends of a strip for a distributed force, a turning arrow for a distributed moment."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     for point in (link.start, link.end) if any(load.force) else ():
-        loaded = sheet.place_on(link.name, point)
-        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), scale=u, origin=loaded)
-        yield from arrow(sheet.body_frame(link.name), "load", tail, tip, u)
+        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), scale=u)
+        frame = sheet.frame_at(link.name, point) if load.turns else sheet.upright_frame(f"{link.name}:{point}")
+        yield from arrow(frame, "load", tail, tip, u)
     if load.moment:
         yield from torque(sheet, _name, load)
 

@@ -8,12 +8,12 @@ import pytest
 from looked_at import MECHANISMS, STRIP, loose, pendulum, pushed, run
 
 from buckler.elastica import pinned
-from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Spectral, Weld, simulate
+from buckler.mbs import Beam, Exudyn, Force, LineLoad, Link, Mechanism, Revolute, Spectral, Weld, simulate
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
 from buckler.mbs.view.drawing import INKS, Disc, Label, Outline, StripMark
-from buckler.mbs.view.movie import Movie, make_movie, still
+from buckler.mbs.view.movie import Movie, make_movie, still, to_ground
 from buckler.mbs.view.symbols import SYMBOLS
 
 LENGTH = 0.31
@@ -49,6 +49,27 @@ def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
     assert band.stress[k].max() == pytest.approx(band.modulus * abs(band.bending[k]).max() * STRIP.thickness / 2, rel=1e-2)
     mean = result.at("coupler.axial_force", movie.time[k])
     assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.1)
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_line_load_turns_in_the_picture_only_if_it_does_in_the_run(turns):
+    mechanism = Mechanism(
+        points={"A": (0, 0), "B": (0.3, 0)},
+        links=[Link("strip", "A", "B", Beam(STRIP, elements=2))],
+        joints=[Revolute("A", "ground", "strip")],
+        loads=[LineLoad("strip", force=(0.0, -0.1), turns=turns)],
+    )  # fmt: skip
+    movie = simulate(mechanism, 0.3, solver=Spectral()).movie
+    arrows = [mark for mark in movie.marks if isinstance(mark, Outline) and mark.ink == "load"]
+    assert arrows
+    for mark in arrows:
+        assert (np.ptp(movie.frames[mark.frame][:, 2]) > 0.1) == turns
+    lines = [mark for mark in arrows if len(mark.points) == 2]
+    for mark, station in zip(lines, (0, -1), strict=True):
+        frame = movie.frames[mark.frame]
+        tips = np.array([to_ground(row, mark.points[-1:])[0] for row in frame])
+        distance = np.linalg.norm(tips - movie.bands["strip"].points[:, station], axis=1)
+        assert distance == pytest.approx(0.5 * movie.unit, rel=1e-3)
 
 
 def test_both_solvers_leave_the_same_movie():
