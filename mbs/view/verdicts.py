@@ -54,10 +54,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         if name in reasons:
             verdict, message = "failed", "; ".join(reasons[name])
         elif name == "ACCURACY" and not result.error.known:
-            verdict, message = (
-                "not run",
-                "one run alone; give an accuracy, or no solver, and finer runs tell its error",
-            )
+            verdict, message = "not run", "one run alone; give an accuracy, or no solver, and finer runs tell its error"
         elif not result.status.finished:
             verdict = "not run"
         elif name in not_applicable:
