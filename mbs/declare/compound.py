@@ -1,6 +1,7 @@
 """Specifications of compound values: vectors, lists, mappings, and alternatives.
 
-Their attributes `unit`, `allowed`, `words` and `metavar`, and their methods, are explained at the base class `Spec`.
+Each is a `Spec` with a `unit`; with `allowed`, its range in the reference; with `words`, its text after 'must be' in messages;
+and with `metavar`, its placeholder in the help of the command line. A `name` is the path of a value, for messages.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -53,7 +54,10 @@ class Direction(Vector):
 
 @dataclass(eq=False, repr=False)
 class Several(Spec):
-    """A list of `least` to `most` items with one specification, all different if `distinct` is true."""
+    """A list of `least` to `most` items with one specification, all different if `distinct` is true.
+
+    `read` checks all of this; messages tell the least length, and the schema only the items.
+    """
 
     item: Spec
     least: int = 0
@@ -94,10 +98,10 @@ class Several(Spec):
 
 @dataclass(eq=False, repr=False)
 class Named(Spec):
-    """A mapping of names to values of one specification; `keys` is the word for the names in messages."""
+    """A mapping of names to values of one specification; messages call the names by the noun `name_noun`, as 'points'."""
 
     item: Spec
-    keys: str = "names"
+    name_noun: str = "names"
 
     def __post_init__(self) -> None:
         self.unit = self.item.unit
@@ -105,7 +109,7 @@ class Named(Spec):
     @property
     def words(self) -> str:  # type: ignore[override]
         """Text after 'must be' in messages: names and items."""
-        return f"a table of {self.keys}, each {self.item.words}"
+        return f"a table of {self.name_noun}, each {self.item.words}"
 
     def fits(self, raw: object) -> bool:
         """Return True for a table."""
@@ -151,7 +155,7 @@ class Either(Spec):
         return self._fitting(name, raw).read(name, raw)
 
     def write(self, name: str, value: Any) -> Any:
-        """Return the document that the first fitting alternative writes; a stored value fits as a raw one does."""
+        """Return what the first fitting alternative writes; `fits` accepts stored values as well as raw ones."""
         return self._fitting(name, value).write(name, value)
 
     def schema(self) -> Schema:

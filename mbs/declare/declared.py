@@ -28,12 +28,16 @@ class RefusalError(ValueError):
 
 
 class Declared:
-    """Base of classes with declared fields, which are read and checked as an object is made."""
+    """Base of dataclasses with declared fields, which are read and checked as an object is made, in `__post_init__`.
+
+    Subclasses become dataclasses by the decorator `fields.declared`, which leaves out the methods that are written here.
+    """
 
     in_files: ClassVar[bool] = True
     """True if a mechanism's file may name the class."""
 
     def __init_subclass__(cls, **more: object) -> None:
+        """Register a class of Buckler; `known_kinds` leaves out abstract ones."""
         super().__init_subclass__(**more)
         if cls.in_files and cls.__module__.startswith("buckler.") and not cls.__name__.startswith("_"):
             _KINDS[cls.__name__] = cls
@@ -50,10 +54,11 @@ class Declared:
             bounds = {} if value is None else declaration.bounds
             for sign, other in bounds.items():
                 lower_bound = getattr(self, other)  # a number: no field that may be None is a bound
+                # `read` raises a ValueError below the bound
                 Quantity(declaration.spec.unit, lower_bound, open_low=sign == ">").read(where + key, value)
         self.agree()
 
-    # a dataclass would generate the following methods for each class, which takes a millisecond each
+    # `dataclass` would generate these methods for each class anew, which takes a millisecond each
 
     def _values(self) -> tuple[object, ...]:
         return tuple(getattr(self, key) for key in declarations(type(self)))
@@ -116,7 +121,7 @@ class Declaration(typing.NamedTuple):
 
     @property
     def about(self) -> str:
-        """Unit, range and default, for the reference; `words` of the specification if there is none of them."""
+        """Unit, range and default, for the reference; of a field with none of the three the description `spec.words`."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
         unit = self.unit if self.unit != "1" else ""
         default = "" if self.required else f"default {short(self.default)}"

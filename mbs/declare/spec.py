@@ -19,7 +19,7 @@ Schema = dict[str, Any]
 MOST_WHOLE = 10**9
 """Largest magnitude of whole numbers without bounds of their own: larger than any count, so that it refuses mistakes only."""
 TEXT_OF_NUMBER = r"^\s*[-+(]*[\w.]"
-"""JSON schema's pattern of a number with a unit or a formula of named parameters: its beginning, as `read` checks the rest."""
+"""Pattern, in JSON schemas, of the beginning of a text that is a number with a unit or a formula. `read` checks all of it."""
 
 
 class Spec:
@@ -28,13 +28,13 @@ class Spec:
     unit: str = ""
     """Unit of a quantity."""
     allowed: str = ""
-    """Range or options, for tables."""
+    """Range or options, for the tables of the reference."""
     words: str = "something else"
     """Text after 'must be' in messages."""
     metavar: str = "VALUE"
     """Placeholder of a value in the help of the command line."""
     json: Mapping[str, Any] = {}
-    """JSON schema, where it is the same for all specifications of the class."""
+    """JSON schema, where it is the same for all specifications of the class. Schemas describe the usual raw values, not all."""
 
     def fits(self, raw: object) -> bool:
         """Return True if a raw or stored value has the right type; `read` may still refuse it, with a better message."""
@@ -59,7 +59,7 @@ class Spec:
 
 @dataclass(eq=False, repr=False)
 class Quantity(Spec):
-    """A number with a unit, from `low` to `high`; an open bound is not allowed itself.
+    """A number with a unit, from `low` to `high`; if an end is open, it is not allowed itself.
 
     The unit is '1' for a number without a unit, '' for any unit; ' or ' separates alternatives, as in 'rad/s or m/s'. `hint` is
     appended to messages about a number out of the range.
@@ -106,7 +106,7 @@ class Quantity(Spec):
                 raise self.refusal(name, raw, f"{error}; ") from None
         try:
             may_have_any_unit = isinstance(raw, Measured) and not self.unit
-            value = float(raw) if may_have_any_unit else raw  # a plain float has no unit that `number` would refuse
+            value = float(raw) if may_have_any_unit else raw  # SI; `number` compares the unit of a Measured with `self.unit`
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -115,7 +115,7 @@ class Quantity(Spec):
         return found
 
     def write(self, name: str, value: Any) -> float:
-        """Return the number in SI units."""
+        """Return the number in SI units as a float; an int, which `read` never returns, stays one."""
         return int(value) if isinstance(value, Integral) else float(value)
 
     def schema(self) -> Schema:
@@ -130,7 +130,7 @@ class Quantity(Spec):
 
 @dataclass(eq=False, repr=False)
 class Whole(Spec):
-    """A whole number from `low` to `high`; 8.0 and 1e3 are no whole numbers."""
+    """A whole number from `low` to `high`, given as an int or its text; 8.0 and 1e3 are floats and are refused."""
 
     low: int = 0
     high: int = MOST_WHOLE

@@ -1,7 +1,8 @@
 """Documents: read from TOML and JSON files, written to them, and changed by path.
 
-A document is a dictionary of dictionaries, called tables, lists, texts, numbers and truth values. An entry is an item of a list.
-A path leads to a value, such as `links.coupler.body.section.thickness` or `joints[1].gap`; its words are those between dots.
+A document is a dictionary whose values are texts, numbers, truth values, lists, and again dictionaries; these are called tables.
+An entry is an item of a list. A path, such as `links.coupler.body.section.thickness` or `joints[1].gap`, leads to a value; its
+words are those between dots.
 """
 
 import json
@@ -39,7 +40,8 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
 def _is_table(name: str, each: object) -> bool:
     """Return True for a table that is written on several lines, and for a list of tables."""
     if isinstance(each, Mapping):
-        is_always_long = name in ("points", "links", "velocities", "run", PARAMETERS) or "body" in each  # `body` is in a link
+        is_link = "body" in each
+        is_always_long = is_link or name in ("points", "links", "velocities", "run", PARAMETERS)
         return is_always_long or len(_inline(each)) + len(name) > 100  # characters, a convention
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
@@ -170,8 +172,8 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
         raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
     if word not in content and not is_last:
         table = next((key for key, each in content.items() if isinstance(each, Mapping) and word in each), "")
-        is_first_word = word == where
-        meant = f", did you mean '{table}.{word}'?" if table and is_first_word else did_you_mean(word, content)
+        lacks_table = bool(table) and word == where  # the first word of the path, such as `crank`, is a key of the table `links`
+        meant = f", did you mean '{table}.{word}'?" if lacks_table else did_you_mean(word, content)
         raise ValueError(f"{where}: not in the file{meant}; there are: {', '.join(content)}")
     return word
 
