@@ -1,43 +1,23 @@
-"""Planar mechanisms that buckle, rattle and strike. The engine is loaded by `simulate`, not by an import of this package."""
+"""Planar mechanisms that buckle, rattle and strike. An import loads no solver; `simulate` loads the one it needs."""
 
 from typing import TYPE_CHECKING
 
-from .elements import (
-    STEEL,
-    AdamsDamping,
-    Beam,
-    Belt,
-    Cable,
-    Clearance,
-    Drive,
-    Force,
-    Gear,
-    Guide,
-    GuideFriction,
-    LineLoad,
-    Link,
-    Mass,
-    Material,
-    Modal,
-    Motion,
-    Motor,
-    Profile,
-    Rack,
-    Ramp,
-    Revolute,
-    Rigid,
-    Rope,
-    Section,
-    Slider,
-    Slot,
-    Spring,
-    States,
-    Stop,
-    Strut,
-    Torque,
-    TorsionSpring,
-    Weld,
-)
+from .elements.beam import Beam, Cable
+from .elements.clearance import Clearance
+from .elements.coupling import Belt, Gear, Rack, Rope
+from .elements.drive import Drive, Motion, Ramp
+from .elements.force import Force, LineLoad, Torque
+from .elements.guide import Guide, GuideFriction
+from .elements.joint import Revolute, Slider, Slot, Weld
+from .elements.link import Link
+from .elements.load import States
+from .elements.modal import AdamsDamping, Modal
+from .elements.motor import Motor
+from .elements.rigid import Mass, Rigid
+from .elements.section import STEEL, Material, Profile, Section
+from .elements.spring import Spring, TorsionSpring
+from .elements.stop import Stop
+from .elements.strut import Strut
 from .imports import lazy_attributes
 from .library import crank_rocker, slider_crank
 from .mechanism import Mechanism

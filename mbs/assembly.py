@@ -56,40 +56,34 @@ def assemble(
         first differing point is highest, then farthest right.
     """
     links, near = list(links), near or {}
-    lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}
+    lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}  # [m]
     deciding = [link for link in links if link.length is not None or link.angle is not None]
-    concerned = [point for link in deciding for point in (link.start, link.end)]
-    any_length = 1.0  # only the names of the carried points that have a place on their link are needed
-    concerned += [point for link in links if link.name in lengths for point in link.carried_places(any_length)]
-    unknown = list(dict.fromkeys(point for point in concerned if point not in points))
+    unknown = _find_unknown(points, links, deciding, lengths)
     for point in near:
         if point not in unknown:
             known = ", ".join(unknown) or "none"
             raise ValueError(f"near.{point}: no point whose place follows from lengths; those are: {known}")
     if not deciding or not unknown:
         return Assembly({})
-    places = _places(points, unknown)
-    guided = [guide for guide in guides if guide.through and {guide.point, guide.through} <= set(places)]
-    lines = [((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag for guide in guided]
-    base, free = _solve_linear([*_linear_equations(places, links, lengths), *lines], 2 * len(unknown))
+    places = _as_linear_forms(points, unknown)
+    equations = [*_angle_equations(places, links, lengths), *_guide_equations(places, guides)]
+    base, free = _solve_linear(equations, 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0  # [m]
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
     chords = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)
-    poses = _Poses(chords.reshape(-1, 2 * len(unknown) + 1), np.array([link.length for link in of_length]), base, free)
-    poses.check_decided(of_length)
-    solutions, solved = poses.find_all(size)
-    found = [
-        {point: (float(x), float(y)) for point, (x, y) in zip(unknown, pose.reshape(-1, 2), strict=True)} for pose in solutions
-    ]
+    chords = chords.reshape(-1, 2 * len(unknown) + 1)  # also without links
+    length_equations = _LengthEquations(chords, np.array([link.length for link in of_length]), base, free)
+    length_equations.check_decided(of_length)
+    solutions, solved = length_equations.find_all(size)
+    poses = [dict(zip(unknown, [(x, y) for x, y in each.reshape(-1, 2).tolist()], strict=True)) for each in solutions]
     if not solved:
-        raise _out_of_reach(of_length, {**points, **found[0]})
-    right = [pose for pose in found if all(_has_sense(link, {**points, **pose}) for link in deciding)]
-    candidates = sorted(right or found, key=_topmost(unknown, size))
+        raise _out_of_reach(of_length, {**points, **poses[0]})
+    in_sense = [pose for pose in poses if all(_has_sense(link, {**points, **pose}) for link in deciding)]
+    candidates = sorted(in_sense or poses, key=_topmost(unknown, size))
     first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
     others = [pose for pose in candidates if pose is not first]
-    for link in deciding:
-        _check(link, {**points, **first})  # raises an error if a link has the sense opposite to its angle
-    poses.check_regular(unknown, first, of_length)
+    check_links({**points, **first}, deciding)  # raises an error if a link has the sense opposite to its angle
+    length_equations.check_regular(unknown, first, of_length)
     return Assembly(first, tuple(others))
 
 
@@ -102,8 +96,8 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
         for point, (x, y) in link.locate_carried(found[link.start], found[link.end]).items():
             distance = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
             if distance > AGREE * abs(_vector(link, found)):
-                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
-                raise ValueError(f"points['{point}'] = {short(found[point])} m: {right}")
+                fault = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
+                raise ValueError(f"points['{point}'] = {short(found[point])} m: {fault}")
             found[point] = (x, y)
     return found
 
@@ -119,7 +113,15 @@ def _vector(link: Any, points: Mapping[str, Pair]) -> complex:
     return complex(*points[link.end]) - complex(*points[link.start])
 
 
-def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
+def _find_unknown(points: Mapping[str, Pair], links: list[Any], deciding: list[Any], lengths: Mapping[str, float]) -> list[str]:
+    """Return the points without a given place: ends of deciding links, and points carried by links of known length."""
+    concerned = [point for link in deciding for point in (link.start, link.end)]
+    any_length = 1.0  # the names of such carried points are the same for any length
+    concerned += [point for link in links if link.name in lengths for point in link.carried_places(any_length)]
+    return list(dict.fromkeys(point for point in concerned if point not in points))
+
+
+def _as_linear_forms(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
     """Return places as linear forms of the unknowns, complex, shape (unknowns + 1,): coefficients, then the constant."""
     places = {point: np.zeros(2 * len(unknown) + 1, dtype=complex) for point in (*unknown, *points)}
     for k, point in enumerate(unknown):
@@ -129,7 +131,14 @@ def _places(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:
     return places
 
 
-def _linear_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
+def _guide_equations(places: Mapping[str, Array], guides: Iterable[Any]) -> Iterator[Array]:
+    """Yield real linear forms that must vanish: distances of guided points from the line through a second point."""
+    for guide in guides:
+        if guide.through and guide.point in places and guide.through in places:
+            yield ((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag
+
+
+def _angle_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
     """Yield real linear forms that must vanish: from angles of links, and from the points that links carry."""
     for link in links:
         if link.start not in places or link.end not in places:
@@ -160,8 +169,8 @@ def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
     return base, vt[rank:].T
 
 
-class _Poses:
-    """Poses of the links whose length alone is given: solutions z of |M z + c| = L, with M and c complex.
+class _LengthEquations:
+    """Equations |M z + c| = L of the links whose length alone is given, with M and c complex; each solution z is a pose.
 
     `chords` are the linear forms of E - S, from start to end of each link, shape (links, unknowns + 1).
     """
@@ -192,7 +201,7 @@ class _Poses:
         found: list[Array] = []
         random = np.random.default_rng(1)
         if not self.free.shape[1] or not len(self.lengths):
-            return [self.base], True
+            return [self.base], True  # nothing is free; `check_links` checks the lengths
         for _ in range(ROUNDS):
             z, residuals = self._iterate(size * random.normal(size=(STARTS, self.free.shape[1])))
             poses, before = self.base + z @ self.free.T, len(found)
@@ -255,10 +264,19 @@ def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
 
 
 def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
-    """Raise a ValueError if the places of a link's ends contradict its length or angle."""
+    """Raise a RefusalError if the places of a link's ends contradict its length or angle."""
     for link in links:
-        if {link.start, link.end} <= set(points):
-            _check(link, points)
+        if link.start not in points or link.end not in points:
+            continue
+        vector, where = _vector(link, points), f"'{link.start}' and '{link.end}'"
+        if link.length is not None and abs(abs(vector) - link.length) > AGREE * link.length:
+            why = f"{where} are {abs(vector):.9g} m apart"
+            raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
+        if link.angle is not None:
+            across = (vector * rect(1.0, -link.angle)).imag
+            if abs(across) > AGREE * abs(vector) or not _has_sense(link, points):
+                why = f"{where} lie in the direction of {phase(vector):.9g} rad"
+                raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")
 
 
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
@@ -267,16 +285,3 @@ def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
     wrong = [link for link in links if abs(best[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {best[link.name]:.4g} m for {link.length:.4g} m" for link in wrong)
     return ValueError(f"links: out of reach, no pose has these lengths; at best {each}; a plain number is in m")
-
-
-def _check(link: Any, points: Mapping[str, Pair]) -> None:
-    """Raise a RefusalError if the places of a link's ends contradict its length or angle."""
-    vector, where = _vector(link, points), f"'{link.start}' and '{link.end}'"
-    if link.length is not None and abs(abs(vector) - link.length) > AGREE * link.length:
-        why = f"{where} are {abs(vector):.9g} m apart"
-        raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
-    if link.angle is not None:
-        across = (vector * rect(1.0, -link.angle)).imag
-        if abs(across) > AGREE * abs(vector) or not _has_sense(link, points):
-            why = f"{where} lie in the direction of {phase(vector):.9g} rad"
-            raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")

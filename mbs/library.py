@@ -53,7 +53,7 @@ class CrankRocker(NamedTuple):
     frame: float = 0.225
 
     def places(self, angle: float) -> dict[str, tuple[float, float]]:
-        """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch.
+        """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch, not the crossed one.
 
         Raise a KinematicsError if coupler and rocker do not reach each other, or are in line: a dead centre.
         """
@@ -75,9 +75,9 @@ STEEL_CRANK_ROCKER = CrankRocker()
 JOINT_STIFFNESS = 2.53e5 * 1e3**1.5
 """Contact stiffness K of the crank-rocker's joints in that paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(JOINT_STIFFNESS, damping=253.0, damping_depth=1e-5)
-"""Contact law of these joints with their largest damping read as 253 N s/m: they rattle."""
+"""Contact law of these joints, which rattle. The damping from 1e-5 m of depth on is 253, its unit uncertain: here N s/m."""
 CLOSED = Impact(JOINT_STIFFNESS, damping=253e3, damping_depth=1e-5)
-"""Contact law of these joints with their largest damping read as 253 N s/mm: they stay closed."""
+"""The same with the unit N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
 """Function `play(point, first, second)` that returns a joint with clearance; the pin is on `first`, the bush on `second`."""
 

@@ -148,7 +148,7 @@ class Mechanism(Parts):
                     raise RefusalError(str(error), f"{where}.{field_name}".rstrip(".")) from None
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the fields for pickling; the scene is computed again."""
+        """Return the fields for pickling, without the slot `scene`, which is computed again."""
         return dict(vars(self))
 
     def __str__(self) -> str:
@@ -174,7 +174,7 @@ class Mechanism(Parts):
         return hypot(x1 - x0, y1 - y0)
 
     def assemblies(self) -> Assembly:
-        """Return the poses that lengths and angles allow: places of the points without given ones, in this and in other poses."""
+        """Return the poses that lengths and angles allow: places of the points whose places were left out."""
         return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
@@ -205,8 +205,8 @@ class Mechanism(Parts):
             raise ValueError(f"file = {short(content)}: must be a table")
         described = {key: value for key, value in substitute(expand(content)).items() if key not in ASIDE}
         also_known = (*ASIDE, *SHORT, PARAMETERS)  # keys of a file beside the fields, for messages
-        top, any_kind = "", ""  # path of the table, and the kind of a table that names none
-        mechanism: Mechanism = build(top, described, {any_kind: cls}, also_known)
+        kinds = {"": cls}  # '' is the kind of a table that names none
+        mechanism: Mechanism = build("", described, kinds, also_known)  # '' is the place of the whole file
         return mechanism
 
     def save(self, path: str | Path) -> Path:

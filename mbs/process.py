@@ -62,7 +62,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Handler:
-    """Signal handler that remembers Ctrl-C."""
+    """Memory of Ctrl-C: `note` is the signal handler, and a call of the object returns True once Ctrl-C was pressed."""
 
     def __init__(self) -> None:
         self.is_pressed = False
@@ -80,7 +80,7 @@ class Handler:
 
 @contextmanager
 def catch_ctrl_c() -> Iterator[Handler]:
-    """Yield a function that returns True after Ctrl-C; always False in other threads or under a caller's own handler.
+    """Yield a `Handler`, which returns True after Ctrl-C; always False in other threads or under a caller's own handler.
 
     Python's default handler would raise a KeyboardInterrupt inside a function that Exudyn calls, which then takes the step for
     failed. Nested contexts use the handler of the outer one.
@@ -101,8 +101,8 @@ def catch_ctrl_c() -> Iterator[Handler]:
 
 _LOCK = Lock()
 _COUNTS: list[list[int]] = []
-"""Numbers of threads found at the start of each active `one_thread`: first the original numbers, then ones. A context that ends
-removes and restores the last entry, so that the last end restores the original numbers, in whatever order contexts end."""
+"""Numbers of threads found at the start of each active `one_thread`: the original ones, then, as the first has set it, always 1.
+A context that ends takes and restores the last entry, so that the last to end, in any order, restores the original numbers."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 """Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 

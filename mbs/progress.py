@@ -26,7 +26,8 @@ TICK = 0.5
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the coarser run before, whose tolerance is 8 times as large: steps are proportional to tol^(1/4)."""
+"""Time of a run over that of the coarser run before it, whose tolerance is 8 times as large: the length of steps is proportional
+to tol^(1/4), see `accuracy.levels`."""
 ONE_RUN = (1, 1)
 """Least and largest number of runs of a call that estimates no error."""
 USUAL_RUNS = (2, 5)
@@ -44,8 +45,8 @@ USER_STOPS = (TimeUpError, KeyboardInterrupt)
 class Forecast:
     """Progress callback of `simulate` that forecasts the time of all its runs, for `cases` such calls one after another.
 
-    `cases` may be a mean, such as cases over processes. The attribute `runs` is the least and the largest number of runs of a
-    call. Without a `bar` only the time is printed.
+    `cases` may be a fraction: the mean number of cases of each of several processes. The attribute `runs` is the least and the
+    largest number of runs of a call. Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -128,7 +129,7 @@ class Watch:
         self.best: Any = None
 
     def step(self, share: float = 0.0) -> None:
-        """Count a step before it begins; raise as `check` does, and in every later step of a stopped call."""
+        """Count a step before it begins; raise as `check` does. A stopped call completes its answer; a step then raises."""
         self.check()
         if self.ended:
             raise TimeUpError(self.ended)
@@ -144,7 +145,7 @@ class Watch:
             raise TimeUpError(self.ended)
 
     def end_run(self, failure: tuple[str, str] | None) -> None:
-        """Raise the exception of Ctrl-C or of the time limit if either ended a run; `failure` is the run's (status, message)."""
+        """Raise as `check` does after a run, and KeyboardInterrupt if its `failure`, (status, message), is that by Ctrl-C."""
         self.check()
         if failure and failure[0] == "INTERRUPTED":
             raise KeyboardInterrupt(CTRL_C)
@@ -182,8 +183,8 @@ def watch(unit: str) -> Callable[[F], F]:
     """Make a decorator that adds `timeout` and `progress` to a function which counts its `unit`, steps or runs, by a `Watch`.
 
     A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
-    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that one, the outer
-    one, whose `timeout` and `progress` hold alone. If it is stopped, it raises TimeUpError, so that the outer one stops as well.
+    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that outer function,
+    whose `timeout` and `progress` hold alone. If the inner function is stopped, it raises TimeUpError, which stops the outer one.
     """
 
     def decorate(call: F) -> F:
@@ -219,7 +220,7 @@ def _call_under(state: Watch, call: Callable[..., Any], arguments: tuple[Any, ..
     """Call a function under a watch, to which Ctrl-C is reported."""
     token = watching.set(state)
     try:
-        with catch_ctrl_c() as state.ctrl_c:
+        with catch_ctrl_c() as state.ctrl_c:  # in a nested call this is the handler of the outer one
             return call(*arguments, **named)
     except Exception as error:
         if state.ctrl_c():  # the compiler turns a KeyboardInterrupt into an exception of its own

@@ -66,5 +66,5 @@ def _describe(field: Declaration) -> Schema:
     unit = f"Unit: {field.spec.unit}." if has_unit else ""
     description = " ".join(filter(None, (field.doc, unit)))
     found = dict(field.spec.schema()) | ({"description": description} if description else {})
-    has_default = isinstance(field.default, bool | int | float | str) and not field.required
+    has_default = not field.required and isinstance(field.default, bool | int | float | str)
     return found | ({"default": field.default} if has_default else {})

@@ -19,7 +19,8 @@ def number(
     Raise a ValueError with the name of the parameter, its value, the allowed range and the unit otherwise.
     """
     if isinstance(value, Measured) and not value.fits(unit):
-        turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if "rad/s" in unit and value.fits("Hz") else ""
+        has_hertz = "rad/s" in unit and value.fits("Hz")  # a speed of rotation given as a frequency
+        turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if has_hertz else ""
         raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}{turns}")
     checked = _as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     at_an_end = (open_low and checked == low) or (open_high and checked == high)

@@ -30,9 +30,10 @@ PLACE_PEAK_ERROR = 1e-3
 """Error allowed of a place at any time, over the longest link (an angle: a radian) or the range, whichever is larger: a tolerance
 of manufacture. A convention."""
 STRUCK_PLACE_ERROR = 5e-3
-"""Root mean square where bodies strike, stick or slip, over the same length: a rebound wrong by 5 % causes it."""
+"""Root mean square of the error allowed of a place where bodies strike, stick or slip, over the length of `PLACE_PEAK_ERROR`: as
+much as an error of 5 % in the speed of a rebound causes."""
 LAW_ERROR = COARSEST
-"""Error allowed of a journal's place, over its clearance, and of states of loads: the laws of such forces are known no better."""
+"""Error allowed of a journal's place, over its clearance, and of states of loads: 0.1, as their laws are known no better."""
 USUAL_ERROR = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
 ENERGIES = (
@@ -52,8 +53,8 @@ class DeflectionLimits(NamedTuple):
     An error of a deflection moves no place by more than itself; it is assumed to change forces and rates by the same share.
     """
 
-    rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite without
-    peak: float  # limit of a term at any time, over the strip's largest deflection, from limits of others; infinite without
+    rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite if no place has a limit
+    peak: float  # limit of a term at any time, over the strip's largest deflection, from limits of all signals but places, or inf
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> DeflectionLimits:
@@ -64,7 +65,7 @@ class DeflectionLimits(NamedTuple):
             if signal.kind is Kind.PLACE:
                 size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.longest_link)  # [m]
                 rms = min(rms, limit * size)
-            elif np.any(signal.values):
+            elif np.any(signal.values):  # a force or rate that is zero throughout sets no limit
                 peak = min(peak, limit)
         return cls(rms, peak)
 
@@ -92,7 +93,8 @@ class Worst(NamedTuple):
 class Asked:
     """An accuracy and the signals that shall have it: one of `WORDS`, names, or norms such as 'impulse(B.contact_force)'.
 
-    With 'forces' it holds for peaks and impulses of contacts, too. The error of a named signal is relative to its own size.
+    With 'forces' it holds for peaks and impulses of contacts, too. The root mean square error of a named signal is relative to
+    the signal's own size, all other errors to `run.sizes`.
     """
 
     accuracy: float
@@ -128,9 +130,9 @@ class Asked:
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the errors allowed of named signals. Their rms shall have the accuracy relative to the signal's own size.
+        """Return the errors allowed of named signals, relative to `run.sizes`.
 
-        Its size in `run.sizes`, to which limits are relative, may be larger: that of the vector of which it is a component.
+        The size of a component there is that of its vector. Its own size may be smaller, and so is then the limit of its rms.
         """
         found = dict[Key, float]()
         for name, norm in keys:
@@ -160,9 +162,10 @@ class Usual:
     def limits(self, run: Trajectory) -> dict[Key, float]:
         """Return the relative errors allowed."""
         found = dict[Key, float]()
-        # of the places only those of journals have a `scale`, the clearance; an error of a journal moves other places as well
+        # of the places only those of journals have a `scale`, the clearance
         clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        least = LAW_ERROR * min(clearances, default=0.0) / run.longest_link  # error over the longest link or a radian
+        # the error allowed of a journal [m], over the longest link: other places, which it moves, may err by this length or angle
+        journal_error = LAW_ERROR * min(clearances, default=0.0) / run.longest_link
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
                 length_over_range = (run.longest_link if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
@@ -172,7 +175,7 @@ class Usual:
                 else:
                     allowed = PLACE_ERROR
                     found[name, Norm.PEAK] = PLACE_PEAK_ERROR * larger_over_range
-                found[name, Norm.RMS] = max(allowed, least * length_over_range)
+                found[name, Norm.RMS] = max(allowed, journal_error * length_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):
                 found[name, Norm.RMS] = LAW_ERROR
             elif is_normal_force(signal):

@@ -64,18 +64,20 @@ class Difference:
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         over_time, impacts, impulses = list[str](), list[str](), list[str]()  # names of signals by the way they are compared
         for name, norm in jumping:
-            if norm is Norm.RMS or (norm is Norm.PEAK and not is_normal_force(signals[name])):
+            is_normal = is_normal_force(signals[name])
+            if norm is Norm.RMS or (norm is Norm.PEAK and not is_normal):
                 over_time.append(name)
-            elif is_normal_force(signals[name]):
+            elif is_normal:  # IMPULSE, PEAK, ONSET
                 impacts.append(name)
-            else:
+            else:  # IMPULSE of another force
                 impulses.append(name)
         found = self._compare_over_time(dict.fromkeys(over_time))  # each name once, in order
         for name in dict.fromkeys(impacts):
             found |= self._compare_impacts(name)
         for name in impulses:
             found |= self._compare_impulses(name)
-        return norms | {key: found[key] + self._possible_contact(key[0]).get(key[1], 0.0) for key in jumping}
+        # the norm of a sum is at most the sum of the norms
+        return norms | {(name, norm): found[name, norm] + self._possible_contact(name).get(norm, 0.0) for name, norm in jumping}
 
     @cached_property
     def _continuous(self) -> list[tuple[list[str], Array]]:
@@ -251,7 +253,8 @@ class Grid:
 
     def find_jumps(self, times: Array, samples: Array, jumps: Array) -> Array:
         """Return a mask of the grid's `times` in one run: True from its sample before a jump [s] to its sample after it."""
-        near, times = 1e-6 * float(samples[-1]), times[self.order]  # a jump this close to a sample is at the sample
+        near, times = 1e-6 * float(samples[-1]), times[self.order]
+        # a jump this near to a sample is at the sample, which is then both the one after and the one before the jump
         after = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
         before = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
         first, last = samples[np.minimum(before, after)], samples[np.maximum(before, after)]

@@ -37,8 +37,8 @@ STICKING = 1 / 128
 DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link. A fifth of it would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6. But
-a modal rocker with rattling pins would take eight runs; with this value fewer show that it is one trajectory up to 0.016 s."""
+"""Least tolerance over the longest link, between two examples. A fifth of it would lower the error of a double pendulum of 10 s
+from 6e-5 to 4e-6. But a modal rocker with rattling pins, which is chaotic, would then take eight runs instead of fewer."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
@@ -48,7 +48,8 @@ SLOWER = 2.0
 LEAST_DECAY = 1e-3
 """Least ratio of successive terms that is believed: the terms of a sine have a larger one up to degree 30."""
 UNDAMPED = 0.9
-"""Spectral radius of every second level of Exudyn, the others having 0.7: runs then differ where numerical damping matters."""
+"""Spectral radius of every second level of Exudyn. The others have 0.7 by default, which damps more: so runs differ where
+numerical damping matters."""
 PREFIX = 1 / 8
 """Share of the duration that the second run covers if pins rattle: most chaotic runs separate during this share. A sixteenth
 is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
@@ -79,7 +80,7 @@ class Level(NamedTuple):
     """Fineness of a run."""
 
     tolerance: float  # relative: to clearance or longest link (`Spectral`), usual tolerance (`Exudyn`), usual step (`Closure`)
-    degree: int  # of strips; of Exudyn, how often their elements are doubled
+    degree: int  # of the strips' polynomials; of Exudyn, how often the elements of strips are doubled: -1 for half of them
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,7 @@ class Levels:
     runs_at_most = 10
     """Most runs for one result: eight levels from `FIRST` to `FINEST`, and two for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
+    """1/4 and 3/4 are explained at the head of this file, 1/3 at that of `estimate`."""
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
@@ -187,8 +189,30 @@ class SpectralLevels(Levels):
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
 
     def find_truncation(self, run: Run, limits: DeflectionLimits) -> Truncation:
-        """Find the truncation of the strip with the largest excess."""
-        return _find_truncation(run, limits)
+        """Find the truncation of the strip with the largest excess.
+
+        Terms are coefficients normal to the chord times the largest value of their polynomial [m]: the integrated Legendre
+        polynomial N_k, of degree k, is at most sqrt(2/pi)/(k - 1/2) for large k. The decay is computed as if the largest term
+        were the first.
+        """
+        found, time = Truncation(), run.record.time
+        for link in run.record.mechanism.links:
+            motion: Any = run.record.links.get(link.name)
+            for piece in motion.pieces if motion is not None and link.body.meshed else ():
+                # each (times, 2 + terms): the places of both ends, then the coefficients of N_2, N_3, ...
+                x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
+                chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
+                terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
+                k = np.arange(2, x.shape[1])
+                terms *= sqrt(2 / pi) / (k - 0.5)
+                rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
+                deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
+                last_rms = rms[-2:].max()
+                excess = max(last_rms / limits.rms, peak[-2:].max() / (limits.peak * deflection))
+                decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))
+                decay = np.clip(decay, LEAST_DECAY, 0.9)  # at 1 no degree would be enough
+                found = max(found, Truncation(float(excess), float(decay)))
+        return found
 
 
 class ExudynLevels(Levels):
@@ -246,29 +270,3 @@ def _refine_mesh(mechanism: Mechanism, factor: float) -> Mechanism:
     finer = [replace(b, elements=max(1, min(1000, round(factor * b.count)))) if b.meshed else b for b in bodies]
     links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
     return replace(mechanism, links=links) if factor != 1 else mechanism
-
-
-def _find_truncation(run: Run, limits: DeflectionLimits) -> Truncation:
-    """Find the truncation of the strip with the largest excess.
-
-    Terms are coefficients normal to the chord times the largest value of their polynomial [m]. The integrated Legendre polynomial
-    N_k, of degree k, is sqrt(2/pi)/(k - 1/2) at most, for large k. The decay is computed as if the largest term were the first.
-    """
-    found, time = Truncation(), run.record.time
-    for link in run.record.mechanism.links:
-        motion: Any = run.record.links.get(link.name)
-        for piece in motion.pieces if motion is not None and link.body.meshed else ():
-            # each (times, 2 + terms): the places of both ends, then the coefficients of N_2, N_3, ...
-            x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
-            chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
-            terms = np.abs(chord[0, :, None] * y[:, 2:] - chord[1, :, None] * x[:, 2:]) / np.hypot(*chord)[:, None]
-            k = np.arange(2, x.shape[1])
-            terms *= sqrt(2 / pi) / (k - 0.5)
-            rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
-            deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
-            last_rms = rms[-2:].max()
-            excess = max(last_rms / limits.rms, peak[-2:].max() / (limits.peak * deflection))
-            decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))
-            decay = np.clip(decay, LEAST_DECAY, 0.9)  # at 1 no degree would be enough
-            found = max(found, Truncation(float(excess), float(decay)))
-    return found

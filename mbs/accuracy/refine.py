@@ -5,8 +5,9 @@
 `run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
 difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
 to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If the third separates from the second
-sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1. For runs of a chaotic motion separate as
-exp(t/t_L), so that each refinement delays the separation by the same time, while an error of the phase grows by a power of time.
+sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1. Two runs of a chaotic motion separate as
+exp(t/t_L), t_L the Lyapunov time, so that each refinement delays the separation by the same time. An error of the phase of a
+regular motion grows only by a power of time.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -38,7 +39,7 @@ CONFIRMED = 2
 a run. One alone would call stick-slip chaotic, whose coarse runs do not resolve the bristles."""
 LATER = 0.5
 """Share of the time from separation to end that the refinements left must gain, if each gains the mean delay of those made.
-It is below 1, as single delays vary: 0.84 was predicted for a double pendulum, whose next run reached the end."""
+It is below 1, as single delays vary: for a double pendulum the predicted share was 0.84, and yet its next run reached the end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 UNKNOWN = Worst(key=("", Norm.RMS), error=inf, allowed=1.0)
@@ -162,17 +163,21 @@ class _Refinement:
             if isinstance(found, CheckedRun):
                 return found
             pair = self.complete(found)
+        return self.reduce_error(pair)
+
+    def reduce_error(self, pair: _Pair) -> CheckedRun:
+        """Refine from a pair of runs of the whole motion until the error is allowed or `find_status` gives a reason to end."""
         while True:
             estimate = self.choose_estimate(pair)
             now, _ = pair.difference.norms(pair.allowed)
             worst = find_worst(pair.allowed, estimate(now))
-            excess = worst.ratio
-            self.best = partial(self.finish, pair, estimate)
+            excess = worst.ratio  # error of the worst signal over the allowed one
+            self.best = partial(self.finish, pair, estimate)  # computed only if it is the answer
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
             # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
             if excess <= 1 and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
-                answer = self.best()  # now with energies and their balance
-                excess = answer.worst.ratio
+                answer = self.best()
+                excess = answer.worst.ratio  # now with energies and their balance
                 if excess <= 1:
                     return answer
             is_smaller = self.before is None or now.get(worst.key, 0.0) < self.before.get(worst.key, inf)
@@ -186,7 +191,7 @@ class _Refinement:
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
         """Return the status with which refinement ends at too large an error; None if it goes on.
 
-        SUSPECT: no finer run is left; SENSITIVE: nor is one, and the last two separate; CHAOTIC: finer runs would hardly help.
+        SUSPECT, SENSITIVE: no finer run is left; for SENSITIVE the last two runs separate. CHAOTIC: finer runs would hardly help.
         `is_smaller` is True if the last refinement reduced the difference of the signal whose error is worst.
         """
         separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
@@ -199,8 +204,9 @@ class _Refinement:
         """Return the pair, of which runs of a part of the motion are made again to its end."""
         if pair.coarse.end == pair.fine.end == self.duration:
             return pair
-        ends = [run if run.end == self.duration else self.make(run.level, self.duration) for run in (pair.coarse, pair.fine)]
-        return _Pair(ends[0], ends[1], self.demand)
+        trials = pair.coarse, pair.fine
+        coarse, fine = (trial if trial.end == self.duration else self.make(trial.level, self.duration) for trial in trials)
+        return _Pair(coarse, fine, self.demand)
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
         """Make finer runs: return the answer of a chaotic motion, else the first pair that separates late enough."""
@@ -223,12 +229,15 @@ class _Refinement:
             return False
         start, tolerance = self.first_separation
         made = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)  # refinements since then
-        expected_times_made = (pair.separation.start - start) * self.levels.refinements_to_go(pair.fine.level)
-        required = LATER * (self.duration - pair.separation.start)
-        return made > 0 and expected_times_made < required * made
+        if made <= 0:
+            return False
+        expected_delay = (pair.separation.start - start) / made * self.levels.refinements_to_go(pair.fine.level)  # [s]
+        return expected_delay < LATER * (self.duration - pair.separation.start)
 
     def find_ratio(self, excess: float, separate: bool) -> float:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
+
+        Differences of runs that separate do not show their error: the ratio is then the largest.
 
         The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order. The
         largest order gives the least ratio that may be enough; where it is not, a further refinement follows.

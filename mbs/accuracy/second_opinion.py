@@ -51,7 +51,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
         return add_notes(result, "not verified: a signal is not finite")
     largest_of_places, worst = compare_solvers(first, second, result.error, answer.errors, least)
     result = replace(result, verified=largest_of_places)
-    why = "the sum of their errors" if result.error.known and answer.errors.known else "for want of an estimate of either error"
+    why = "the sum of their errors" if result.error.known and answer.errors.known else "as one error at least is not known"
     found = f"SOLVERS: {name} and {other_name} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
     return result.suspect(found) if worst.ratio > 1 else result
 

@@ -2,7 +2,8 @@
 
 The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak; a component has those of the
 largest component of its vector. No size is below `SMALL` times the largest of the same kind and unit, or for places below
-`RESTING`: what is smaller counts as zero. The size of energies is the throughput, the energy that goes through the mechanism.
+`RESTING`: what is smaller counts as zero. A signal with a `scale` has that as its size: the clearance for places of journals, the
+throughput for energies, which is the energy that goes through the mechanism.
 """
 
 from __future__ import annotations
@@ -30,9 +31,11 @@ FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNRESOLVED_MOST = 0.05
-"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: the error
-allowed of energies."""
+"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: as much as
+the error allowed of energies, `demand.USUAL_ERROR`."""
 TINY = float(np.finfo(float).tiny)
+FORCES, TORQUES = ("force", "N"), ("force", "N m")
+"""Kind and unit of forces and of torques, as `_family` gives them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +104,10 @@ class Trajectory:
             own, group, family = self.own_sizes[name, norm], signal.group or name, _family(signal)
             vectors[group] = np.maximum(vectors.get(group, TINY), own)
             families[family] = np.maximum(families.get(family, TINY), own)
-        force, torque = ("force", "N"), ("force", "N m")  # a torque counts as a force at the arm of the longest link
-        largest_torque = np.maximum(families.get(torque, TINY) / self.longest_link, self.least_force)
-        families[force] = np.maximum(families.get(force, self.least_force), largest_torque)
-        families[torque] = families[force] * self.longest_link
+        # a torque counts as a force at the arm of the longest link, so that forces and torques have one common largest size
+        force_at_arm = families.get(TORQUES, TINY) / self.longest_link
+        families[FORCES] = np.maximum(np.maximum(families.get(FORCES, TINY), force_at_arm), self.least_force)
+        families[TORQUES] = families[FORCES] * self.longest_link
         found = dict[Key, float]()
         for name, signal in self.signals.items():
             resting = RESTING * (self.longest_link if signal.unit == "m" else 1.0)
@@ -129,8 +132,8 @@ class Trajectory:
 def compute_energies(run: Run) -> tuple[Trajectory, float]:
     """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
-    The energy that vibrations faster than the steps may store is taken off the imbalance. The size of all energies is the
-    throughput, or more where these vibrations store much: their energy is at most the share `SMALL` of the size.
+    Vibrations faster than the steps may store a share r of the throughput E: this is taken off the imbalance. The size of all
+    energies is E (1 + r/SMALL), so that these vibrations never exceed the share `SMALL` of it.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
     throughput, unresolved = compute_throughput(record, energies, run.values)  # [J], and the share of such vibrations in it
@@ -140,7 +143,8 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + unresolved / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    has_friction = any(guide.friction is not None for guide in record.mechanism.guides)  # bristles may store all energy put in
+    # bristles of friction may store all energy that is put in, so that there the share has no limit
+    has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
     stored = unresolved if has_friction else min(unresolved, UNRESOLVED_MOST)
     return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
 

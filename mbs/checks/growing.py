@@ -1,7 +1,8 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
 In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. The multipliers of
-constraints balance the forces as far as they can, by least squares; what is left, by inertia, is ignored.
+constraints are those that balance the applied forces best, by least squares. Unbalanced forces, which accelerate bodies in the
+run, have no part in the tangent.
 """
 
 from typing import Any
@@ -48,10 +49,11 @@ class Growth:
             if link.body.meshed:
                 self._place_strip(q, name, body, k, forces.get(name, 0.0))
             else:
-                (place, *_), (turn_since_start, _) = motion.centre(), motion.turn(link.start)
+                place, _velocity, _acceleration = motion.centre()
+                turn_since_start, _rate = motion.turn(link.start)
                 q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn_since_start[k]]
         for offset, name, point, is_rotor in self.scene.builder.separate_masses:  # masses at points, with own coordinates
-            if not is_rotor:  # the angle of a rotor is only in a linear constraint
+            if not is_rotor:  # the angle of a rotor is only in a linear constraint, so that the tangent does not depend on it
                 place, _ = self.record.links[name].point(point)
                 q[offset : offset + 2] = place[k]
         return q

@@ -36,7 +36,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
     """Check that the terms that linear theory leaves out are small.
 
     Under a load above the critical one a deflection grows at the rate omega_1 sqrt(P/P_cr - 1), omega_1 the first frequency. The
-    link should have buckled when the time integral of this rate exceeds `GROWTH`.
+    link should have buckled when the time integral of this rate exceeds `GROWTH`: a disturbance is then a million times larger.
     """
     record = run.record
     for name in _modal(run):
@@ -44,7 +44,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
         length = record.mechanism.length(name)
         omega_1 = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        quarter_period = np.pi / (2 * omega_1)  # of the lateral vibration; the mean removes axial ones
+        quarter_period = np.pi / (2 * omega_1)  # of the lateral vibration: many periods of axial vibrations, which a mean removes
         load_ratio = recent_mean(result.time, compression, quarter_period)
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
@@ -80,9 +80,13 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 
 
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point [N], (times, 2); None without joints or if other forces act there."""
+    """Return the force of joints on a link at a point [N], (times, 2).
+
+    It is None without joints, if a joint has no signal of its force, or if other forces act at the point.
+    """
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
-    references = [getattr(element, field, "") for element in others for field in ("point", "a", "b")]  # springs have a and b
+    point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
+    references = [getattr(element, field, "") for element in others for field in point_fields]
     if point in {place(reference).point for reference in references}:
         return None
     forces = []

@@ -28,13 +28,17 @@ def determinant(jacobian: Array) -> Array:
 
 
 def _places(record: Record, indices: Iterable[int]) -> Array:
-    """Return x, y of the start [m] and the angle [rad] of links, (times, links, 3); of links not in `indices` those at t = 0."""
+    """Return x, y of the start [m] and the angle [rad] of all links, (times, links, 3), as recorded of the links in `indices`.
+
+    All others stay in their places at t = 0.
+    """
     places = np.repeat(Scene.of(record.mechanism).linkage.reference[None], len(record.time), axis=0)
     for i in indices:
         link = record.mechanism.links[i]
         motion = record.links[link.name]
-        places[:, i, :2] = motion.point(link.start)[0]
-        places[:, i, 2] += motion.turn()[0]
+        places[:, i, :2], _velocity = motion.point(link.start)
+        turn_since_start, _rate = motion.turn()
+        places[:, i, 2] += turn_since_start
     return places
 
 
@@ -48,7 +52,7 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
     The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. If rows are
-    redundant, they may determine the motion even there: then a second solution next to the pose is searched.
+    redundant, they may determine the motion even there: then a second solution is searched near the next regular pose.
     """
     time, places = run.record.time, _places(run.record, range(len(run.record.mechanism.links)))
     linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))
@@ -59,9 +63,9 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     for k in np.flatnonzero(singular):
         regular = np.flatnonzero(~singular[k:])
         j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample, else the last one
-        is_last = j == k  # no later pose shows that the motion is determined
+        ends_here = j == k  # no later pose can show that the motion is determined
         distance = float(np.abs(places[j] - places[k]).max())  # largest change of a coordinate, m or rad
-        if not has_redundant_rows or is_last or has_other_branch(linkage, float(time[j]), places[j], distance):
+        if not has_redundant_rows or ends_here or has_other_branch(linkage, float(time[j]), places[j], distance):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 

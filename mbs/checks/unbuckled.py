@@ -2,8 +2,8 @@
 
 The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run. In this pose each
 strip has its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid links and follower
-loads are taken into account, and no table of end conditions is needed. The normal forces are those of the run, which include
-inertia; the loads are in equilibrium with the multipliers of constraints, without inertia.
+loads are taken into account, and no table of end conditions is needed. The normal forces in strips are those of the run, which
+include inertia. Only for the forces in constraints new multipliers are computed, which balance the loads without inertia.
 """
 
 from collections.abc import Iterator
