@@ -34,7 +34,7 @@ def substitute(content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def free_parameters(content: Mapping[str, Any]) -> list[str]:
-    """List the paths of parameters that are numbers other than zero, not formulas."""
+    """List the paths of parameters that are numbers, not formulas; without zeros, of which there are no relative changes."""
     raw = content.get(PARAMETERS, {})
     numbers = {name: measured(each) if isinstance(each, str) and is_measured(each) else each for name, each in raw.items()}
     return [f"{PARAMETERS}.{name}" for name, value in numbers.items() if isinstance(value, int | float) and value != 0]
@@ -82,6 +82,7 @@ def _table(content: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> Any:
     """Fill in the values of parameters in a part of a document."""
     if isinstance(each, Mapping):
+        # the value of `kind` is the name of a class, even if a parameter has the same name
         return {key: inner if key == "kind" else _fill(inner, values, names, f"{path}.{key}") for key, inner in each.items()}
     if isinstance(each, list):
         return [_fill(inner, values, names, f"{path}[{k}]") for k, inner in enumerate(each)]
@@ -97,13 +98,15 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     if not is_parameter and not uses_parameters:
         return text
     formula = QUANTITY.sub(lambda match: repr(_number(match[0], path)), text)
-    states = re.findall(r"\bstate\d+\b", formula)  # of a load with states of its own, `state1`, `state2`, ...
+    # variables `state1`, `state2`, ... of a load whose force depends on states with differential equations of their own
+    states = re.findall(r"\bstate\d+\b", formula)
     try:
         used = names_in(parse(formula, {*values, *VARIABLES, *states}))
     except ValueError as error:
-        if "is no formula" in str(error):
-            return text  # such as a text of several words, which the reader of the field checks
-        raise ValueError(f"{path} = {show(text)}: {error}") from None
+        has_wrong_syntax = "is no formula" in str(error)  # as a text of several words, which the reader of the field checks
+        if has_wrong_syntax:
+            return text
+        raise ValueError(f"{path} = {show(text)}: {error}") from None  # such as a name that is not known
     numbers = {name: _number(values[name], path) for name in used & set(values)}
     if used - set(numbers):  # a function of variables: its parameters become numbers
         return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
@@ -138,7 +141,7 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     if defaults and isinstance(expanded.get("links"), Mapping):
         expanded["links"] = {name: _complete_link(link, defaults) for name, link in expanded["links"].items()}
     joints = expanded.get("joints", [])
-    if isinstance(joints, list) and (joints or PINS in content):
+    if isinstance(joints, list) and (joints or PINS in content):  # the reader of `joints` reports what is no list
         usual = defaults.get("joint", {})
         pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), expanded.get("links"))]
         expanded["joints"] = [*(_complete(joint, usual) for joint in joints), *pins]
@@ -184,9 +187,9 @@ def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
 
 
 def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
-    """Return a table completed by the keys and values of `usual`, unless it names another kind than these do."""
-    is_of_kind = isinstance(raw, Mapping) and raw.get("kind", usual.get("kind")) == usual.get("kind")
-    return {**usual, **raw} if is_of_kind else raw
+    """Return a table completed by the keys and values of `usual`; one that names a kind only if `usual` names the same."""
+    may_complete = isinstance(raw, Mapping) and ("kind" not in raw or raw["kind"] == usual.get("kind"))
+    return {**usual, **raw} if may_complete else raw
 
 
 def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
