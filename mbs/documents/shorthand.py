@@ -5,7 +5,7 @@ with the path of a value in the document. A measured text is a number with a uni
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
@@ -138,12 +138,17 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(links, list) and not all(isinstance(each, Mapping) and "name" in each for each in links):
         raise ValueError("links = [...]: must be tables by name, as [links.crank]")
     defaults = _read_defaults(content.get(DEFAULTS, {}))
-    if defaults and isinstance(expanded.get("links"), Mapping):
-        expanded["links"] = {name: _complete_link(link, defaults) for name, link in expanded["links"].items()}
+    link_names: list[str] = []
+    if isinstance(links, Mapping):
+        link_names = list(links)
+        expanded["links"] = {name: _complete_link(link, defaults) for name, link in links.items()}
+    elif isinstance(links, list):
+        link_names = [str(link["name"]) for link in links]
+        expanded["links"] = [_complete_link(link, defaults) for link in links]
     joints = expanded.get("joints", [])
     if isinstance(joints, list) and (joints or PINS in content):  # the reader of `joints` reports what is no list
         usual = defaults.get("joint", {})
-        pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), expanded.get("links"))]
+        pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), link_names)]
         expanded["joints"] = [*(_complete(joint, usual) for joint in joints), *pins]
     return expanded
 
@@ -192,11 +197,11 @@ def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
     return {**usual, **raw} if may_complete else raw
 
 
-def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
+def _pins(pins: object, links: Sequence[str]) -> Iterator[dict[str, str]]:
     """Yield the joints of texts such as `"A: crank coupler"`, between the first link and each of the others."""
     if not isinstance(pins, list):
         raise ValueError(f'{PINS} = {show(pins)}: must be a list, as ["A: crank coupler"]')
-    bodies = ["ground", *(links if isinstance(links, Mapping) else ())]
+    bodies = ["ground", *links]
     for k, text in enumerate(pins):
         point, colon, words = text.partition(":") if isinstance(text, str) else ("", "", "")
         names = words.replace(",", " ").split()

@@ -145,6 +145,11 @@ def test_a_dead_centre_is_no_pose_to_start_from():
         Mechanism.from_dict(content)
 
 
+def test_links_may_be_listed_with_their_names():
+    listed = {**SIX_BAR, "links": [{"name": name, **link} for name, link in SIX_BAR["links"].items()]}
+    assert Mechanism.from_dict(listed) == Mechanism.from_dict(SIX_BAR)
+
+
 def test_defaults_fill_what_is_left_out_and_nothing_else():
     law = {"kind": "Impact", "stiffness": 1e8, "damping": 10, "damping_depth": 1e-5}
     joint = {"kind": "Clearance", "pin": "5 mm", "gap": "0.1 mm", "law": law}
