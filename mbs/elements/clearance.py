@@ -135,16 +135,16 @@ class Clearance(Joint):
         middle_memory[:, SINCE] = middle_time  # since no time: the law leaves the bristle at its mean
         middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_time)
 
-        def work(force: str, speed: str) -> Array:
-            """Integrate a power by Simpson's rule; force and speed are fields of `PinContact`."""
-            power, half = (getattr(at, force) * getattr(at, speed) for at in (ends, middle))
-            return np.concatenate([[0.0], np.cumsum(steps * (power[:-1] + 4 * half + power[1:]) / 6)])
+        def integrate(power: Array, middle_power: Array) -> Array:
+            """Integrate a power, given at the ends and in the middle of the steps [W], by Simpson's rule."""
+            return np.concatenate([[0.0], np.cumsum(steps * (power[:-1] + 4 * middle_power + power[1:]) / 6)])
 
         elastic = self.law.potential(ends.depth)
         bristle = ends.normal * as_bristle_law(self.friction).stored(ends.bristle)  # `stored` is per unit of normal force
         yield Energy("stored", "contact", elastic + bristle)
-        by_damping = work("normal", "rate") - (elastic - elastic[0])
-        by_friction = work("tangential", "sliding") - (bristle - bristle[0])
+        normal_work = integrate(ends.normal * ends.rate, middle.normal * middle.rate)
+        sliding_work = integrate(ends.tangential * ends.sliding, middle.tangential * middle.sliding)
+        by_damping, by_friction = normal_work - (elastic - elastic[0]), sliding_work - (bristle - bristle[0])
         yield Energy("dissipated", "contact", by_damping)
         yield Energy("dissipated", "friction", by_friction)
         # the same energies as signals of this joint, while those above are added to the energies of other elements

@@ -21,21 +21,17 @@ class Coupling(Element):
     second: str
     carrier: str = GROUND
 
-    def turning(self) -> Iterator[str]:
-        """Yield the references 'link:point' of the bodies whose angles are coupled."""
-        yield from (self.first, self.second)
-
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless bodies and carrier differ, have the points, and are no struts."""
         carrier = self.carrier
         if carrier != GROUND:
             check_link(mechanism, carrier, self.where)
-        for at in self.turning():
+        for at in (self.first, self.second):
             if not place(at).body:
                 raise ValueError(f"{self.where}: '{at}': name link and point, such as 'wheel:A'")
             check_reference(mechanism, at, self.where)
-        bodies = [place(at).body for at in self.turning()]
-        if bodies and len({carrier, *bodies}) != 1 + len(bodies):
+        bodies = place(self.first).body, place(self.second).body
+        if len({carrier, *bodies}) != 3:
             raise ValueError(f"{self.where}: two different bodies are needed, and another carrier")
         check_no_strut(mechanism, (carrier, *bodies), self.where)
 
@@ -201,10 +197,6 @@ class Rope(Coupling):
             if body not in bodies:  # a guide's block, to which the end of a strut is pinned
                 raise ValueError(f"{self.where}: '{point}' is the end of a strut on a guide's block; name a link with mass")
         return path
-
-    def turning(self) -> Iterator[str]:
-        """Yield nothing: a rope couples no angles."""
-        yield from ()
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless all points are known, neighbours differ, and at least one point is not on the ground."""

@@ -54,7 +54,8 @@ class Push(NamedTuple):
 
     def power(self, record: Recorded) -> Array:
         """Return the power of the load on the body (times,) [W]."""
-        return np.asarray((self.force * record.point(self.at)[1]).sum(axis=1) + self.torque * record.turn(self.at)[1])
+        (_, velocity), (_, spin) = record.point(self.at), record.turn(self.at)
+        return np.asarray((self.force * velocity).sum(axis=1) + self.torque * spin)
 
 
 def _fill(template: str, element: Element) -> str:

@@ -102,7 +102,8 @@ class Force(Stateful):
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
-        return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
+        position, _ = record.point(at)
+        return Push(at, force, cross(np.array(self.through) - position, force))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components [N], and the states."""
@@ -114,7 +115,7 @@ class Force(Stateful):
         if callable(self.value) or self.follows is not None or self.through is not None:
             yield Energy("supplied", "load", self.work_of(name, record))
             return
-        position = record.point(holder_reference(record.mechanism, self.point))[0]
+        position, _ = record.point(holder_reference(record.mechanism, self.point))
         yield Energy("supplied", "load", (position - position[0]) @ np.array(self.value))
 
 
@@ -213,8 +214,8 @@ class LineLoad(Load):
         """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle since t = 0)
-        force = self.acting(poses[..., 2])
-        moment = cross(poses[..., :2] - record.point(start)[0][:, None], force) + self.moment  # per length
+        force, (origin, _) = self.acting(poses[..., 2]), record.point(start)
+        moment = cross(poses[..., :2] - origin[:, None], force) + self.moment  # per length
         yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)
 
     def power(self, record: Recorded) -> Array:

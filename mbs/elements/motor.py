@@ -92,7 +92,8 @@ class Motor(Load):
     def _voltage_and_speed(self, record: Recorded) -> tuple[Array, Array]:
         """Return the voltage [V] and the link's speed [rad/s], each (times,)."""
         voltage = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
-        return voltage, record.turn(self.at(record.mechanism))[1]
+        _, speed = record.turn(self.at(record.mechanism))
+        return voltage, speed
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque; `burdens` add the inertia of the rotor."""

@@ -178,10 +178,12 @@ class Stop(Element):
         normal = rotate(angle, self.face_normal(mechanism))
         force = -self.side(mechanism) * normal * record.channel(name, "force")  # (times, 1): the contact force
         if self.friction_at:
-            force = force - rotate_left(normal) * self._drag(name, record)[0][:, None]
+            drag, _ = self._drag(name, record)
+            force = force - rotate_left(normal) * drag[:, None]
         yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
-            arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
+            (position, _), (origin, _) = record.point(at), record.point(self.origin(mechanism))
+            arm = position - origin
             yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:

@@ -1,10 +1,10 @@
 """Users' functions: formulas and tables as values, the search for their jumps and kinks, and fields for them."""
 
-from .edge_memory import Argument, Called, EdgeMemory, current_memory, edges_along, locate, use_memory
+from .edge_memory import Argument, Called, EdgeMemory, current_memory, edges_along, use_memory
 from .piecewise import Piecewise
 from .values import TURN, Components, Expression, Integral, Table, has_user_code, kinks, numbers_of
 
 __all__ = [
     "TURN", "Argument", "Called", "Components", "EdgeMemory", "Expression", "Integral", "Piecewise", "Table", "current_memory",
-    "edges_along", "has_user_code", "kinks", "locate", "numbers_of", "use_memory",
+    "edges_along", "has_user_code", "kinks", "numbers_of", "use_memory",
 ]  # fmt: skip

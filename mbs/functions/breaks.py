@@ -44,9 +44,8 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
-"""Half width of the interval about a predicted or named jump in which the jump is located, over the duration.
-
-The rounding of thousands of periods is less. A tenfold width could hold the next jump as well."""
+"""Half width of the interval about a predicted or named jump in which the jump is located, over the duration: more than the
+rounding of thousands of periods. A tenfold width could hold the next jump as well."""
 RECURRING = 20
 """Least number of jumps from which a period is detected, and largest number of jumps in a period."""
 

@@ -190,6 +190,7 @@ class EdgeMemory:
             found.append(times)
             too_many = too_many or (is_capped and not _is_resolved(function, time, curves))
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
+        # functions of time alone of which the search left edges out
         capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
 
@@ -205,7 +206,7 @@ class EdgeMemory:
         known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
         if known is not None:
             self._known[k] = known
-        elif before is not None and before.shape == times.shape and (np.abs(before - times) <= SAME_EDGE * end).all():
+        elif before is not None and len(before) == len(times) and np.allclose(before, times, rtol=0.0, atol=SAME_EDGE * end):
             self._known[k] = _Known(TIME, times)
         return times, False
 
@@ -243,12 +244,6 @@ def use_memory(memory: EdgeMemory) -> Iterator[None]:
 def current_memory(default: EdgeMemory) -> EdgeMemory:
     """Return the memory in use, or a default."""
     return _MEMORY.get() or default
-
-
-def locate(names: Sequence[str]) -> dict[str, Array]:
-    """Return the values of `EdgeMemory.locate` for the memory in use."""
-    memory = _MEMORY.get()
-    return {} if memory is None else memory.locate(names)
 
 
 def edges_along(duration: float) -> tuple[float, ...]:

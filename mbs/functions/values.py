@@ -41,15 +41,16 @@ QUADRATURE_TOLERANCE = 1e-11
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.breaks` finds.
 
-    A function may give them by `kinks_until(duration)`, by `kinks`, or by `made_of`, the functions it consists of. Others are
-    searched within the duration of the run [s], and have no kinks if it is infinite.
+    A function may give them by `kinks_until(duration)` or by `kinks`. Components have the kinks of their parts, an integral those
+    of its integrand. Others are searched within the duration of the run [s], and have no kinks if it is infinite.
     """
     if isinstance(function, Integral) and duration < inf:
-        function.span(duration)  # the kinks of its integrand are needed here, and by its own quadrature in the run
+        function.span(duration)  # its quadrature in the run needs the kinks of the integrand as well
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
-    if hasattr(function, "made_of"):
-        return tuple(sorted({t for part in function.made_of for t in kinks(part, duration)}))
+    if isinstance(function, Integral | Components):
+        parts = function.parts if isinstance(function, Components) else (function.integrand,)
+        return tuple(sorted({t for part in parts for t in kinks(part, duration)}))
     times: tuple[float, ...] | None = getattr(function, "kinks", None)
     if times is not None:
         return tuple(t for t in times if 0 < t < duration) if duration < inf else times
@@ -66,7 +67,7 @@ class UserFunction:
         return type(self), tuple(getattr(self, f.name) for f in fields(self) if f.init)  # type: ignore[arg-type]
 
 
-_function_of = lru_cache(maxsize=256)(function_of)
+_function_of = lru_cache(maxsize=256)(function_of)  # equal formulas have one function, and one machine code
 
 
 @declared
@@ -101,10 +102,6 @@ class Expression(UserFunction, Declared):
     def _on_floats(self) -> Callable[..., Any]:
         return self.of(self.variables)
 
-    @cached_property
-    def _on_arrays(self) -> Callable[..., Any]:
-        return function_of(self.text, self.variables, arrays=True)
-
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
         """Return the Python function of variables, the same object at each call; ValueError if the formula has others."""
         if unknown := self.names - set(variables):
@@ -119,7 +116,7 @@ class Expression(UserFunction, Declared):
         if any(isinstance(value, np.ndarray) for value in values):
             with np.errstate(all="ignore"):
                 shape = np.broadcast_shapes(*map(np.shape, values))
-                found = np.zeros(shape) + self._on_arrays(*values[:count])
+                found = np.zeros(shape) + _function_of(self.text, self.variables, arrays=True)(*values[:count])
             if np.isfinite(found).all():
                 return found
             return np.vectorize(self, otypes=[float])(*values)  # one by one, so that the error names the arguments that fail
@@ -189,11 +186,6 @@ class Integral(UserFunction):
             object.__setattr__(self, "_span", duration)
             object.__setattr__(self, "_kinks", kinks(self.integrand, duration))
             object.__setattr__(self, "_sums", [0.0])
-
-    @property
-    def made_of(self) -> tuple[Any, ...]:
-        """Integrand, whose kinks are also kinks of the integral."""
-        return (self.integrand,)
 
     def _piece(self, start: float, end: float) -> float:
         """Integrate over a piece, divided at kinks of the integrand."""
@@ -265,11 +257,6 @@ class Components(UserFunction, Declared):
         """Raise a ValueError unless parts are numbers or functions."""
         parts = (part if callable(part) else Quantity("").read(f"parts[{k}]", part) for k, part in enumerate(self.parts))
         object.__setattr__(self, "parts", tuple(parts))
-
-    @property
-    def made_of(self) -> tuple[Any, ...]:
-        """Parts, whose kinks are also kinks of the function."""
-        return tuple(self.parts)
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Return the values of all parts."""

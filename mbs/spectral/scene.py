@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..elements.stop import SLOWEST_ONSET
-from ..functions import EdgeMemory, locate
+from ..functions import EdgeMemory, current_memory
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
@@ -211,7 +211,7 @@ class CompiledScene:
         """Collect the jumps and kinks of laws that earlier runs found, (edges, 2): index of the force, value of its measure."""
         laws = {self.force_names[k]: k for k in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
-        for name, arguments in locate([*laws]).items():
+        for name, arguments in current_memory(self.edge_memory).locate([*laws]).items():
             _, _, offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] :][:3]  # measure at argument 0
             found.append(np.column_stack([np.full(len(arguments), float(laws[name])), arguments + offset]))
         return np.concatenate(found)
