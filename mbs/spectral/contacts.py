@@ -156,7 +156,7 @@ def is_at_edge(tables, start, end, controls):
 
 @kernel_function
 def compute_time_past_events(tables, reports, gap):
-    """Return the time [s] in which all that moves towards a face or edge within `gap` passes it, by `BEYOND`; 0 for none."""
+    """Return the time [s] in which depths and measures within `gap` before a face or edge pass it by BEYOND * gap; 0 for none."""
     time = 0.0
     for i in range(tables.edges.shape[0]):
         past, speed = _measure_past_edge(tables, reports, i)
@@ -192,13 +192,14 @@ def update_onset(tables, start, end, k, m, controls):
     """Update memory m of contact k after a step; return whether it closed in the step, and whether it opened.
 
     Steps end where a contact closes, so the onset speed is the rate at that end of the step which is nearer to the face. Laws
-    divide by it, so it has a least value. Outside it follows the rate, as there is no force. Implicit: see `closing_gap`.
+    divide by it, so it has a least value. Outside it follows the rate, as there is no force.
     """
     old, new = get_depth(tables, start, k), get_depth(tables, end, k)
     is_start_nearer = new > -old >= 0.0
     rate = get_depth_rate(tables, start if is_start_nearer else end, k)
     if new <= 0.0 or old <= 0.0:  # else it stays closed
         m[Memory.ONSET] = max(rate, controls.least_onset, controls.least_onset_ratio * m[Memory.FASTEST])
+    # an implicit step ends within `closing_gap` before the face
     comes_near = controls.closing_gap > 0.0 and old < -controls.closing_gap <= new and rate > 0.0
     has_closed = new > 0.0 >= old or comes_near
     if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # not of pins: FASTEST stays as the run began
@@ -219,11 +220,9 @@ def find_time_past_face(tables, start, end, least):
             old, new = get_depth(tables, start, k), get_depth(tables, end, k)
             if new > 0.0 >= old:
                 is_start_nearer = new > -old
-                distance, rate = -old, get_depth_rate(tables, start, k)
-                if not is_start_nearer:
-                    distance, rate = new, get_depth_rate(tables, end, k)
+                rate = get_depth_rate(tables, start if is_start_nearer else end, k)
                 if rate > 0.0:
-                    time = 2.0 * distance / rate + least
+                    time = 2.0 * min(-old, new) / rate + least
                     return time if is_start_nearer else -time
     return 0.0
 

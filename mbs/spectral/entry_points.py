@@ -70,8 +70,7 @@ def accelerate(tables, order, work, q, x):
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))
     kernel.compute_rows(tables, work, 0.0, unused[0], jacobian, unused[1])  # only G is used, which does not depend on the time
-    kernel.fill_mass(tables, work, q, values)
-    kernel.write_rows(tables, jacobian, values)
+    kernel.fill_saddle(tables, work, q, jacobian, values)
     last_front, swaps = order.fronts[-1], np.zeros(order.unknowns.size, np.int64)
     first_entry, size = last_front[FrontColumn.ENTRIES], last_front[FrontColumn.SIZE]
     factors = np.zeros(first_entry + size**2)  # entries of all fronts, one front after the other

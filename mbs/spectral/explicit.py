@@ -17,7 +17,7 @@ from .compiling import copy, inline, jit, kernel_function
 from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
-from .kernel import add_modal, compute_changes, compute_rows, couple_modes, multiply_row, renew_mass, write_rows
+from .kernel import add_modal, compute_changes, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
 from .lawtable import JUST_AFTER, bristle_rate
 from .markers import place_marker
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
@@ -90,7 +90,7 @@ def compute_rates(model, t, y, out):
         if has_free_modes:
             write_rows(tables, state.jacobian, state.matrix)
         else:
-            renew_mass(tables, work, q, state.jacobian, state.matrix)
+            fill_saddle(tables, work, q, state.jacobian, state.matrix)
         factor(order, state.matrix, state.factors, state.swaps, state.row_magnitude)
         state.has_factors[0] = 1
     solve(order, state.factors, state.swaps, state.right_side, state.front_work)

@@ -88,25 +88,8 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
 
 @kernel_function
 def fill_mass(tables, work, q, mass):
-    """Fill mass with the entries of M(q)."""
+    """Fill mass with the entries of M(q): a constant part, and a part of modal links that depends on q."""
     copy(tables.mass, mass)
-    add_modal_mass(tables, work, q, mass)
-
-
-@kernel_function
-def renew_mass(tables, work, q, jacobian, saddle):
-    """Overwrite the entries of M(q) that vary, G and G^T in the saddle-point matrix [M G^T; G 0]."""
-    for row in range(tables.modal.shape[0]):
-        _, width, entry = tables.blocks[_find_block(tables, row)]
-        for slot in tables.slots[entry : entry + width * width]:
-            saddle[slot] = tables.mass[slot]
-    add_modal_mass(tables, work, q, saddle)
-    write_rows(tables, jacobian, saddle)
-
-
-@kernel_function
-def add_modal_mass(tables, work, q, mass):
-    """Add the part of M(q) that depends on q, of modal links."""
     block = work.block_stiffness  # used for masses here
     for row in range(tables.modal.shape[0]):
         markers.clear_block(tables, work, _find_block(tables, row))
@@ -117,6 +100,13 @@ def add_modal_mass(tables, work, q, mass):
             block[2, 3 + i] += coupling
             block[3 + i, 2] += coupling
         markers.add_entries(tables, _find_block(tables, row), block, mass)
+
+
+@kernel_function
+def fill_saddle(tables, work, q, jacobian, saddle):
+    """Fill the saddle-point matrix [M G^T; G 0]."""
+    fill_mass(tables, work, q, saddle)
+    write_rows(tables, jacobian, saddle)
 
 
 @kernel_function

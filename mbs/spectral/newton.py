@@ -39,8 +39,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
     kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
-    kernel.fill_mass(tables, work, q, state.saddle_mass)
-    kernel.write_rows(tables, state.jacobian, state.saddle_mass)
+    kernel.fill_saddle(tables, work, q, state.jacobian, state.saddle_mass)
     kernel.compute_tangents(tables, work, now, state.saddle_mass, state.damping, state.stiffness)
     kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     if tables.modal.shape[0] > 0:

@@ -13,7 +13,7 @@ import numpy as np
 
 from .compiling import copy, kernel_function
 from .fronts import factor, solve
-from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, multiply_mass, multiply_row, renew_mass
+from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, fill_saddle, multiply_mass, multiply_row
 from .lawtable import JUST_BEFORE
 from .markers import place_markers
 from .tables import STATE, Elastic, Instant
@@ -126,7 +126,7 @@ def integrate(state, h):
 @kernel_function
 def factor_saddle(tables, orders, work, state, q, jacobian):
     """Factor the saddle-point matrix [M G^T; G 0] with the given Jacobian."""
-    renew_mass(tables, work, q, jacobian, state.saddle)
+    fill_saddle(tables, work, q, jacobian, state.saddle)
     factor(orders.mass, state.saddle, state.saddle_factors, state.saddle_swaps, state.row_magnitude)
 
 
