@@ -44,7 +44,6 @@ class _Front(NamedTuple):
 
     pivots: list[int]
     later: list[int]  # its unknowns that are eliminated in other fronts
-    has_constraints: bool  # all pivots are constraints, else none
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
@@ -52,15 +51,14 @@ def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: A
 
     The nonzeros of the matrix are its slots (row, col), arrays (slots,), where `filled` (slots,) is true.
     """
-    pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled))
-    return _build_fronts(*pattern, coordinates, unknowns)
+    return _build_fronts(np.array([row, col, filled], dtype=np.int64).tobytes(), coordinates, unknowns)
 
 
 @lru_cache(maxsize=256)
-def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unknowns: int) -> Fronts:
-    """Number the fronts and place the nonzeros in them; cached for each pattern."""
-    row, col = (np.frombuffer(each, dtype=np.int64) for each in (rows, cols))
-    slots = np.flatnonzero(np.frombuffer(fills, dtype=bool))
+def _build_fronts(pattern: bytes, coordinates: int, unknowns: int) -> Fronts:
+    """Number the fronts and place the nonzeros in them; cached for each pattern (row, col, filled), given as bytes."""
+    row, col, filled = np.frombuffer(pattern, dtype=np.int64).reshape(3, -1)
+    slots = np.flatnonzero(filled)
     row, col = row[slots], col[slots]
     fronts = _eliminate(*_group_unknowns(row, col, coordinates, unknowns), coordinates)
     rank = np.empty(unknowns, dtype=np.int64)  # of each unknown in the order of elimination
@@ -72,8 +70,8 @@ def _build_fronts(rows: bytes, cols: bytes, fills: bytes, coordinates: int, unkn
     in_parent: list[int] = []
     for k, (front, each) in enumerate(zip(fronts, members, strict=True)):
         later = each[len(front.pivots) :]
-        parent = owner[later[0]] if later else -1
-        table[k] = len(front.pivots), len(each), first_unknown, first_entry, parent, len(in_parent), front.has_constraints
+        parent, has_constraints = owner[later[0]] if later else -1, front.pivots[0] >= coordinates  # all pivots, or none
+        table[k] = len(front.pivots), len(each), first_unknown, first_entry, parent, len(in_parent), has_constraints
         in_parent += [index[parent][u] for u in later]
         first_unknown, first_entry = first_unknown + len(each), first_entry + len(each) ** 2
     home = np.minimum(owner[row], owner[col])  # front of a nonzero: the one that eliminates the first of its two unknowns
@@ -124,7 +122,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
         if done[g] or known_degree != degree(g):  # only degrees of neighbours change, and these are pushed again below
             continue
         done[g] = True
-        fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]], is_constraint[g]))
+        fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]]))
         for m in constraints[g]:
             waiting[m] -= 1
         for m in adjacent[g]:
