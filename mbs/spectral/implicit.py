@@ -64,7 +64,7 @@ def _begin(model, t, tolerance):
 
 
 @kernel_function
-def _estimate_error(model, t, h, controls):
+def _complete_step(model, t, h, controls):
     """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance.
 
     The error is that of the coordinates, or of depth and force of a contact that is closed at either end; 0 for equal steps.
@@ -177,7 +177,7 @@ def _try_step(model, clock, h, end, controls, counts):
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
-    clock.error = _estimate_error(model, end, h, controls)
+    clock.error = _complete_step(model, end, h, controls)
     onset = contacts.find_first_onset(tables, start, work.reports, h, controls)
     fraction = min(onset, contacts.find_first_edge(tables, start, work.reports, h, controls))
     is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
