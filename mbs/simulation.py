@@ -67,8 +67,8 @@ Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
 """Most runs in a series of repetitions, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
 STALLED = 3
-"""Number of runs without progress after which a series of repetitions ends. A run makes progress if its shift of edges (see
-`Passed.shift`) is less than half of the least shift of the runs before these."""
+"""Number of last runs that together must halve the shift of edges (`Passed.shift`), compared with its least value before these
+runs; else the series of repetitions ends."""
 
 
 @one_thread()
@@ -178,8 +178,7 @@ class _Runs:
                 break
         if passed.too_many or len(passed.edges):
             count = f"more than {MOST}" if passed.too_many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
-            interval = WIDTH * duration  # [s]
-            text = f"UNSEEN: a function was looked at every {interval:.2g} s; of its edges {count} lie between steps"
+            text = f"UNSEEN: a function was looked at every {WIDTH * duration:.2g} s; of its edges {count} lie between steps"
             advice = "name them by a Piecewise, give a Table, or a shorter run"
             if passed.too_many:
                 advice += "; a force that jumps with the sign of a speed is a friction law of buckler.mbs.laws"

@@ -1,4 +1,4 @@
-"""Settings of the three solvers: steps, tolerances and their defaults. Nothing is computed here, and no engine is loaded."""
+"""Settings of the three solvers: steps, tolerances and their defaults. An import loads no engine."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -38,7 +38,9 @@ class Controlled(Setting):
         doc="local error of positions allowed a step, relative to the longest link or, if that is less, a tenth of the smallest "
         "clearance; by default 1e-5, with clearance 1e-3, with stiffly damped clearance 3e-5; for `Spectral` see there",
     )  # fmt: skip
-    max_step: float | None = quantity("s", above=0, doc="largest step; by default a 200th of the duration", default=None)
+    max_step: float | None = quantity(
+        "s", above=0, doc="largest step; by default a 200th of the duration, for `Spectral` a 50th", default=None
+    )
     contact_resolution: int = whole(
         1, 10_000, doc="least number of steps in half an oscillation of a block on its stop or strut", default=40
     )

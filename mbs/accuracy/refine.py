@@ -124,7 +124,7 @@ class _Refinement:
         self.count = 0  # of runs, short and failed ones included
         self.before: Mapping[Key, float] | None = None  # differences of the pair before
         self.ratio_before = 1.0  # of the tolerances of the pair before
-        self.best: Callable[[], CheckedRun] | None = None
+        self.best: Callable[[], CheckedRun] | None = None  # makes the best answer so far, which may take long
         self.first_separation: tuple[float, float] | None = None  # its time [s], and the tolerance of the finer run
 
     def make(self, level: Level, end: float) -> _Trial:
@@ -237,10 +237,9 @@ class _Refinement:
     def find_ratio(self, excess: float, separate: bool) -> float:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
 
-        Differences of runs that separate do not show their error: the ratio is then the largest.
-
         The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order. The
-        largest order gives the least ratio that may be enough; where it is not, a further refinement follows.
+        largest order gives the least ratio that may be enough; where it is not, a further refinement follows. The difference of
+        runs that separate does not show e: the ratio is then the largest.
         """
         ratio, gain = self.levels.ratio, 1 + 2 * excess
         largest = ratio**MOST_LEVELS

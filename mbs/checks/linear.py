@@ -80,10 +80,7 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 
 
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point [N], (times, 2).
-
-    It is None without joints, if a joint has no signal of its force, or if other forces act at the point.
-    """
+    """Return the force of joints on a link at a point [N], (times, 2); None if it has no signals or if other forces act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
     references = [getattr(element, field, "") for element in others for field in point_fields]

@@ -28,10 +28,7 @@ def determinant(jacobian: Array) -> Array:
 
 
 def _places(record: Record, indices: Iterable[int]) -> Array:
-    """Return x, y of the start [m] and the angle [rad] of all links, (times, links, 3), as recorded of the links in `indices`.
-
-    All others stay in their places at t = 0.
-    """
+    """Return x, y of the start [m] and the angle [rad] of links, (times, links, 3); links not in `indices` stay as at t = 0."""
     places = np.repeat(Scene.of(record.mechanism).linkage.reference[None], len(record.time), axis=0)
     for i in indices:
         link = record.mechanism.links[i]
