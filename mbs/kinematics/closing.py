@@ -95,6 +95,6 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):  # to both sides, as the distance of the other branch is unknown
         other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # otherwise it is q to rounding
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # else it is q itself
             return True
     return False

@@ -60,6 +60,7 @@ class Follower:
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
         self.linkage = scene.linkage.limit_drives(duration)
+        # factors (links, 3) with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
         self.ended: Ended | None = None
@@ -73,7 +74,7 @@ class Follower:
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # 0.02 rad, or any first step, which adapts
-        slow = 0.01 * linkage.size / duration  # speed below which errors of speeds do not shorten a step
+        slow = 0.01 * linkage.size / duration  # least scale of errors of speeds [m/s]: a linkage at rest has no other
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")

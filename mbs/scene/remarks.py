@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.element import GROUND
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import DEPENDENT, Linkage, rank
+from .linkage import DEPENDENT, Linkage
 from .start import compute_jacobians, name_surplus_drives
 
 UNDETERMINED = 1e-6
@@ -61,16 +61,15 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
             yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
-    matrix = linkage.jacobian(linkage.reference)  # at t = 0, as forces decide the motion from there
-    free = matrix.shape[1] - rank(matrix)
-    if free:
-        free_motions = np.linalg.svd(matrix)[2][-free:]  # unit vectors in coordinates (links, 3): null space of all rows
+    free = linkage.count_free_motions()
+    if free:  # null space of all rows at t = 0, from where forces decide the motion: unit vectors in coordinates (links, 3)
+        free_motions = np.linalg.svd(linkage.jacobian(linkage.reference))[2][-free:]
         of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > DEPENDENT]
         count = "1 way" if free == 1 else f"{free} ways"
         driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
         can_move = f"with the drives held the linkage can move in {count} ({names})"
-        yield f"mobility {free + driven}, {driven} driven: {can_move}; forces decide how"
+        yield f"mobility {free + driven}, {driven} driven: {can_move}; forces decide how"  # where drives are independent
 
 
 def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:

@@ -103,7 +103,7 @@ def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]
 def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
     """Halve a piece until no eigenvalue decreases more than `MOST_DECREASE` in it, nor would at the rate of the `last` piece."""
     pairs = _pairs(arc.problem, piece)
-    decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)
+    decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)  # inf: 0 instead of 0/0
     if last is not None:
         pairs = _pairs(arc.problem, last)
         relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)

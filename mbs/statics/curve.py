@@ -227,12 +227,6 @@ class ResponseCurve:
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
-    def may_miss_resonance(self, orbit: Orbit, new: Orbit) -> bool:
-        """Return True if a multiplier changed so much in a step that a resonance may lie within it; see `MOST_CHANGE`."""
-        is_wide = abs(new.parameter - orbit.parameter) > NARROW * abs(self.span)
-        changes = distances_to(new.multipliers, orbit.multipliers)
-        return is_wide and bool((changes > MOST_CHANGE * np.abs(new.multipliers - 1.0)).any())
-
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
@@ -274,7 +268,10 @@ class ResponseCurve:
     def _advance(self, last: Orbit, arc: float) -> Orbit:
         """Find the next motion at an arc; raise a StaticsError if there is none, or if the step must be shorter."""
         new = self.find_on_plane(last, arc)
-        if arc > NARROW and (self.angle(last, new) > CORNER or self.may_miss_resonance(last, new)):
+        is_wide = abs(new.parameter - last.parameter) > NARROW * abs(self.span)
+        changes = distances_to(new.multipliers, last.multipliers)
+        may_miss_resonance = is_wide and (changes > MOST_CHANGE * np.abs(new.multipliers - 1.0)).any()
+        if arc > NARROW and (self.angle(last, new) > CORNER or may_miss_resonance):
             raise StaticsError("the curve turns too far in the step, or may have a resonance within it")
         return new
 

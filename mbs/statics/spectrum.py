@@ -138,8 +138,8 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> 
     if not m.shape[0]:
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
     modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, known_shift, count)
-    values, left, right, inverse_errors, shift = modes
-    rounding = np.maximum(inverse_errors, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
+    values, left, right, errors_of_inverse, shift = modes
+    rounding = np.maximum(errors_of_inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
     decays = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many near -1/(retardation time)
     order = np.lexsort((np.abs(values), decays))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
@@ -181,8 +181,8 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
             break
         # the nearest -s^2 is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
         shift = 0.6 * shift if known and not is_away else 0.5 * lowest
-    theta, product = 1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right)
-    errors = _errors_of_inverse(theta, product, left, m @ right)
+    theta = 1.0 / np.where(squared == -shift, EPS, squared + shift)
+    errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), m @ right), left, m @ right)
     if symmetric:
         squared, errors, right = _improve_by_quotient(m, k, right, squared, errors)
         left = right
@@ -190,7 +190,8 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     values = np.where(values.imag < 0.0, -values, values)
     if symmetric:
         values = np.where(squared > 0.0, 1j * values.imag, values.real)
-    return values, left, right, np.minimum(errors / (2 * np.abs(values) + 1e-300), np.sqrt(errors)), shift
+    errors_of_s = np.minimum(errors / (2 * np.abs(values) + 1e-300), np.sqrt(errors))  # the root where s is near zero
+    return values, left, right, errors_of_s, shift
 
 
 def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
@@ -205,13 +206,16 @@ def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, e
 def _use_quotients(
     m: Matrix, k: Matrix, trial: Array, squared: Array, errors: Array, vectors: Array
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Use Rayleigh quotients of trial vectors, of modal mass 1, where the norm of their residual is below the error."""
+    """Use Rayleigh quotients of trial vectors, of modal mass 1, where the norm of their residual is below the error.
+
+    Return the eigenvalues, their errors and the vectors, some of them replaced. The norm is that of the inverse mass matrix.
+    """
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     quotient = np.einsum("ij,ij->j", trial, k @ trial)
     residual = k @ trial - m @ trial * quotient
     error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve_mass(residual))))
-    better = error < errors
-    return np.where(better, quotient, squared), np.where(better, error, errors), np.where(better, trial, vectors)
+    is_better = error < errors
+    return np.where(is_better, quotient, squared), np.where(is_better, error, errors), np.where(is_better, trial, vectors)
 
 
 def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
