@@ -190,7 +190,7 @@ class _Follower:
         return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
 
     def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], leaving: Array | None) -> str:
-        """Append equilibria, stability and critical points; leave a branching in a direction; return the reason of the end."""
+        """Append equilibria, stability and critical points, from a branching along `leaving`; return the reason of the end."""
         at_branching = leaving is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
         direction = self.continuation.direction(rests[0], None) if leaving is None else leaving

@@ -73,7 +73,7 @@ def response(
     steps : int
         Largest number of steps.
     step, longest : float
-        Arc lengths of the first and the longest step, in the metric of the parameter over its range and states over their size.
+        Arc lengths of the first and the longest step: changes of the parameter over its range and of states over their size.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 

@@ -116,7 +116,8 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except SEARCH_STOPS as error:
-            keeps_errors = isinstance(error, USER_STOPS) and previous < np.inf  # stopped after an earlier refinement
+            # a stop after an earlier refinement leaves its errors valid; a failure does not
+            keeps_errors = isinstance(error, USER_STOPS) and previous < np.inf
             if not keeps_errors:
                 errors = np.full(len(errors), np.inf)
             break
