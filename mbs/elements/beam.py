@@ -152,7 +152,7 @@ def _bow(chord: float, bow: float) -> CurvedLine:
 
 
 def _spline(chord: float, shape: Shape) -> CurvedLine:
-    """Return the smooth line through a shape's points, scaled and turned onto the chord.
+    """Return the smooth line through a shape's points x + i y, scaled and turned onto the chord.
 
     A first cubic spline over the polygon's length gives the arc length, by the trapezoidal rule. A second spline gives theta over
     the fraction of the arc length. Its line is turned and scaled once more, as its ends miss the chord by the spline's error.
@@ -165,7 +165,7 @@ def _spline(chord: float, shape: Shape) -> CurvedLine:
         points = np.array(shape, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise ValueError("shape: must give finite (x, y)")
-    span = complex(*(points[-1] - points[0]))
+    span = complex(*(points[-1] - points[0]))  # its length and angle: a division by it scales and turns
     steps = np.hypot(*np.diff(points, axis=0).T)
     if not abs(span) > 0 or not steps.min() > 0:
         raise ValueError("shape: neighbouring points, and the two ends, must differ")

@@ -78,7 +78,8 @@ class Gear(Coupling):
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
             return
         (x1, y1), (x2, y2) = mechanism.points[first.point], mechanism.points[second.point]
-        tangent, turns_with_carrier = ((y1 - y2) / apart, (x2 - x1) / apart), self.carrier != GROUND
+        turns_with_carrier = self.carrier != GROUND
+        tangent = (y1 - y2) / apart, (x2 - x1) / apart
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
             (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns_with_carrier)),

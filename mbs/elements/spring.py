@@ -16,6 +16,7 @@ from .references import angle_reference, check_reference, check_turning, distanc
 from .signal import Energy, Kind, Signal
 
 Law = Callable[[float, float], float]
+"""Force or torque of a spring, over its coordinate and the rate of the coordinate."""
 PIECES = 400
 """Equal pieces of the quadrature of a law, each with four Gauss points; enough for rounding where a law is smooth."""
 
@@ -41,8 +42,8 @@ def potential(law: Law, values: Array) -> Array:
         return np.asarray((force * weights * half).sum(axis=1))
 
     work = np.concatenate([[0.0], np.cumsum(integrate(grid[:-1], grid[1:]))])
-    k = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)
-    total: Array = work[k] + integrate(grid[k], values) - work[np.searchsorted(grid, 0.0)]
+    piece = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)  # in which each value lies
+    total: Array = work[piece] + integrate(grid[piece], values) - work[np.searchsorted(grid, 0.0)]
     return total
 
 

@@ -23,7 +23,7 @@ PIECE = 500
 MOST = 20_000
 """Most jumps and kinks that are located; the search then costs less than a tenth of a run that steps on them."""
 MOST_SMOOTH = 2000
-"""Most quick changes: with more of them, error control resolves the function anyway."""
+"""Most quick changes on which steps end: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over the largest of its neighbours."""
 REACHES = (6, 9)
