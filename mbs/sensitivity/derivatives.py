@@ -98,11 +98,11 @@ class Sensitivities:
         return sqrt(sum(each**2 for each in self.contributions(reading).values()))
 
     def contributions(self, reading: str) -> dict[str, float]:
-        """Return the standard deviation of a reading due to each number, the largest first."""
+        """Return the standard deviation of a reading due to each number, the largest first, unknown ones last."""
         if not self.spreads:
             raise ValueError("no standard deviations; give by={path: standard deviation}")
         parts = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
-        return dict(sorted(parts.items(), key=lambda item: -item[1]))
+        return dict(sorted(parts.items(), key=lambda item: -np.nan_to_num(item[1], nan=-1.0)))
 
     def __str__(self) -> str:
         heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]

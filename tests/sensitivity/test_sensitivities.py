@@ -25,6 +25,7 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
+from buckler.mbs.sensitivity.derivatives import Derivative, Sensitivities
 from buckler.mbs.sensitivity.runs import scale_tolerances
 from buckler.mbs.spectral.run import once
 
@@ -241,6 +242,13 @@ def test_a_step_that_ends_right_after_an_onset(late, method):
     found = once(made, float(ends[-1]), Spectral(Controlled(tolerance=1e-7, max_steps=2000), method=method), ends=ends)
     assert not found.failure
     assert np.abs(found.record.time - onset).min() < 1e-7 * onset
+
+
+def test_unknown_contributions_come_last():
+    rows = [Derivative("f", name, 1.0, 1.0, "m", "m", value) for name, value in (("a", 1.0), ("b", np.nan), ("c", 2.0))]
+    found = Sensitivities(rows, dict.fromkeys("abc", 1.0))
+    assert list(found.contributions("f")) == ["c", "a", "b"]
+    assert np.isnan(found.spread("f"))
 
 
 def test_contributions_to_a_spread():
