@@ -20,8 +20,7 @@ from .spectrum import Spectrum, Tangent, spectrum
 FEW = 1
 """Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
 MOST_DECREASE = 0.5
-"""Largest relative decrease of an eigenvalue in a piece. A parabola that touches zero at the end of the next piece decreases by
-3/4, from 2^2 to 1^2: it is not missed."""
+"""Largest relative decrease of an eigenvalue in a piece: a parabola that is zero at the end of the next one decreases by 3/4."""
 
 
 class TangentState(NamedTuple):

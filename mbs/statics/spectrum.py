@@ -206,10 +206,7 @@ def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, e
 def _use_quotients(
     m: Matrix, k: Matrix, trial: Array, squared: Array, errors: Array, vectors: Array
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Use Rayleigh quotients of trial vectors, of modal mass 1, where the norm of their residual is below the error.
-
-    Return the eigenvalues, their errors and the vectors, some of them replaced. The norm is that of the inverse mass matrix.
-    """
+    """Return eigenvalues, errors and vectors: Rayleigh quotients of trial vectors where their residual is less than the error."""
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     quotient = np.einsum("ij,ij->j", trial, k @ trial)
     residual = k @ trial - m @ trial * quotient
