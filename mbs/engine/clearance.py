@@ -40,10 +40,10 @@ class ClearanceGroup:
     step; `has_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
     """
 
-    def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
+    def __init__(self, joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
         from ..laws.contact import kernel_of
 
-        self.names, self.joints, self.nodes = names, joints, nodes
+        self.nodes = nodes
         law, friction = joints[0].law, joints[0].friction
         self.kernel: Kernel = kernel_of(law, friction)
         self.offsets, self.numbers = tables(joints, ends, self.kernel.constants)
@@ -96,7 +96,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         nodes: list[int] = []
         alike = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in alike]
-        group = ClearanceGroup(names, alike, ends, nodes)
+        group = ClearanceGroup(alike, ends, nodes)
         g = len(scene.with_memory)  # index of this group
         scene.with_memory.append(group)
         if not group.kernel.compiled:

@@ -44,7 +44,7 @@ class Rows:
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
         if scene.initial_multipliers_lack_friction and count > 1:
             forces[0] = forces[1]
-        stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))
+        stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))  # of each force whose memory is not constant
         # each (times, joints, 4); a constant memory (joints, 4) is repeated
         memory = [next(stacked) if force.has_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         time = np.array(self.time)

@@ -78,11 +78,10 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
     to_link = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
     arms = {point: np.subtract(position, own_centre) for point, position in mechanism.points.items()}
-    local = {point: [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0] for point in link.points}
-    markers = {
-        point: system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
-        for point, position in local.items()
-    }
+    markers = {}
+    for point in link.points:
+        position = [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0]  # from the node, in axes of the link
+        markers[point] = system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
     return PlacedRigid(
         system, link.name, link.body, (node,), (body,), reference, markers,
         mass=mass, inertia=inertia, arms=arms, half_length=length / 2, to_centre=own_centre - common_centre,

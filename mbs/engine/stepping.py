@@ -126,7 +126,7 @@ class _StopSteps:
 
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
         """Return the limit of a step [s]: `shortest` in an impact, short before a contact closes or slowly opens, else `step`."""
-        depth, speed = self.contact.state(q, q_t)
+        depth, speed = self.contact.state(q, q_t)  # the speed is positive towards the face
         gap = -depth
         if not self.contact.is_touching and not 0 < gap < speed * step:
             return step
