@@ -156,7 +156,7 @@ def import_name(place: str) -> Any:
 
 
 def program() -> str:
-    """Return the name under which the command line was called."""
+    """Return the command that was called: the script, or the package `studies` in the root of the repository."""
     return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
 
 

@@ -70,7 +70,7 @@ AFTER = np.radians(25.0)
 LINEAR = 1e-3
 """Speed of the slider below which its friction is proportional to the speed in the theory [m/s].
 
-At its tenfold the largest force of one strike of the default grid changes by 8 %, of most strikes by nothing."""
+At its tenfold largest forces of the default grid change by 8 % at most, in nine of ten strikes not at all."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
 R, L = PAPER.crank, PAPER.coupler

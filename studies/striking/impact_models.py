@@ -73,14 +73,15 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     )  # fmt: skip
 
 
-def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
+def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float | Ramp, duration: float) -> ModelRun:
     """Run one model from crank angle 0, with a crank speed [rad/s], for a duration [s].
 
-    `stop` is the duration of an impact [s] for stitched, the stiffness of the stop [N/m] for strut and beam.
+    `stop_setting` is the duration of an impact [s] for stitched, the stiffness of the stop [N/m] for strut and beam.
     """
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
-        trace = follow(Stitched(p.mass, p.restitution, p.friction_force, stop, p.section.bending_stiffness), motion, duration)
+        closed_forms = Stitched(p.mass, p.restitution, p.friction_force, stop_setting, p.section.bending_stiffness)
+        trace = follow(closed_forms, motion, duration)
         # The status stays OK: with this friction the slider does not reach the stop again, which is no fault of the run.
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
         return ModelRun(
@@ -91,12 +92,12 @@ def run_model(model: str, p: ImpactParameters, stop: float, speed: float | Ramp,
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     time_of_a_degree = pi / 180 / fastest  # [s] of crank angle: a longest step, by convention
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=time_of_a_degree))
-    return simulate_model(model, mechanism(model, p, stop, speed), duration, solver, p.timeout)
+    return simulate_model(model, mechanism(model, p, stop_setting, speed), duration, solver, p.timeout)
 
 
-def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
+def strike(model: str, parameters: ImpactParameters, stop_setting: float, speed: float) -> ModelRun:
     """Run one model from crank angle 0 until its first impact is over."""
-    return run_model(model, parameters, stop, speed, IMPACT_UNTIL / speed)
+    return run_model(model, parameters, stop_setting, speed, IMPACT_UNTIL / speed)
 
 
 class NotCalibratedError(ValueError):
@@ -107,14 +108,14 @@ class Calibration(NamedTuple):
     """Stop with which a model strikes with 27 N at 1.25 rad/s: duration [s] or stiffness [N/m], and the force of its run [N]."""
 
     model: str
-    stop: float
+    stop_setting: float
     force: float
 
     @property
     def metrics(self) -> dict[str, Metric]:
         """Metrics of the stop and of its force, whose exact value is the published force."""
         name, unit = ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
-        return {name: Metric(self.stop, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
+        return {name: Metric(self.stop_setting, unit), "force_calibrated": Metric(self.force, "N", IMPACT_FORCE)}
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Calibration:

@@ -59,7 +59,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for number, model in progress([(number, model) for number in p.figures for model in p.models], label="figures"):
         case, printed = replace(p, mass=p.ramp_mass) if number == "6" else p, PRINTED[number]
         try:
-            done = run_model(model, case, calibrate(model, case).stop, printed.speed, printed.until)
+            done = run_model(model, case, calibrate(model, case).stop_setting, printed.speed, printed.until)
         except NotCalibratedError as error:
             return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
         whole, rest = divmod(done.angle[-1], 2 * pi)

@@ -157,7 +157,7 @@ def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
 def _run_ramp(p: Parameters, progress: Progress) -> StudyResult:
     """Calibrate each model, and run it with rising speed."""
     fits = [calibrate(model, p) for model in progress(p.models, label="calibration")]
-    runs = [run_model(fit.model, p, fit.stop, p.ramp, p.duration) for fit in progress(fits, label="models")]
+    runs = [run_model(fit.model, p, fit.stop_setting, p.ramp, p.duration) for fit in progress(fits, label="models")]
     readings = {run.model: [read(run, turn) for turn in range(p.turns)] for run in runs}
     notes = [note for run in runs for note in findings(run, readings[run.model])]
     metrics = {run.model: fit.metrics | _trends(run, readings[run.model], p) for run, fit in zip(runs, fits, strict=True)}
@@ -200,7 +200,7 @@ def _heaviest(p: Parameters) -> float:
 
     def is_resting(mass: float) -> bool:
         case = replace(p, mass=mass)
-        run = run_model("stitched", case, calibrate("stitched", case).stop, p.ramp, p.duration)
+        run = run_model("stitched", case, calibrate("stitched", case).stop_setting, p.ramp, p.duration)
         return all(read(run, turn).is_settled for turn in range(p.turns))
 
     low, high = MASSES
@@ -220,7 +220,8 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
     metrics: dict[str, dict[str, Metric]] = {}
     for name, (model, case) in progress(cases.items(), label="cases"):
         fit = calibrate(model, case)
-        strikes = [strike(fit.model, case, fit.stop, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE) for voltage in p.voltages]
+        speeds = [IMPACT_SPEED * voltage / REFERENCE_VOLTAGE for voltage in p.voltages]
+        strikes = [strike(model, case, fit.stop_setting, speed) for speed in speeds]
         forces = [read(run).impact_peak or nan for run in strikes]  # 0 without an impact
         runs += strikes
         metrics[name] = fit.metrics | {

@@ -91,7 +91,7 @@ def table_2_stop() -> float:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the force of every strip by every model at the two stops, and the interval of the force with friction."""
-    described = float(PAPER.slider(p.stop_angle))  # the stop of the paper's text
+    described = float(PAPER.slider(p.stop_angle))  # the stop of the paper's text, for which forces over the angle are drawn
     stops = {f"e{np.degrees(p.stop_angle):g}": described, "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}

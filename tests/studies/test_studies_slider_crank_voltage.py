@@ -18,8 +18,8 @@ from buckler.studies.striking.impact_models import NotCalibratedError, calibrate
 def test_27_newton_identify_another_number_in_each_model(model, stop, within):
     p = slider_crank.Parameters()
     fit = calibrate(model, p)
-    assert fit.stop == pytest.approx(stop, rel=within)
-    assert read(strike(model, p, fit.stop, 1.25)).impact_peak == pytest.approx(27, rel=2e-3)
+    assert fit.stop_setting == pytest.approx(stop, rel=within)
+    assert read(strike(model, p, fit.stop_setting, 1.25)).impact_peak == pytest.approx(27, rel=2e-3)
     assert fit.force == pytest.approx(27, rel=1e-3)
 
 
