@@ -64,9 +64,9 @@ STRAIGHT = 5.0
 REGIMES = {"late buckling": "o", "plateau": "s", "sagging": "^", "swing": "x"}
 """Regimes, and their marks in the figure."""
 BEFORE = np.radians(3.0)
-"""Crank angle from the start of the theory's integration to first contact [rad]."""
+"""Crank angle from the start of the theory's integration to first contact [rad]; 1 to 10 degrees give peaks equal within 1e-3."""
 AFTER = np.radians(25.0)
-"""Largest crank angle from first contact to the end of the theory's integration [rad]."""
+"""Largest crank angle from first contact to the end of the theory's integration [rad]; 12 to 50 degrees give the same peaks."""
 LINEAR = 1e-3
 """Speed of the slider below which its friction is proportional to the speed in the theory [m/s].
 
