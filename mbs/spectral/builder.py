@@ -23,7 +23,7 @@ from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
 from ..laws.table import CODES, NUMBERS
 from ..mechanism import Mechanism
-from .tables import STATE, Elastic, ForceKind, MarkerKind, MeasureKind, MotionKind
+from .tables import LAW_STATE, Elastic, ForceKind, MarkerKind, MeasureKind, MotionKind
 
 Pair = tuple[float, float]
 """Coordinates (x, y) [m], or components of a direction."""
@@ -285,7 +285,7 @@ class Builder:
         for i, state in zip(dofs, initial, strict=True):
             self.state_rates[i] = state
             self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
-            self.elastic.append((i, STATE, group, -1, -1, -1, -1))  # STATE marks a rate that is a state; it has no chord
+            self.elastic.append((i, LAW_STATE, group, -1, -1, -1, -1))  # LAW_STATE marks a rate that is a state; no chord
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
         numbers = (column, load.signature.size, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)

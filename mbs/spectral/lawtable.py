@@ -5,6 +5,8 @@ meaning depends on its kind, `now` an `Instant`, `onset` the speed of a contact 
 `tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
+from enum import IntEnum
+
 import numpy as np
 
 from ..laws import table
@@ -12,6 +14,9 @@ from ..laws.table import FrictionKind, LawColumn, call
 from .compiling import compile_law, kernel_function
 from .tables import ForceKind, Forces, Memory, MotionKind
 
+LawData = IntEnum("LawData", "IS_SPRING OFFSET", start=0)
+"""Numbers of a LAW: 1 for the law of a spring, a function of its argument and rate, 0 for one that depends on time, too; value of
+the measure at which the argument is 0."""
 normal_force, friction = compile_law(table.normal_force), compile_law(table.friction)
 bristle_rate, bristle_after = compile_law(table.bristle_rate), compile_law(table.bristle_after)
 JUST_AFTER = 1e-6
@@ -120,8 +125,7 @@ def motor(t, speed, p, address):
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
 
-    A LAW is a function of argument and rate for a spring (p[0] = 1), else of time, argument and rate (p[0] = 0). The argument is
-    0 where the measure is p[2]; p[1] is not used.
+    The numbers p of a force are in the order in which they are read here; those of a LAW are `LawData`.
     """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
@@ -146,7 +150,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
         return p[0] if address == 0 else call(address, (t,))
     if kind == ForceKind.MOTOR:
         return motor(t, rate, p, address)
-    is_spring, argument = p[0] == 1.0, value - p[2]
+    is_spring, argument = p[LawData.IS_SPRING] == 1.0, value - p[LawData.OFFSET]
     return -call(address, (argument, rate)) if is_spring else call(address, (t, argument, rate))
 
 

@@ -34,6 +34,12 @@ class Piece:
         return 0.5 * (self.end - self.start)
 
 
+def locate(pieces: Sequence[Piece], arc: float) -> tuple[Piece, float]:
+    """Find the piece at an arc length [m], the first of two that meet there, and xi there; 1e-12 allows for rounding."""
+    piece = next((p for p in pieces if arc <= p.end * (1 + 1e-12)), pieces[-1])
+    return piece, float(np.clip((arc - piece.start) / piece.half_length - 1.0, -1.0, 1.0))
+
+
 @dataclass(frozen=True, eq=False)
 class SpectralStrip:
     """Motion of a flexible link: Reissner's strip with three fields (x, y, angle), Kirchhoff's with two."""
@@ -61,11 +67,6 @@ class SpectralStrip:
         """True for Reissner's strip, whose angle is a field."""
         return self.pieces[0].dofs.shape[0] == 3
 
-    def _locate(self, arc: float) -> tuple[Piece, float]:
-        """Find the piece at an arc length [m], and the variable of its polynomial there."""
-        piece = next((p for p in self.pieces if arc <= p.end * (1 + 1e-12)), self.pieces[-1])
-        return piece, float(np.clip((arc - piece.start) / piece.half_length - 1.0, -1.0, 1.0))
-
     def _evaluate_fields(self, q: Array, piece: Piece, xi: Array, order: int = 0) -> Array:
         """Evaluate the fields of coordinates q (times, n) at xi, or derivatives of this order: (times, points, fields)."""
         functions = basis(piece.degree, xi, order) / piece.half_length**order
@@ -73,13 +74,13 @@ class SpectralStrip:
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""
-        piece, xi = self._locate(self.stations[name])
+        piece, xi = locate(self.pieces, self.stations[name])
         position, velocity = (self._evaluate_fields(q, piece, np.array([xi]))[:, 0, :2] for q in (self.q, self.q_t))
         return position, velocity
 
     def turn(self, name: str) -> tuple[Array, Array]:
         """Return the angle [rad] by which the strip has turned at a point since t = 0, and its rate, each (times,)."""
-        piece, variable = self._locate(self.stations[name])
+        piece, variable = locate(self.pieces, self.stations[name])
         xi = np.array([variable])
         if self.shears:
             start = self._evaluate_fields(self.reference[None], piece, xi)[0, 0, 2]
@@ -162,7 +163,7 @@ class SpectralStrip:
         return np.stack([self._evaluate_position(float(arc)) for arc in self.arcs(per_element)], axis=1)
 
     def _evaluate_position(self, arc: float) -> Array:
-        piece, xi = self._locate(arc)
+        piece, xi = locate(self.pieces, arc)
         return self._evaluate_fields(self.q, piece, np.array([xi]))[:, 0, :2]
 
     def middle(self) -> Array:

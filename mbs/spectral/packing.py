@@ -53,7 +53,8 @@ def _list_blocks(builder: Builder) -> list[Block]:
     for force in builder.forces:
         acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
         a, b = builder.measures[force.a][1:] if acts_along_measure else (force.a, force.b)
-        count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1  # markers of states, from b on
+        # marker b, which may be the ground, or the first of the markers of a law's states
+        count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
         unknowns = [dof for marker in (a, *range(b, b + count)) for dof in _list_dofs(builder, marker)]
         if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
             unknowns.append(n + force.row)

@@ -16,7 +16,7 @@ from .fronts import factor, solve
 from .kernel import add_reactions, compute_changes, compute_forces, compute_rows, fill_saddle, multiply_mass, multiply_row
 from .lawtable import JUST_BEFORE
 from .markers import place_markers
-from .tables import STATE, Elastic, Instant
+from .tables import LAW_STATE, Elastic, Instant
 
 
 def _compute_coefficients() -> tuple[Any, ...]:
@@ -93,13 +93,14 @@ def predict(state, h, last_h):
     """
     n, extrapolates = state.q.size, h < MOST_EXTRAPOLATION * last_h
     for i in range(3):
-        rates, stress, slope = state.node_v[i], state.node_stress[i], 0.0
+        rates, node_stress, slope = state.node_v[i], state.node_stress[i], 0.0
         if extrapolates:
             slope = NODES[i] * h / (last_h * (1.0 - NODES[1]))
         for k in range(state.lam.size):
             state.node_lam[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
         for p in range(state.stress.size):
-            stress.flat[p] = state.stress.flat[p] + slope * (state.stress.flat[p] - state.past_stress.flat[p])
+            present = state.stress.flat[p]
+            node_stress.flat[p] = present + slope * (present - state.past_stress.flat[p])
         if not extrapolates:
             for k in range(n):
                 rates[k] = state.v[k] + NODES[i] * h * state.a[k]
@@ -168,12 +169,12 @@ def estimate_error(tables, orders, state, h):
 
 @kernel_function
 def project(tables, orders, work, state, t, h):
-    """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations by (5).
+    """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations.
 
-    The change of a by M^-1 G^T mu and that of lam by -mu leave the residual M a - f + G^T lam as it was. Newton's method may end
-    with a part of it along the constraints: G^T nu, where M x + G^T nu is the residual and G x = 0. Without strips nu is
-    subtracted from lam at the end, and from lam at each node the fraction of nu that the node is of the step. With strips the
-    residuals of their stresses would be a part of nu.
+    A change of v or a is M^-1 G^T mu, with G v = speed or G a = change after it. A change of lam by -mu then leaves the residual
+    M a - f + G^T lam as it was. Newton's method leaves a residual M x + G^T nu, with G x = 0, whose second part multipliers alone
+    can remove. Without strips nu is subtracted from lam at the end of the step. At each node nu times the node's fraction of the
+    step is: so the change grows linearly along the step. With strips the residuals of their stresses would be a part of nu.
     """
     n, q, v, a, lam = state.q.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if lam.size == 0:
@@ -264,7 +265,7 @@ def update_units(state, elastic, tolerance):
         state.largest_deformation[group] = max(state.largest_deformation[group], change)
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND], elastic[k, Elastic.GROUP]
-        if j == STATE:  # the rate v of the coordinate is the state
+        if j == LAW_STATE:  # the rate v of the coordinate is the state
             state.inverse_error_unit[i] = min(state.inverse_error_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
         unit = min(state.unit[i], max(least * state.unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))

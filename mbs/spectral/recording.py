@@ -103,7 +103,8 @@ def _add_centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tupl
     """Add a marker at the centre of mass of a rigid link, attached masses left out; return it, mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
     centre = body.start + rotate(np.array(body.angle), (x, y))
-    return body.marker_at(scene.builder, centre, from_start=True), mass, inertia, centre
+    marker = body.marker_at(scene.builder, centre, from_start=True)  # its angle is the turn since t = 0
+    return marker, mass, inertia, centre
 
 
 def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
@@ -138,16 +139,22 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         is_of_element = name in elements  # not if it is within a link, as between the pieces of a strip
         channels[name] = dict(elements[name].reactions(loads) or {}) if is_of_element else {}
     for i, name in enumerate(scene.force_names):
-        kind, marker, number = scene.tables.forces[i, [Forces.KIND, Forces.B, Forces.NUMBERS]]
+        kind = scene.tables.forces[i, Forces.KIND]
         found = channels.setdefault(name, {})
         if kind in (ForceKind.JOURNAL, ForceKind.FRICTION):
             found["memory"] = out.memory[:, i]
         elif kind == ForceKind.CONTACT:
-            found["force"] = np.abs(reports[:, i, [Report.VALUE]])
+            found["force"] = np.abs(reports[:, i, [Report.VALUE]])  # its sign is the side of the face
         elif kind == ForceKind.STATEFUL:
-            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[number + StatefulData.STATES])
-            columns = slice(first, first + count)  # coordinates whose rates are the law's states (`stateful`)
-            found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
+            dofs = _find_state_dofs(scene, i)
+            found["states"] = np.hstack([out.v[:, dofs], out.a[:, dofs]])  # the states, then their rates
         else:
             found["value"] = reports[:, i, [Report.VALUE]]
     return channels
+
+
+def _find_state_dofs(scene: CompiledScene, force: int) -> slice:
+    """Find the dofs of the coordinates whose rates are the states of a force's law; marker B has the first (`stateful`)."""
+    marker, numbers = scene.tables.forces[force, [Forces.B, Forces.NUMBERS]]
+    first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[numbers + StatefulData.STATES])
+    return slice(first, first + count)

@@ -45,6 +45,7 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     if isinstance(friction, FrictionLaw | BristleLaw):
         builder.add_force(name, ForceKind.FRICTION, along, friction=add_friction(builder, friction), row=row)
         return
+    # a `GuideFriction`, which depends on the speed alone
     numbers = (friction.dynamic, friction.static_offset, friction.viscous, friction.regularisation, friction.stribeck)
     builder.add_force(name, ForceKind.FRICTION_FORCE, along, numbers=numbers)
 
@@ -96,7 +97,8 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(ORIGIN)
     for i, piece in enumerate(strip.pieces):
-        points, weights = gauss(piece.degree + 3)  # as in `SpectralStrip.quadrature`
+        # exact to degree 2 p + 5; `SpectralStrip.quadrature` has the same points for the record
+        points, weights = gauss(piece.degree + 3)
         for x, w in zip(points, weights, strict=True):
             weight = float(w) * piece.half_length
             marker = strip.marker_at(builder, piece.start + (1.0 + float(x)) * piece.half_length, i)
@@ -120,8 +122,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
         return
     pointer = function_pointer(numbers_of(load.value, TURN)[0], len(TURN))  # of time, angle and speed
     law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}")
-    numbers = (0.0, 0.0, builder.angle_of(marker))  # 0: of time, too; 0, not used; the angle at t = 0
-    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=numbers)
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(0.0, builder.angle_of(marker)))  # `LawData`
 
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
@@ -134,6 +135,7 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
         law = builder.add_law(None, ForceKind.PRESCRIBED, (), [pointer], f"the voltage of {name}")
     else:
         voltage = float(load.voltage)
+    # CREEP: speed of the rotor [rad/s] below which its friction falls linearly to zero
     numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
     builder.add_force(name, ForceKind.MOTOR, measure, law=law, numbers=numbers)
 
@@ -150,8 +152,8 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
         builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
     pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
-    row = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=row, numbers=(1.0, 0.0, free))  # 1: not of time; 0, not used
+    law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(1.0, free))  # `LawData`
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:

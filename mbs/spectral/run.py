@@ -49,14 +49,15 @@ DISTINCT = 1e-12
 ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold."""
 LANDING = 1e-2
-"""Distance from its face at which a contact counts as at it, over the tolerance and the longest link."""
+"""`face_tolerance` of the controls, over the tolerance and the longest link: a step does not end anew at a face to which a
+contact is nearer than this at its start."""
 EXPLICIT_LANDING = 1e-3
 """`LANDING` of the explicit method, whose steps have no error of Newton's method."""
 LEAST_LANDING = 1e-12
-"""Least such distance of the explicit method, over the longest link: rounding errors of a step."""
+"""Least `face_tolerance` of the explicit method, over the longest link: rounding errors of a step."""
 OUTSIDE = 0.1
-"""Distance before a face at which an implicit step to an onset ends, over the landing distance: ten times the error left by
-Newton's method. A last node inside the face would already have the contact's force."""
+"""Distance before a face at which an implicit step to an onset ends, `stop_gap`, over `face_tolerance`: ten times the error left
+by Newton's method. A last node inside the face would already have the contact's force."""
 ROUNDING = 1e-15
 """Rounding of a distance, over the longest link: no shorter step reduces an error below it."""
 
@@ -151,8 +152,8 @@ def integrate(
     RAISED.clear()
     with catch_ctrl_c() as interrupted:
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
-            shapes = [(), *3 * [(scene.size,)], (len(start.multipliers),), state.memory.shape]  # of a row of each field
-            out = Output(*(np.zeros((ROWS_PER_CALL, *shape)) for shape in shapes))
+            fields = (state.q, state.v, start.acceleration, start.multipliers, state.memory)
+            out = Output(np.zeros(ROWS_PER_CALL), *(np.zeros((ROWS_PER_CALL, *each.shape)) for each in fields))
             run(model, clock, controls, step_ends, out, counts)
             failure = _translate_failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
@@ -174,7 +175,7 @@ def integrate(
 def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
     """Find the step ends [s]: kinks of functions of time, the end and, if `longest` is given, times that `subdivide` adds."""
     factor = scene.tables.time_factor[0]  # functions of time are taken at factor * t
-    with use_memory(current_memory(scene.edge_memory)):
+    with use_memory(current_memory(scene.edge_memory)):  # edges of users' functions are searched once, not in every run
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
         kinks = subdivide(kinks, longest, end / SECOND_LEVEL_STEPS)

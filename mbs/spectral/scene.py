@@ -26,7 +26,8 @@ from . import entry_points
 from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
-from .linear import Equations, Linear, Matrix
+from .lawtable import LawData
+from .linear import Equations, Linear, Matrix, MatrixRow
 from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
@@ -181,15 +182,16 @@ class CompiledScene:
         Bristles are those of `memory`, by default at rest. Matrices are sparse arrays of SciPy if `sparse`.
         """
         v, lam = (np.zeros(self.size) if v is None else v), (np.zeros(len(self.tables.rows)) if lam is None else lam)
-        return self.at(Instant(float(t), 0.0, q, v, lam, self.memory() if memory is None else memory), tangents, sparse)
+        memory = self.memory() if memory is None else memory
+        return self.at(Instant(time=float(t), since=0.0, q=q, v=v, lam=lam, memory=memory), tangents, sparse)
 
     def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
         """Compute the terms of `assemble` at an instant, which may be later than the bristles of its memory."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
-        matrices = np.zeros((4, len(self.tables.mass)))
-        filled = matrices if tangents else matrices[3:]  # for G and G^T alone the kernel computes no tangents
+        matrices = np.zeros((len(MatrixRow), len(self.tables.mass)))
+        filled = matrices if tangents else matrices[MatrixRow.JACOBIAN :]  # the last row alone: G and G^T, but no tangents
         entry_points.assemble(self.tables, self.work, now, filled, force, sides)
-        residual, speed, change = sides
+        residual, speed, change = sides  # g, and the right sides of G v = speed and G a = change
         return Equations(force, residual, speed, change, matrices, self.sparse_matrix if sparse else self.full_matrix)
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
@@ -212,7 +214,7 @@ class CompiledScene:
         laws = {self.force_names[k]: k for k in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
         for name, arguments in current_memory(self.edge_memory).locate([*laws]).items():
-            _, _, offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] :][:3]  # measure at argument 0
+            offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] + LawData.OFFSET]
             found.append(np.column_stack([np.full(len(arguments), float(laws[name])), arguments + offset]))
         return np.concatenate(found)
 
@@ -225,7 +227,8 @@ class CompiledScene:
     def read(self, marker: int, q: Array, v: Array | None = None) -> MarkerMotion:
         """Compute position and angle of a marker at coordinates q, and their rates at v (zero by default)."""
         state = self._place(q, v)[marker]
-        return MarkerMotion(state[:2].copy(), state[3:5].copy(), float(state[State.ANGLE]), float(state[State.SPIN]))
+        position, velocity = state[[State.X, State.Y]], state[[State.VX, State.VY]]
+        return MarkerMotion(position, velocity, float(state[State.ANGLE]), float(state[State.SPIN]))
 
     def _place(self, q: Array, v: Array | None = None) -> Array:
         """Compute the states of all markers, (markers, columns of `State`)."""
@@ -254,9 +257,9 @@ class CompiledScene:
         """Pack the tables again if markers were added to the builder since."""
         if len(self.builder.markers) == len(self.tables.markers):
             return
-        old, numbers = self.tables, len(self.builder.data)
+        old, count = self.tables, len(self.builder.data)
         self.tables = pack(self.builder)
-        del self.builder.data[numbers:]  # of forces, which `pack` appends
+        del self.builder.data[count:]  # forces' numbers, which `pack` appends and copies into the tables
         self.tables.values[:], self.tables.factors[:] = old.values, old.factors
         self.tables.time_factor[:] = old.time_factor
         self.work = allocate_work(self.tables)

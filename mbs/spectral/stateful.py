@@ -31,7 +31,7 @@ def _read_counts(tables, k):
 def _evaluate(tables, work, k, r, count):
     """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch.
 
-    Each has a function of its own; those of a force are consecutive rows of tables.laws.
+    Each has a function of its own, the first and only one of a row of tables.laws; a force's rows are consecutive.
     """
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
@@ -39,7 +39,11 @@ def _evaluate(tables, work, k, r, count):
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Return of a component of p its marker, the column of its state (row of work.jacobian), its first index in the block."""
+    """Find where component p_c is: return a marker, its column of `State`, which is also the row of work.jacobian, and an index.
+
+    The index is that of the marker's first coordinate in the force's block. Components of the force are at marker a. The states
+    are angles of the markers from b on.
+    """
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:
         return a, first + component, 0

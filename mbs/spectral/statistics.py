@@ -35,8 +35,9 @@ From FIRST on follow the values of the last row, of the row before, and of the l
 SAMPLES_PER_WINDOW = 2000
 """Samples per window from which the total variation is computed: as many as a plot of one turn of a drive resolves."""
 OVERSHOOT = 0.125
-"""Bound of the height of a vertex above the middle row, over the larger of its differences to both neighbours. With equal steps
-it is never exceeded. Where a short step lies beside a long one, the vertex of a parabola through a kink has no bound."""
+"""Bound of the height of a vertex above the middle row, over the larger difference of that row to a neighbour. With equal steps
+and differences a and b the height is (a - b)^2/(8 (a + b)), at most an eighth of the larger. Where a short step lies beside a
+long one, the vertex of a parabola through a kink has no bound."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ..scene.start import Start
 from .basis import basis, fit, gauss
 from .builder import Attached, Builder
 from .frame_body import add_separate_mass, line_of
-from .motion import Piece, kirchhoff, reissner
+from .motion import Piece, kirchhoff, locate, reissner
 from .tables import MarkerKind, Markers, MeasureKind, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
@@ -52,11 +52,8 @@ class StripBody:
 
     def marker_at(self, builder: Builder, arc: float, index: int | None = None) -> int:
         """Return the marker at an arc length [m]; between two pieces on the first, unless the `index` of one is given."""
-        if index is None:
-            reached = (i for i, e in enumerate(self.pieces) if arc <= e.end * (1 + 1e-12))  # 1e-12: rounding
-            index = next(reached, len(self.pieces) - 1)
-        piece = self.pieces[index]
-        xi = np.clip((arc - piece.start) / piece.half_length - 1.0, -1.0, 1.0)
+        piece, position = locate(self.pieces if index is None else [self.pieces[index]], arc)
+        xi = np.array([position])
         value = basis(piece.degree, xi)[0]
         if self.kind == StripKind.KIRCHHOFF:
             slope = basis(piece.degree, xi, 1)[0] / piece.half_length

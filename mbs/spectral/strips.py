@@ -158,9 +158,10 @@ def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
         strain = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
         f = free_strains + g
         free = tables.data[f], tables.data[f + ng], tables.data[f + 2 * ng]
+        # rates of the arguments, as far as damping needs them: of all, or of Reissner's curvature, which is an argument
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
             z_rate = _compute_arguments(tables.data, m, rate, block, nb)
-        elif lag[2] > 0.0:  # Reissner's curvature is an argument
+        elif lag[2] > 0.0:
             z_rate = (0.0, 0.0, 0.0, _sum(tables.data, m[3], rate, block[3], nb))
         n = _compute_stresses(tables.data, d, free, strain, gradients, z_rate, lag)
         f0 = 0.0, 0.0, 0.0, 0.0
@@ -193,7 +194,8 @@ def add_strips(tables, work, q, v, f):
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last, PLAIN or RENEWED.
 
-    In the latter form increments of the stresses are eliminated by D B0, where B0 is B: the terms are the same.
+    In the form RENEWED the increments of the stresses, D B0 A dq, are eliminated from Newton's equations. As B0 has just been set
+    to B, the terms are those of PLAIN.
     """
     point = 0
     for strip in range(tables.strips.shape[0]):
@@ -229,7 +231,8 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
             for i in range(4):
                 z_rate[i] = _sum(tables.data, functions + (order[i] * ng + g) * nb, rate, block[i], nb)
         for j in range(3):
-            stress, stiffness = work.weighted_stress[p, j], tables.data[weights + g] * tables.data[d + j]  # weighted EA, GA, EI
+            stress = work.weighted_stress[p, j]
+            stiffness = tables.data[weights + g] * tables.data[d + StripData.EA + j]  # EA, GA, EI
             for i in range(4):
                 for k in range(4):
                     by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]

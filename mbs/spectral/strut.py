@@ -32,7 +32,7 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
-            builder.separate_masses.append((len(builder.q), link.name, each.point, False))  # no rotor
+            builder.separate_masses.append((len(builder.q), link.name, each.point, False))  # False: a point mass, no rotor
             mass = sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
             body.hosts[each.point] = builder.add_point(x, y, mass)
     return body
@@ -56,7 +56,8 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     """Add the spring between a strut's ends; `lawtable.strut` lists its numbers."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
-    load = function_pointer(numbers_of(strut.load, ["u"])[0], 1)  # of one argument, the shortening over the length
+    (load_function,) = numbers_of(strut.load, ["u"])  # of the shortening over the length
+    load = function_pointer(load_function, 1)
     key = ("strut", strut.load)  # struts with the same load share a law
     law = builder.add_law(key, ForceKind.STRUT, numbers=(), pointers=[load], about=f"the load of strut '{link.name}'")
     measure = builder.add_measure(MeasureKind.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))

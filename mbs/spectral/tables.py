@@ -101,11 +101,11 @@ coordinate, or of x if the row is a vector (x, y); SECOND, dof of y, else -1; GR
 strip's piece: the other columns are the dofs of x and y at the ends of its chord."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
 """Columns of modal links: first dof, number of modes, index of the first number."""
-STATE = -2
-"""Mark in the column `Elastic.SECOND`: the rate of the coordinate is a state of a law (`stateful`)."""
+LAW_STATE = -2
+"""Mark in the column `Elastic.SECOND`: FIRST is a coordinate made for a law whose state is the coordinate's rate (`stateful`)."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
-"""Columns of a marker's state: position and angle; their rates; their biases, second rates where those of the coordinates are
-zero; cosine and sine of the frame's angle."""
+"""Columns of a marker's state: position and angle; their rates; AX, AY, SPIN_BIAS, the part of their second rates that is due to
+the coordinates' rates v alone (quadratic in v); cosine and sine of the frame's angle."""
 
 
 class Report(IntEnum):

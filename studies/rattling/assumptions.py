@@ -1,7 +1,8 @@
-"""Assumptions that the crank-rocker paper, of unknown authors, leaves open: gravity, pins, friction speeds, modes, damping.
+"""Assumptions that a paper on a crank-rocker leaves open: gravity, pins, friction speeds, modes, damping of the rocker.
 
-The joints are O crank-frame, A crank-coupler, B coupler-rocker, C rocker-frame. Each assumption is a parameter of the studies;
-the study `buffering` varies all of them.
+Authors and title of the paper are unknown; `buckler.studies.kit.published` has its numbers. The joints are O crank-frame,
+A crank-coupler, B coupler-rocker, C rocker-frame. Each assumption is a parameter of the studies; the study `buffering` varies
+all of them.
 """
 
 from collections.abc import Callable
@@ -27,8 +28,12 @@ THRESHOLDS = 0.1, 1.0
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
-    """Compute the damping ratios of Rayleigh damping, `ratio` at the lowest two frequencies: ratio (f1 f2/f + f)/(f1 + f2)."""
-    low, high = np.sort(hertz)[[0, min(1, len(hertz) - 1)]]
+    """Compute the damping ratios of Rayleigh damping, `ratio` at the lowest two frequencies: ratio (f1 f2/f + f)/(f1 + f2).
+
+    With a single frequency f1 = f2, and its damping ratio is `ratio`.
+    """
+    rising = np.sort(hertz)
+    low, high = rising[0], rising[min(1, len(rising) - 1)]
     return ratio * (low * high / hertz + hertz) / (low + high)
 
 
@@ -39,8 +44,8 @@ DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
 }
 """Damping ratios of modes as functions of their frequencies [Hz] and of a ratio, which the default of ADAMS ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
-"""Kinds of modes: of the free rocker by Timoshenko's or by Euler and Bernoulli's beam theory, or Craig and Bampton's, which add
-static shapes and are those of ADAMS."""
+"""Kinds of modes. "free" and "Euler-Bernoulli" are those of the free rocker, by Timoshenko's and by Euler and Bernoulli's beam
+theory. "Craig-Bampton" are those of ADAMS, which add static shapes; their numbers are fixed."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 The published paper, of unknown authors, does not give clearance, pins, friction speeds and the plane in which the bars bend: each
 is a parameter. The largest contact damping c_max is printed as 253 "N×S/m", and its unit decides the physics (`damping_unit`):
-in N.s/m the joints rattle; in N.s/mm, where c_max is 0.1 % of the stiffness as the paper recommends, they stay closed.
+in N.s/m the joints rattle, in N.s/mm they stay closed. The paper recommends 0.1 % of the stiffness for c_max: it compares plain
+numbers in the units N.s/mm and N/mm^1.5.
 
 The paper's "modes four, five and six" of the rocker may be counted in four ways: among the modes of a free body, the first six
 of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
@@ -31,7 +32,8 @@ MODAL_PARAMETERS = ("modal_damping", "modes_of", "bending", "axial", "frequency_
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
-"""Mesh of the solid rocker: elements along its length, its depth in the plane, and its width."""
+"""Mesh of the solid rocker: elements along its length, its depth in the plane, and its width. The study `modes` compares its
+frequencies with Timoshenko's."""
 COUNTED = 40
 """Number of flexible modes of the solid rocker that are computed; all modes of `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
@@ -163,12 +165,12 @@ class PlayParameters(JointAssumptions):
         law, friction, bar = self.law, self.friction, section(self.in_plane_depth)
         clearance = self.clearance if gap is None else gap
 
-        def play(point: str, first: str, second: str) -> Clearance:
+        def make_joint(point: str, first: str, second: str) -> Clearance:
             pin, bush = (second, first) if point in self.reversed_joints else (first, second)
             return Clearance(point, pin, bush, self.pin, clearance, law, friction)
 
         mechanism = crank_rocker(
-            rocker or Rigid(bar), speed=self.speed if speed is None else speed, play=play,
+            rocker or Rigid(bar), speed=self.speed if speed is None else speed, play=make_joint,
             with_play=joints if clearance else "", section=bar, angle=angle,
         )  # fmt: skip
         return replace(mechanism, gravity=self.gravity_vector)
@@ -181,7 +183,7 @@ class FourBarParameters(PlayParameters, Runs):
     def agree(self) -> None:
         """Check parameters against each other, by making the mechanism."""
         super().agree()
-        self.bars(rocker=None)
+        self.bars(rocker=None)  # a rigid rocker, so that no subclass computes modes for this check
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,22 @@
 """Does a flexible rocker reduce forces and motions? Test of each published claim over all assumptions that the paper leaves open.
 
-The paper on the crank-rocker, of unknown authors, and its claims are those of `claims`. Each option lists the values that an
-assumption may have, or the two ends of its range. A sample draws a value of each assumption by a scrambled Sobol' sequence, from
-ranges uniformly in the logarithm. A cell is a pair of a unit of c_max (the largest contact damping) and a gravity. Every sample
+The module `claims` has the claims; authors and title of the paper are unknown. Each option lists the values that an assumption
+may have, or the two ends of its range. A sample draws a value of each assumption by a scrambled Sobol' sequence; in a range the
+logarithm of the value is uniform. A cell is a pair of a unit of c_max (the largest contact damping) and a gravity. Every sample
 runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
 A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
-beyond that. The interval of the share of samples in which the claim holds consists of two of Wilson's intervals. Its lower end
-is that of the share of samples whose ratio has a 95 % interval wholly below 1 - `margin`. Its upper end is that of the share of
-all samples whose interval reaches below. A claim holds if the interval is above one half, does not hold if it is below, else it
-is undecided. `level` is the probability that any verdict of the table is wrong (Bonferroni). A claim flips in a sample where it
-holds with the first gravity, by default none, and not with the last.
+beyond that. With Student's t distribution the sampling error gives each ratio a 95 % interval.
+
+The share of samples in which a claim holds has an interval, too, made of two of Wilson's intervals. Its lower end is the lower
+end of Wilson's interval for the share of samples whose ratio is below 1 - `margin` in its whole 95 % interval. Its upper end is
+the upper end of Wilson's interval for the share of samples whose 95 % interval is below 1 - `margin` in part or wholly. A claim
+holds if the interval of the share is above one half, does not hold if it is below, else it is undecided. `level` is the
+probability that any verdict of the table is wrong (Bonferroni).
+
+A claim flips in a sample where it holds with the first of the gravities (by default 0 m/s^2) and not with the last one: then the
+claim depends on a gravity that the paper does not give.
 
 Sources: E. B. Wilson, Probable inference, the law of succession, and statistical inference, doi 10.1080/01621459.1927.10502953.
 I. M. Sobol', On the distribution of points in a cube, doi 10.1016/0041-5553(67)90144-9.
@@ -73,11 +78,12 @@ class Parameters(TestedRuns):
     samples: int = integer(32, 1, 2**16, "samples over all that is left open", "statistics")
 
     def agree(self) -> None:
-        """Check that ranges have at most two ends, and that the first and the last values make a mechanism."""
+        """Check parameters against each other: ranges have at most two ends, all first and all last values make a mechanism."""
         for name in RANGES:
             if len(getattr(self, name)) > 2:
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in getattr(self, name))}: must be one number or two ends")
-        for x in (0.0, np.nextafter(1.0, 0.0)):
+        almost_one = np.nextafter(1.0, 0.0)  # 1 itself is beyond the last value
+        for x in (0.0, almost_one):
             self.case([x] * len(self.axes()))
 
     def axes(self) -> dict[str, Sequence[Any]]:
@@ -85,11 +91,12 @@ class Parameters(TestedRuns):
         axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *CHOSEN)}
         for joint in JOINTS:
             bodies = [f"{joint}.{body}" for body in BODIES[joint]]
-            axes[f"pin {joint}"] = [body for body in bodies if body in self.pin_on] or bodies[:1]
+            default = bodies[0]
+            axes[f"pin {joint}"] = [body for body in bodies if body in self.pin_on] or [default]
         return axes
 
     def case(self, point: Sequence[float]) -> RockerParameters:
-        """Return the assumptions at a point of the unit cube, whose coordinates belong to the `axes`."""
+        """Return the assumptions at a point of the unit cube, whose coordinates belong to the `axes`, before those of a cell."""
         values: dict[str, Any] = {}
         for x, (name, options) in zip(point, self.axes().items(), strict=True):
             is_range = name in RANGES and len(options) > 1
@@ -113,33 +120,35 @@ def cell_name(unit: str, gravity: float) -> str:
 
 
 def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
-    """Run all samples with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
+    """Run all samples of a cell with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
 
     The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
-    `batch` gives the runs of each cell random starts of their own.
+    `batch` is the number of the cell, from which the seed of its random starts follows.
     """
     rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
-    turns = run_turns(p, mechanisms, READINGS, batch, ideal_motion(cases[0].speed))
+    ideal = ideal_motion(cases[0].speed)  # the speed of the crank is no assumption: all cases have the same
+    results = run_turns(p, mechanisms, READINGS, batch, ideal)
+    flexible_results, rigid_results = results[: len(cases)], results[len(cases) :]
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
-    for i, (soft, rigid) in enumerate(zip(turns[: len(cases)], turns[len(cases) :], strict=True)):
-        if soft.notes or rigid.notes:  # faults that make the means invalid
+    for i, (flexible, rigid) in enumerate(zip(flexible_results, rigid_results, strict=True)):
+        if flexible.notes or rigid.notes:  # faults that make the means invalid
             continue
         for k, claim in enumerate(CLAIMS):
-            quotient = ratio(soft.means[claim.reading], rigid.means[claim.reading])
+            quotient = ratio(flexible.means[claim.reading], rigid.means[claim.reading])
             found[:, i, k] = quotient.value, quotient.error, quotient.half_width(ONE_END)
     return found
 
 
 class Judgement(NamedTuple):
-    """Test of a claim in a cell: median ratio, sampling and model error, share of samples that agree, ends of its interval."""
+    """Test of a claim in a cell."""
 
-    ratio: float
-    sampling: float
-    model: float
-    share: float
-    low: float
-    high: float
+    ratio: float  # median over the samples
+    sampling: float  # sampling error, root mean square over the samples
+    model: float  # model error
+    share: float  # share of the samples in which the claim holds
+    low: float  # lower end of the share's interval
+    high: float  # its upper end
 
     @property
     def verdict(self) -> str:
@@ -153,12 +162,13 @@ def judge(values: Array, errors: Array, half_widths: Array, margin: float, level
     value, error, half, n = values[is_sound], errors[is_sound], half_widths[is_sound], int(is_sound.sum())
     if not n:
         return Judgement(np.nan, np.nan, np.nan, np.nan, 0.0, 1.0)
-    sampling, excess = float(np.mean(error**2)), value - (1 - margin)  # variance; the claim holds where the excess is negative
-    model = max(float(value.var(ddof=1)) - sampling, 0.0) if n > 1 else np.nan
-    surely, possibly = (int((excess + sign * half < 0).sum()) for sign in (1, -1))
+    sampling_variance = float(np.mean(error**2))
+    model_variance = max(float(value.var(ddof=1)) - sampling_variance, 0.0) if n > 1 else np.nan
+    excess = value - (1 - margin)  # the claim holds where it is negative
+    surely, possibly = int((excess + half < 0).sum()), int((excess - half < 0).sum())
     low, high = (binomtest(hits, n).proportion_ci(1 - level, "wilson") for hits in (surely, possibly))
-    share = float((excess < 0).mean())
-    return Judgement(float(np.median(value)), sampling**0.5, model**0.5, share, float(low.low), float(high.high))
+    share, median = float((excess < 0).mean()), float(np.median(value))
+    return Judgement(median, sampling_variance**0.5, model_variance**0.5, share, float(low.low), float(high.high))
 
 
 def overall(verdicts: Sequence[str]) -> str:

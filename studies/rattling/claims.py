@@ -101,8 +101,11 @@ class Ratio(NamedTuple):
 
 
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:
-    """Divide two means from independent runs; errors propagate to first order."""
-    relative = [each.error / each.value for each in (flexible, rigid)]
-    value, error = flexible.value / rigid.value, hypot(*relative)
-    spread = sum(part**4 / (each.n - 1) for part, each in zip(relative, (flexible, rigid), strict=True))
-    return Ratio(value, value * error, error**4 / spread if spread else float(rigid.n - 1))
+    """Divide two means from independent runs; errors propagate to first order.
+
+    With relative errors e the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)); without errors any will do.
+    """
+    e1, e2 = (each.error / each.value for each in (flexible, rigid))
+    value, relative_error = flexible.value / rigid.value, hypot(e1, e2)
+    denominator = e1**4 / (flexible.n - 1) + e2**4 / (rigid.n - 1)
+    return Ratio(value, value * relative_error, relative_error**4 / denominator if denominator else 1.0)

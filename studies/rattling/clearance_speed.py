@@ -2,7 +2,8 @@
 
 Each point of the grid is an ensemble, whose journals start at random places in their bushes; its numbers are means over the turns
 of all members, after some turns that are discarded. Where a pin is deeper in its bush than the clearance no contact law holds:
-such points are marked PENETRATION, are drawn hollow, and enter no fit. Forces are also given relative to those of ideal joints.
+such points are marked PENETRATION. They and failed points are invalid: drawn hollow, and not in any fit. Forces are also given
+relative to those of ideal joints.
 
 With `sections` the study draws a bifurcation map by Poincaré sections: the velocity of joint B along x once a turn, in one run
 for each of `section_count` clearances. A motion with the period of a turn gives one point, of two turns two, chaos a cloud.
@@ -65,13 +66,13 @@ class Parameters(RockerParameters):
 
 
 class SpeedPoint(NamedTuple):
-    """Means of `MEASURES` over turns, standard errors, largest penetration over clearance, impacts in B a turn, and faults."""
+    """Results of the turns at a point of the grid."""
 
-    mean: Array
-    error: Array
-    depth: float = nan
-    impacts: float = nan
-    notes: tuple[str, ...] = ()
+    mean: Array  # of each of `MEASURES`, in its unit
+    error: Array  # their standard errors, in the same units
+    depth: float = nan  # largest penetration over the clearance
+    impacts: float = nan  # impacts in B a turn
+    notes: tuple[str, ...] = ()  # faults that make the point invalid: PENETRATION or FAILED
 
 
 def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> list[SpeedPoint]:
@@ -84,14 +85,14 @@ def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> l
 
 
 def ideal(p: Parameters, speed: float) -> Array:
-    """Compute the `MEASURES` of a turn with ideal joints and a rigid rocker, even where that of the study is modal."""
+    """Compute the `MEASURES` of a turn with ideal joints and, as one reference for all studies, a rigid rocker."""
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)  # None: rigid
     turn = period(mechanism)
     result = simulate(mechanism, turn)
     return read_windows((IDEAL_FORCE, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
 
 
-def sections(p: Parameters, clearances: Array) -> Array:
+def compute_sections(p: Parameters, clearances: Array) -> Array:
     """Compute velocities of B [m/s] at the ends of turns after the discarded ones, (clearances, turns); nan if a run fails."""
     mechanisms = [p.bars(gap=clearance) for clearance in clearances.tolist()]
     turn = period(mechanisms[0])
@@ -123,7 +124,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
     if p.sections:
         signals["section_clearance"] = np.geomspace(min(p.clearances), max(p.clearances), p.section_count)
-        signals["section"] = sections(p, signals["section_clearance"])
+        signals["section"] = compute_sections(p, signals["section_clearance"])
     title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s; powers over the valid points"
     tables = [_table(p, grid, points, np.tile(of_ideal, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
     return StudyResult(parameters=p, **status_of(wrong), metrics=metrics, signals=signals, tables=tables)
@@ -136,11 +137,13 @@ def _metrics(
     metrics, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in chosen.notes]
     is_valid = np.array([not x.notes for x in points])
     fitted, values = np.array(grid)[is_valid], np.array([x.mean for x in points])[is_valid]
-    can_fit = len(fitted) > 4 and all(len(set(column)) > 1 for column in fitted.T)  # the law has three parameters
+    # the law has three parameters; two points more leave two degrees of freedom for its scatter
+    can_fit = len(fitted) > 4 and all(len(set(column)) > 1 for column in fitted.T)
     metrics["valid"] = Metric(float(is_valid.sum()), "1")
     metrics["invalid"] = Metric(float((~is_valid).sum()), "1")
     for i, (name, (_, unit)) in enumerate(MEASURES.items()):
-        metrics[name] = Metric(float(chosen.mean[i]), unit, error=float(chosen.error[i] / chosen.mean[i]))
+        relative_error = float(chosen.error[i] / chosen.mean[i])
+        metrics[name] = Metric(float(chosen.mean[i]), unit, error=relative_error)
         metrics |= _powers(name, fitted, values[:, i]) if can_fit else {}
     return metrics, wrong
 

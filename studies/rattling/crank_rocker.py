@@ -85,7 +85,7 @@ class Parameters(PlayParameters, Assumptions):
         return WITH_PLAY[self.clearance_joints]
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Make the crank-rocker with one of the `ROCKERS`, and with clearance in these joints, by default those of the study."""
+        """Make the crank-rocker with one of the `ROCKERS`; `with_play` has the joints with clearance, None for the study's."""
         joints = self.with_play if with_play is None else with_play
         return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + draw_offset(self.seed))
 
@@ -121,7 +121,7 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
     time_of_half_a_degree = 2 * pi / p.speed / 720
-    longest = min(time_of_half_a_degree, p.duration / 10)
+    longest = min(time_of_half_a_degree, p.duration / 10)  # a tenth: ten steps even in the shortest run
     engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
     solver = engine if with_play else closure
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)

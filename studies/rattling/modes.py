@@ -60,7 +60,8 @@ class Parameters(Assumptions, TestedRuns):
         super().agree()
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
-        self.bars("N.s/m", 5e-3)
+        for unit, depth in self.cases.values():
+            self.bars(unit, depth)
 
     @property
     def mode_sets(self) -> list[str]:
@@ -87,9 +88,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the frequencies of the modes, run every set in every case, and compare the sets."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _frequencies(depth).items()}
     wrong: list[str] = []
+    ideal = ideal_motion(FourBarParameters().speed)
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
         mechanisms = [p.bars(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
-        ideal = ideal_motion(FourBarParameters().speed)
         results = run_turns(p, mechanisms, READINGS, batch, ideal)  # batch: random starts of this case's own
         turns = dict(zip(p.mode_sets, results, strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
@@ -104,7 +105,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _frequencies(depth: float) -> dict[str, Metric]:
     """Return the frequencies of the solid rocker's modes in the plane, with those of Timoshenko's theory as exact values."""
-    found, table = {}, solid_modes(depth).table()
+    found, table = {}, solid_modes(depth).table()  # rows: number, frequency [Hz], kind, share of its energy, is planar
     for kind, exact in beam_frequencies(depth).items():
         of_solid = [hertz for _, hertz, each, *_ in table if each == kind]
         for i, (hertz, theory) in enumerate(zip(of_solid, exact, strict=False), 1):
@@ -115,9 +116,11 @@ def _frequencies(depth: float) -> dict[str, Metric]:
 def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
     """Return the number of each claim for a set, its ratios to the rigid rocker and the largest set, and the comparison."""
     found: dict[str, Metric] = {}
-    one_end = p.level / (2 * len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases))  # Bonferroni; 2 ends of each interval
+    comparisons = len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases)
+    one_end = p.level / (2 * comparisons)  # Bonferroni: `level` is the probability that any mark is wrong; 2 ends of an interval
     for claim in CLAIMS:
-        mean, itself = turns.means[claim.reading], Ratio(1.0, error=0.0, freedom=1.0)  # without error any freedom will do
+        mean = turns.means[claim.reading]
+        itself = Ratio(1.0, error=0.0, freedom=1.0)  # without error any number of degrees of freedom will do
         rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
         found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
         found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}

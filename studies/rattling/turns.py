@@ -22,7 +22,8 @@ from ..kit.statistics import Mean
 from .assumptions import BODIES, JOINTS
 
 LOOSE = 1e-6
-"""Tolerance from which on implicit steps may be chosen: stability, not accuracy, limits explicit ones at stiff damping."""
+"""Tolerance at and above which the solver may choose implicit steps; below it steps are explicit. At these tolerances stability,
+not accuracy, limits explicit steps if damping is stiff."""
 START_OFFSET = 1e-9
 """Standard deviation of the crank's angle at the start of a run of the study `crank-rocker` [rad]: far below all errors."""
 FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
@@ -72,11 +73,12 @@ def run_turns(
             mechanisms, (p.settle + p.cycles) * turn, p.members, of=all_readings, curves=curves, skip=p.settle, each=turn,
             solver=solver(mechanisms[0], p.tolerance), seed=10_000 * p.seed + batch, executor=pool, progress=False,
         )  # fmt: skip
-    statistics = {reading: found.cells(reading) for reading in readings}  # of each reading a list over the mechanisms
+    # of each reading a list over the mechanisms, which are the cells of the ensemble
+    statistics = {reading: found.cells(reading) for reading in readings}
     turns = []
     for k, mechanism in enumerate(mechanisms):
         means = {reading: Mean(each[k].mean, each[k].error, each[k].members) for reading, each in statistics.items()}
-        of_members = zip(found.members.cells, found.reasons, strict=True)  # index of the mechanism; why the run failed, or ""
+        of_members = zip(found.members.cells, found.reasons, strict=True)  # of each run: index of its cell; why it failed, or ""
         failed = [reason for index, reason in of_members if index == k and reason]
         deepest = max(found.of(depth, k).max(initial=0.0) for depth in DEPTHS)
         depth = np.nan if failed else deepest / clearances(mechanism)[0].gap  # all joints have the same gap

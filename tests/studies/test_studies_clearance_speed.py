@@ -15,7 +15,7 @@ from buckler.mbs import Controlled, Exudyn, simulate
 from buckler.mbs.ensembles.readings import read_windows
 from buckler.studies.kit.cli import main
 from buckler.studies.rattling import clearance_speed
-from buckler.studies.rattling.clearance_speed import MEASURES, READINGS, SpeedPoint, ideal, measure, sections
+from buckler.studies.rattling.clearance_speed import MEASURES, READINGS, SpeedPoint, compute_sections, ideal, measure
 from buckler.studies.rattling.turns import period
 
 SMALL = {"clearances": "5um,0.2mm,0.5mm", "speeds": "20,40", "members": 2, "cycles": 1, "settle": 0}
@@ -59,7 +59,7 @@ def test_sections_of_a_motion_that_repeats_are_one_point_near_that_of_ideal_join
     p = parameters(damping_unit="N.s/mm", sections=2, settle=2)
     ideal_joints = p.bars(gap=0.0, rocker=None)
     free = simulate(ideal_joints, period(ideal_joints))["B.vx"][-1]
-    found = sections(p, np.array([1e-4, 1.2e-4]))
+    found = compute_sections(p, np.array([1e-4, 1.2e-4]))
     assert found.shape == (2, 2) and np.ptp(found[0]) < 1e-3 * abs(free)
     assert found == pytest.approx(free, rel=0.06)  # B moves in its bush
 
