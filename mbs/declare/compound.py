@@ -54,10 +54,7 @@ class Direction(Vector):
 
 @dataclass(eq=False, repr=False)
 class Several(Spec):
-    """A list of `least` to `most` items with one specification, all different if `distinct` is true.
-
-    `read` checks all of this; messages tell the least length, and the schema only the items.
-    """
+    """A list of `least` to `most` items with one specification, all different if `distinct` is true."""
 
     item: Spec
     least: int = 0

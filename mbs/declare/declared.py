@@ -28,10 +28,7 @@ class RefusalError(ValueError):
 
 
 class Declared:
-    """Base of dataclasses with declared fields, which are read and checked as an object is made, in `__post_init__`.
-
-    Subclasses become dataclasses by the decorator `fields.declared`, which leaves out the methods that are written here.
-    """
+    """Base of classes that `fields.declared` makes dataclasses; their fields are read and checked as an object is made."""
 
     in_files: ClassVar[bool] = True
     """True if a mechanism's file may name the class."""

@@ -51,10 +51,7 @@ class Part(Spec):
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return the object as a table, without its kind if that is plain: only one is allowed, or the field has its name.
-
-        In the second case the keys must fit no other kind, since `_kind` finds it by them.
-        """
+        """Return the object as a table, without its kind if only one is allowed, or field and keys tell it, see `_kind`."""
         kinds = self.kinds_by_name()
         if type(value) not in kinds.values():
             raise nameless(name, value)

@@ -167,8 +167,8 @@ def sensitivities(
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    expected_runs = 2 * (1 + 2 * len(scales)) if of_runs else inf  # two widths, two sides of each number; rest is not counted
-    watching.get().most = expected_runs  # for the line of progress
+    # expected number of runs, for the line of progress: two widths, two sides of each number; equilibria are not counted
+    watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)
@@ -225,8 +225,7 @@ class Neighbours(NamedTuple):
         """Compute one-sided derivatives by each number until the user stops; return them, and the reason of the stop or ''."""
         has_degree_to_lower = solver.degree is not None and solver.degree > DEGREE_STEP
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
-        coarse_unchanged = self.read(readings, coarse_solver)
-        slopes: dict[str, OneSided] = {}
+        coarse_unchanged, slopes = self.read(readings, coarse_solver), dict[str, OneSided]()
         try:
             for name in self.scales:
                 fine = self.slopes(readings, name, solver, width, unchanged)

@@ -187,11 +187,9 @@ def check_ranges(free: Mapping[str, Bounds]) -> None:
 
 
 def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[str, Any]:
-    """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data.
-
-    Before the run begins its signals have their first values. Signals are interpolated by cubics.
-    """
+    """Return the signals, at the times of the data, and readings of a run that begins at `time_zero` of the data."""
     time, values, units = ended.record.time, ended.values, ended.units
+    times = np.clip(experiment.time - time_zero, 0.0, time[-1])  # before the run begins its signals have their first values
     predicted: dict[str, Any] = {}
     for name in experiment.signals:
         if name not in values:
@@ -200,7 +198,7 @@ def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[s
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = ended.traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
-        predicted[name] = between(time, values[name], slopes, np.clip(experiment.time - time_zero, 0.0, time[-1]))
+        predicted[name] = between(time, values[name], slopes, times)
     return predicted | {text: read_number(text, time, values, units, Smooth).value for text in experiment.readings}
 
 

@@ -39,8 +39,7 @@ WELL_INSIDE = 0.5
 """Residual below which a constraint ends a search: halfway to the end of a narrow interval, whose residual is 1; in a wide one
 half of `EXACT` inside. Chosen: with 0.05 and with 1 the tests meet their constraints, too."""
 FINER = 1 / 32
-"""Tolerances of the run that corrects the readings at the best point, over those of the search: with 10/32 a test misses its
-constraint."""
+"""Tolerances of the run that corrects the best point, over those of the search: with 10/32 a test misses its constraint."""
 WIDE = 0.02
 """Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
 CONSTRAINT = re.compile(

@@ -75,8 +75,7 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     The strains are those of `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its line
     that small errors of interpolated places would make large axial forces.
     """
-    elements = len(motion.arcs(1)) - 1
-    per_element = max(2, min(8, round(INTERVALS / elements)))
+    per_element = max(2, min(8, round(INTERVALS / (len(motion.arcs(1)) - 1))))  # stations of an element
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
     fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
