@@ -42,8 +42,8 @@ class Grid(NamedTuple):
 class Fields(NamedTuple):
     """Fields at the collocation points, (2 nodes,), normalised by length L and bending stiffness E I of the strip.
 
-    They are sine and cosine of the section's rotation, the internal force (nx, ny) [E I/L^2], the derivatives dx = dx/ds and
-    dy = dy/ds of the centreline, and the bending moment m [E I/L]. The number phi is the rotation of the section at s = 0 from
+    They are sine and cosine of the section's rotation, the internal force (nx, ny) [E I/L^2] and the bending moment m [E I/L].
+    The derivatives of the centreline are dx = dx/ds and dy = dy/ds. The number phi is the rotation of the section at s = 0 from
     its stress-free direction [rad].
     """
 

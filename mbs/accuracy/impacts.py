@@ -105,7 +105,7 @@ def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> fl
 
     `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b. The excess of a peak is its
     height above this force of the other run, or 0: an impact that only one run has in two parts makes no excess.
-    The peaks of one impact may agree by chance. So every peak of b is uncertain by at least a relative scatter s of all peaks,
+    The peaks of one impact may agree by chance. So no peak of b is known better than the relative scatter s of all peaks:
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 

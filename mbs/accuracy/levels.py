@@ -117,6 +117,7 @@ class Levels:
         """Make the function that runs the mechanism with the settings of a level until a time [s]."""
 
         def run_level(level: Level, end: float) -> Run:
+            """Run the mechanism with the settings of a level."""
             mechanism, solver = self.settings(level)
             return run(mechanism, end, solver)
 

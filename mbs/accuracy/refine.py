@@ -272,6 +272,7 @@ class _Refinement:
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors of signals and energies, all by default, and return their sizes."""
             (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
             return estimate(found | more) | {BALANCE: balance}, sizes | more_sizes
 
@@ -286,6 +287,7 @@ class _Refinement:
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
 
         def estimate(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors up to `until`, all by default, and return their sizes."""
             found, sizes = difference.norms(keys)
             return {key: max(LEAST_ERROR, error_over_difference * norm) for key, norm in found.items()}, sizes
 
@@ -308,6 +310,7 @@ class _Refinement:
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
+            """Return errors, all by default and infinite where a vibration is not resolved, and their sizes."""
             found, sizes = estimate(keys)
             return {key: unresolved.get(key, error) for key, error in found.items()}, sizes
 

@@ -75,6 +75,7 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     places = [name for name, signal in second.signals.items() if signal.kind is Kind.PLACE and (name, Norm.RMS) in apart]
 
     def allowed(key: Key) -> float:
+        """Return the difference of the two solvers that is allowed of a signal."""
         return max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else USUAL_ERROR
 
     worst = max((Worst(key, apart[key], allowed(key)) for key in compared if key in apart), key=lambda each: each.ratio)

@@ -34,8 +34,10 @@ UNRESOLVED_MOST = 0.05
 """Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: as much as
 the error allowed of energies, `demand.USUAL_ERROR`."""
 TINY = float(np.finfo(float).tiny)
-FORCES, TORQUES = ("force", "N"), ("force", "N m")
-"""Kind and unit of forces and of torques, as `_family` gives them."""
+FORCES = ("force", "N")
+"""Kind and unit of forces, as `_family` gives them."""
+TORQUES = ("force", "N m")
+"""Kind and unit of torques, likewise."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,6 +62,7 @@ def _fill(template: str, element: Element) -> str:
     """Fill in the fields in braces of a title or label, as `Element` defines them."""
 
     def write_field(match: re.Match[str]) -> str:
+        """Write the value of a field in the form that follows its colon."""
         name, form = match.groups()
         text = type(element).__name__ if name == "kind" else str(getattr(element, name))
         forms = {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}

@@ -60,8 +60,8 @@ class Signal(NamedTuple):
     """A named series of `values` (times,); see `Trait` for the fields from kind to source.
 
     `onsets` (n,) [s], in a wider sense, are all times at which a contact closes or opens: its force jumps or has a kink there.
-    The force of a stop also has the `depth` (times,) [m] of its contact, negative if open, and `elastic`, the force [N] of
-    the elastic part of the law at depths [m].
+    The force of a stop also has the `depth` (times,) [m] of its contact, negative if open. Its `elastic` is a function: the
+    force [N] of the elastic part of the law at depths [m].
     """
 
     name: str

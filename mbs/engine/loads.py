@@ -55,6 +55,7 @@ def _make_moment(
     """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
 
     def moment(_time: float, t: float, *_: float) -> float:
+        """Return the moment of the force about `point` [N m]."""
         fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
         x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
@@ -112,7 +113,7 @@ def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
     """
 
     def spring_torque(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
-        # the engine's sign is positive against the rotation
+        """Return the torque with the sign of the engine, positive against the rotation."""
         return -float(torque(t, t, angle, speed))
 
     markers = [scene.ground, marker]
@@ -126,6 +127,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         voltage = guard(scene, name, load.voltage)
 
         def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
+            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
@@ -150,6 +152,7 @@ def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | Torsio
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
+        """Return the spring's force by its law of elongation and rate [N]."""
         return law(t, value - free, rate)
 
     return {"springForceUserFunction": force}

@@ -54,6 +54,7 @@ def _make_reader(scene: EngineScene, constraints: list[str], element: Element, c
     """Make the reader of a channel from the multipliers of an element's constraints."""
 
     def read(run: History, _record: Record) -> Array:
+        """Return the channel's values (times, ...)."""
         columns = np.concatenate([scene.multiplier_indices(name) for name in constraints])
         return (element.reactions(-run.multipliers[:, columns]) or {})[channel]  # not None, as it has this channel
 
@@ -115,6 +116,7 @@ class RowConstraint:
             return gradient @ np.asarray(q_t) if on_speeds else residual
 
         def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
+            """Return the Jacobian of the rows by the angles."""
             _, gradient = forms.system(np.reshape(q, reference.shape) - initial_angles)
             return gradient
 

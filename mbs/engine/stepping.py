@@ -1,9 +1,9 @@
 """Error-controlled steps for the engine's implicit integrator, small at contact onset and large in smooth motion.
 
 The engine itself makes a step smaller only if Newton's method fails. Two callbacks control the error. The first, after Newton's
-method, accepts or rejects the step by the local error of the positions, h^2 |a_{n+1} - a_n| / 12, with the step h and the
-accelerations a. It is the difference between a Newmark step with beta = 1/4 and one with accelerations linear in time, beta = 1/6
-(Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next.
+method, accepts or rejects the step by the local error of the positions. The error is h^2 |a_{n+1} - a_n| / 12, with the step h
+and the accelerations a. It is the difference between a Newmark step with beta = 1/4 and one with accelerations linear in time,
+beta = 1/6 (Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907). The second, after an accepted step, sets the size of the next.
 """
 
 from typing import cast

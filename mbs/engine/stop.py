@@ -55,6 +55,7 @@ def _add_guided(scene: EngineScene, contact: StopContact) -> None:
     """Add a stop on the coordinate of its guide's block."""
 
     def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
+        """Return the force of the stop along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)

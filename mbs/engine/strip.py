@@ -152,8 +152,8 @@ def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Ar
     """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
 
     The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
-    element with 2 nodes is its chord c. With 3 nodes at xi = -1, 0, 1, the derivative by xi is c/2 along the chord and -2 xi d
-    normal to it, where d is the distance of the middle node from mid-chord. At xi = 1/sqrt(3) this is half of sqrt(c^2 + 16/3
+    element with 2 nodes is its chord c. With 3 nodes, at xi = -1, 0, 1, let d be the distance of the middle node from mid-chord.
+    The derivative by xi is then c/2 along the chord and -2 xi d normal to it. At xi = 1/sqrt(3) this is half of sqrt(c^2 + 16/3
     d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of those at the ends.
     First a curve is built with the given lengths, in units of their mean. Then each of its parts between two of `nodes` is
     rotated and scaled, which preserves lengths up to the scale and all angles within the part. The rotations are not added to

@@ -87,8 +87,8 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
 def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
     """Return True if a second pose closes the loops at a time, close to the pose q.
 
-    Newton's method starts from six poses, displaced from q along the right singular vector of the least singular value of the
-    Jacobian, by up to four times `distance`, the size of the step that ends at q and has passed a singular pose.
+    Newton's method starts from six poses, displaced from q along the right singular vector of the Jacobian's least singular
+    value. They lie up to four times `distance` away, the size of the step that ends at q and has passed a singular pose.
     """
     jacobian = linkage.jacobian(q)
     direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)

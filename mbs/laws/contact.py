@@ -109,9 +109,9 @@ LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 class Kernel:
     """Functions that compute generalised forces, and the report (normal force, depth, ...) of joints with a pair of laws.
 
-    Both take the time [s], coordinates q, rates v, `memory` (joints, 4) of the values `journal.MEMORY`, `offsets` (joints, 2) of
-    pin and bush in q, the joints' rows of `numbers`, and the array to fill. `constants` are the columns of a row of numbers from
-    `FIRST_CODE` on; `owners` keep the machine code at the addresses in them alive.
+    Both take the time [s], coordinates q, rates v, and `memory` (joints, 4) of the values `journal.MEMORY`. Then follow `offsets`
+    (joints, 2) of pin and bush in q, the joints' rows of `numbers`, and the array to fill. `constants` are the columns of a row
+    of numbers from `FIRST_CODE` on; `owners` keep the machine code at the addresses in them alive.
     """
 
     forces: Callable[..., None]

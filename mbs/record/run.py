@@ -3,7 +3,7 @@
 A flexible link and the masses at its ends vibrate axially at kilohertz after each jump of an acceleration, hardly damped. The
 phase depends on microseconds of the start or of an impact. Each reaction and internal force `F` therefore has a signal `F.mean`:
 the mean over an axial period T, taken twice. A running mean over T multiplies amplitudes at a frequency f by
-sin(pi f T)/(pi f T), two of them by its square, which is zero at f = 1/T, 2/T, ...
+sin(pi f T)/(pi f T), and two means multiply them by its square. It is zero at f = 1/T, 2/T, ...
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,6 +32,7 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     """
 
     def is_asked(name: str) -> bool:
+        """Return True if a word of the name stands in the text."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}

@@ -2,7 +2,7 @@
 
 Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows, scalar equations
 C(q, t) = 0, from which drives subtract their travel, a function of time alone. With the Jacobian J = dC/dq, rates solve
-J q_t = -C_t and second rates J q_tt = gamma - C_tt with the convective term gamma = -(d(J q_t)/dq) q_t, quadratic in velocities
+J q_t = -C_t and second rates J q_tt = gamma - C_tt. The convective term gamma = -(d(J q_t)/dq) q_t is quadratic in velocities
 (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 

@@ -142,7 +142,7 @@ def _sampling_error(call: ast.Call, function: str, result: Result, signals: Mapp
 
 
 def find_batch_edges(result: Result) -> Array:
-    """Return the edges of batches [s]: whole revolutions of the drive, at most `BATCHES` batches, or equal parts."""
+    """Return the edges of batches [s]: whole revolutions of the drive, some `BATCHES` batches, or equal parts."""
     end, period = float(result.time[-1]), result.error.turn  # period: time of a revolution, 0 if nothing revolves
     if not period > 0 or end < LEAST_BATCHES * period:
         return np.linspace(0.0, end, BATCHES + 1)

@@ -1,8 +1,8 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
-Arguments: index `law` of a law, index k of a force or drive, memory `mem` of a force (4,), numbers `p` of a force (8,), whose
-meaning depends on its kind, `now` an `Instant`, `onset` the speed of a contact at its onset [m/s]. Functions of time are taken at
-`tables.time_factor[0]` times the time: so studies vary the speed.
+Arguments are the index `law` of a law, the index k of a force or drive, and the memory `mem` of a force (4,). The meaning of the
+numbers `p` of a force (8,) depends on its kind. `now` is an `Instant`, `onset` the speed of a contact at its onset [m/s].
+Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
 from enum import IntEnum

@@ -199,6 +199,7 @@ class ResponseCurve:
         known = {0.0: orbit, arc: new}
 
         def evaluate(trial: float) -> float:
+            """Evaluate the function at the motion at an arc, and keep the motion."""
             if trial not in known:
                 known[trial] = self.find_on_plane(orbit, trial)
             return function(known[trial])

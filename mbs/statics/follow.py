@@ -81,6 +81,7 @@ def path(
         raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
+        """Follow the path with strips of a degree."""
         problem = problem_over(mechanism, degree, load=load, drive=drive, parameter=parameter)
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).run_all(branches)

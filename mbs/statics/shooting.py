@@ -176,6 +176,7 @@ class Shooting:
         """
 
         def evaluate(displacements: float) -> tuple[Array, bool]:
+            """Return the map's change, and True if the contacts have the same onsets, at a displacement in widths."""
             found = self.change(state, basis, self.run(self.displace(state, basis, displacements * unit)))
             return found, self.onsets == onsets
 

@@ -2,7 +2,7 @@
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
 returns a mechanism and the duration of the run [s]. Numbers are in SI units, points are x + i y until `place` makes them pairs.
-Of `Dice`, `uniform` and `log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments, `some` takes
+`Dice.uniform` and `Dice.log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments. `some` takes
 each of them with the probability `share`, `chance` draws a truth value. The ranges of draws are a free choice. `PAPER` has the
 lengths of the published slider-crank.
 """

@@ -155,6 +155,7 @@ class File(Study):
                     raise ValueError(f"--vary {name}: {error}") from None
 
         def make(values: dict[str, Any]) -> Parameters:
+            """Make the parameters of a case."""
             return Parameters(**base, changes=tuple((changes | values).items()))
 
         return Cases(make, numbers), {}
@@ -236,6 +237,7 @@ def file_command(
     """Make a command on a file: its own options, --set, --timeout and, if wanted, --duration; exit status 1 if a run fails."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
+        """Declare the common options and the command's own."""
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
         add_repeated(parser, "--set", "PATH=VALUE", "another value of an entry of the file", dest="changes")
         if has_duration:
@@ -244,6 +246,7 @@ def file_command(
         declare(parser)
 
     def answer_all(options: argparse.Namespace) -> int:
+        """Read the file, call the command and return the exit status."""
         if options.timeout is not None:
             options.timeout = OPTIONS["timeout"].spec.read("--timeout", options.timeout)
         try:

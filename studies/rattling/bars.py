@@ -166,6 +166,7 @@ class PlayParameters(JointAssumptions):
         clearance = self.clearance if gap is None else gap
 
         def make_joint(point: str, first: str, second: str) -> Clearance:
+            """Make the joint with clearance at a point, its pin on the first body unless reversed."""
             pin, bush = (second, first) if point in self.reversed_joints else (first, second)
             return Clearance(point, pin, bush, self.pin, clearance, law, friction)
 

@@ -149,6 +149,7 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
 
         def distance(t: float, y: Array) -> float:
+            """Return the distance of the slider from the face [m], negative in contact."""
             return float(y[0] - PAPER_STOP)
 
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive

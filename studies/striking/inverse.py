@@ -10,7 +10,7 @@ ends approach each other by u L has the load p(u) E I/L^2 of the exact elastica 
     contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
-At the dead centre the coupler lies on the x axis between the crank's end at -r and the slider at x_s - F_c/K, whose depth in the
+At the dead centre the coupler lies on the x axis, between the crank's end at -r and the slider at x_s - F_c/K. The depth in the
 stop is F_c/K. Equation (3) is the largest force on a linear stop that a slider meets at speed v under a constant push Q. Its
 factors c0 and c1 (`buckler.mbs.laws.peak`) depend on the hysteresis factor chi of the stop, whose force at the depth d is
 K d (1 + chi d'/v). S is the force of an elastic impact without push. The coupler, at the angle phi to the x axis, pushes towards
