@@ -25,8 +25,8 @@ class Fronts(NamedTuple):
     fronts: Array  # (fronts, 7), columns of `FrontColumn`; a front stands before its parent
     unknowns: Array  # unknowns of each front, its pivots first
     in_parent: Array  # for each unknown of a front after its pivots: its index among the unknowns of the parent
-    slots: Array  # slots of the matrix's nonzeros, (nonzeros,)
-    positions: Array  # index, among the entries of all fronts, at which the value of this slot stands, (nonzeros,)
+    slots: Array  # slot of each nonzero of the matrix: its number among all (row, col), (nonzeros,)
+    positions: Array  # index, among the entries of all fronts, at which this nonzero stands, (nonzeros,)
 
     @property
     def size(self) -> int:
@@ -49,7 +49,7 @@ class _Front(NamedTuple):
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
     """Return the fronts of a matrix with so many `unknowns`, of which the first are its `coordinates`, the others constraints.
 
-    The nonzeros of the matrix are its slots (row, col), arrays (slots,), where `filled` (slots,) is true.
+    The slots are given by `row` and `col`, arrays (slots,). Nonzeros are those for which `filled` (slots,) is true.
     """
     return _build_fronts(np.array([row, col, filled], dtype=np.int64).tobytes(), coordinates, unknowns)
 
@@ -63,14 +63,16 @@ def _build_fronts(pattern: bytes, coordinates: int, unknowns: int) -> Fronts:
     fronts = _eliminate(*_group_unknowns(row, col, coordinates, unknowns), coordinates)
     rank = np.empty(unknowns, dtype=np.int64)  # of each unknown in the order of elimination
     rank[[u for front in fronts for u in front.pivots]] = np.arange(unknowns)
-    owner = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])[rank]  # front that eliminates an unknown
+    front_by_rank = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])
+    owner = front_by_rank[rank]  # front that eliminates an unknown
     members = [[*front.pivots, *sorted(front.later, key=rank.__getitem__)] for front in fronts]  # unknowns of each front
     index = [{u: i for i, u in enumerate(each)} for each in members]  # of each unknown in its front
     table, first_unknown, first_entry = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0, 0
     in_parent: list[int] = []
     for k, (front, each) in enumerate(zip(fronts, members, strict=True)):
         later = each[len(front.pivots) :]
-        parent, has_constraints = owner[later[0]] if later else -1, front.pivots[0] >= coordinates  # all pivots, or none
+        parent = owner[later[0]] if later else -1  # this elimination couples the later unknowns: the parent has them all
+        has_constraints = front.pivots[0] >= coordinates  # all pivots are constraints, or none
         table[k] = len(front.pivots), len(each), first_unknown, first_entry, parent, len(in_parent), has_constraints
         in_parent += [index[parent][u] for u in later]
         first_unknown, first_entry = first_unknown + len(each), first_entry + len(each) ** 2
@@ -119,7 +121,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
     done, fronts = [False] * len(groups), []
     while heap:
         known_degree, g = heappop(heap)
-        if done[g] or known_degree != degree(g):  # only degrees of neighbours change, and these are pushed again below
+        if done[g] or known_degree != degree(g):  # an outdated entry: a group whose degree changes is pushed again below
             continue
         done[g] = True
         fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]]))

@@ -43,7 +43,9 @@ FIRST_STEP = 1e-3
 CLEARANCE_SHARE = 4e-3
 """Largest local error of explicit steps, over the smallest clearance. At 0.01 contacts chatter: a tenth more onsets are found."""
 MOST_VIOLATION = 1e-6
-"""Largest violation of constraints at the end, over the longest link, or in rad; they are met to 1e-8 at any tolerance."""
+"""Largest violation of constraints at the end, over the longest link [m], with the same bound for angles [rad].
+
+Constraints are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
 """Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
@@ -87,7 +89,7 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces to continue a run, (forces, 4). The last onset stands for the fastest, which rows lack."""
+    """Return the memories of forces to continue a run, (forces, 4). The fastest onset, not in rows, is replaced by the last."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -174,7 +176,7 @@ def integrate(
 
 def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
     """Find the step ends [s]: kinks of functions of time, the end and, if `longest` is given, times that `subdivide` adds."""
-    factor = scene.tables.time_factor[0]  # functions of time are taken at factor * t
+    factor = scene.tables.time_factor[0]  # functions of time are taken at factor * t: so their speed is varied
     with use_memory(current_memory(scene.edge_memory)):  # edges of users' functions are searched once, not in every run
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if longest is not None:
@@ -216,22 +218,22 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
     out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
     out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / SECOND_LEVEL_STEPS)
     out.least_onset = SLOWEST_ONSET
-    # finer runs allow slower onsets, so that the difference of two runs shows what `GRAZE` changes
+    # least onset speed over the fastest so far; finer runs allow slower onsets: their difference shows what `GRAZE` changes
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     if out.fixed:
         out.newton_share = NEWTON_EQUAL / solver.tolerance
     else:
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
-    size = scene.units.max()
+    size = scene.units.max()  # of coordinates: the longest link [m], or 1 of an angle
     out.rounding = ROUNDING * size
     if is_explicit(scene, solver):
-        shares = (CLEARANCE_SHARE * joint.gap / scene.source.size for joint in scene.source.clearances)
+        shares = (CLEARANCE_SHARE * joint.gap / scene.length for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
         out.face_tolerance, out.stop_gap = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
     else:
         out.face_tolerance = LANDING * out.tolerance * size
         out.stop_gap = max(OUTSIDE * out.face_tolerance, out.rounding)
-    out.closing_gap = 2.0 * out.stop_gap  # such a step ends at `stop_gap`, with an error of at most as much
+    out.closing_gap = 2.0 * out.stop_gap  # a step that aims at `stop_gap` ends within this gap, see `contacts`
     return out
 
 

@@ -28,9 +28,9 @@ MODELS = ("stitched", "strut", "beam")
 simulations with a massless or a geometrically exact strip."""
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
-"""Crank angle before which the onset of a contact counts: a slider that bounces until this angle does not rest [rad]."""
-DEAD_CENTRE = np.radians((165.0, 195.0))
-"""Crank angles between which the contact force of a resting slider has its maximum [rad]."""
+"""Crank angle before which the onset of a contact counts [rad], chosen: a slider that still bounces there does not rest."""
+AROUND_DEAD_CENTRE = np.radians((165.0, 195.0))
+"""Crank angles between which the largest contact force of a resting slider is read [rad]: 15 degrees to either side, chosen."""
 SLOWED = 1.2
 """Factor on the time of a run whose crank a motor turns: motors that explain the published forces are less than 20 % slower."""
 
@@ -57,7 +57,7 @@ class StrikeAssumptions(Gravity):
         speed: Any = mechanism.drives[0].speed
         voltage, first = speed, speed
         if isinstance(speed, Ramp):
-            voltage, first = (lambda t: speed.speed(t)), speed.speed(0.0)
+            voltage, first = (lambda t: speed.speed(t)), speed.speed(0.0)  # a function of time, and its value at the start
         motor = Motor("crank", voltage, resistance=1 / self.motor, constant=1.0, inertia=self.motor_inertia)
         return replace(mechanism, drives=(), loads=(*mechanism.loads, motor), velocities={"crank": float(first)})
 
@@ -167,7 +167,7 @@ class TurnReading(NamedTuple):
     impact_speed, rebound_ratio : speed of the slider at first contact [m/s]; speed after the impact over that
     impact_peak, impact_impulse, impact_time : largest force [N], impulse [N s] and duration [s] of the first impact
     impact_push : largest compression of the strip in the first impact [N]
-    rebounds : number of contacts after the first on the inward stroke
+    rebounds : number of contacts after the first that begin before `SETTLED_BY`
     force_180, contact_max : force at the dead centre [N]; largest force around it if the slider rests [N]
     shortening, early_shortening : largest end shortening, and its change before first contact, over the length
     buckles_before_stop : true if the strip buckles before the slider meets the stop
@@ -198,7 +198,7 @@ class TurnReading(NamedTuple):
 
     @property
     def is_settled(self) -> bool:
-        """True if the slider rests against the stop at the dead centre."""
+        """True if the slider rests against the stop at the dead centre: `settled` and `settling_time` are then numbers."""
         return not isnan(self.settling_time)
 
 
@@ -209,9 +209,9 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     if not time.size:
         return TurnReading()
     inner = force.copy()
-    inner[[0, -1]] = 0.0  # contacts across the ends of the turn are left out
+    inner[[0, -1]] = 0.0  # so that each contact has a sample before it, start - 1, and one after it, free
     contacts, shortening = positive_ranges(inner), run.shortening[part]  # a contact: its first sample, the first one after it
-    before = slice(contacts[0, 0] + 1 if len(contacts) else None)  # up to the first sample of contact, which includes its onset
+    before = slice(contacts[0, 0] + 1 if len(contacts) else None)  # up to the first sample in contact, at or after its onset
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)), shortening=float(shortening.max()),
         early_shortening=float(np.ptp(shortening[before])), buckles_before_stop=bool((run.overload[part][before] > 1).any()),
@@ -232,14 +232,14 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
 
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
-    """Count the rebounds on the inward stroke; where the slider rests, find the onset of rest and the largest contact force."""
-    inward = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # by the last sample before contact, as the onset is after it
-    if not len(inward):
+    """Count the rebounds before `SETTLED_BY`; where the slider rests, find the onset of rest and the largest contact force."""
+    early = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # by the last sample before contact, as the onset is after it
+    if not len(early):
         return {}
-    (start, free), rebounds = inward[-1], {"rebounds": len(inward) - 1}
+    (start, free), rebounds = early[-1], {"rebounds": len(early) - 1}
     if not angle[start] < pi <= angle[free - 1]:
         return rebounds
-    is_central = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
+    is_central = (angle >= max(angle[start], AROUND_DEAD_CENTRE[0])) & (angle <= AROUND_DEAD_CENTRE[1])
     settling_time = float(time[start] - time[contacts[0, 0]])
     return {
         **rebounds, "settled": float(angle[start]), "settling_time": settling_time, "contact_max": float(force[is_central].max()),

@@ -116,9 +116,10 @@ def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     """Run one turn of each model at constant speed."""
-    numbers = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}  # of the stop
-    duration = p.extend_for_motor(p.until / p.speed)
-    runs = [run_model(model, p, numbers[model], p.speed, duration) for model in progress(p.models, label="models")]
+    # the stop is set by the duration of an impact [s] or by its stiffness [N/m]
+    stop_settings = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
+    duration = p.extend_for_motor(p.until / p.speed)  # [s], longer with a motor, which turns more slowly
+    runs = [run_model(model, p, stop_settings[model], p.speed, duration) for model in progress(p.models, label="models")]
     readings = [read(run) for run in runs]
     metrics = {run.model: _turn_metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
     notes = [note for run, reading in zip(runs, readings, strict=True) for note in findings(run, [reading])]
@@ -148,8 +149,9 @@ def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[st
 
 def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
     """Find the largest relative difference of the force from the exact elastica on the `PLATEAU`, where the slider rests."""
-    is_compared = (run.angle >= max(reading.settled, PLATEAU[0])) & (run.angle <= PLATEAU[1])
-    if isnan(reading.settled) or not is_compared.any():
+    rest_angle = reading.settled  # crank angle at the onset of rest [rad], nan without rest
+    is_compared = (run.angle >= max(rest_angle, PLATEAU[0])) & (run.angle <= PLATEAU[1])
+    if isnan(rest_angle) or not is_compared.any():
         return nan
     return float(np.abs(run.force[is_compared] / exact_force(p, run.angle[is_compared]) - 1).max())
 
@@ -178,7 +180,8 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
     peaks = np.array([turn.impact_peak for turn in turns])
     maxima = np.array([turn.contact_max for turn in turns if turn.contact_max > 0])  # false for nan: a slider not at rest
     middle = float(np.median(maxima)) if maxima.size else nan
-    times = exponent(_crank_speeds(p, pi), [turn.contact_time for turn in turns])
+    at_dead_centre = _crank_speeds(p, pi)  # in the middle of the contact
+    times_exponent = exponent(at_dead_centre, [turn.contact_time for turn in turns])
     found = {
         "impact_first": Metric(peaks[0], "N"),
         "impact_last": Metric(peaks[-1], "N"),
@@ -186,7 +189,7 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
         "impact_exponent": Metric(exponent([turn.impact_speed for turn in turns], peaks), "1", published=1.0),
         "contact_max": Metric(middle, "N", exact=float(exact_force(p, pi))),
         "contact_max_spread": Metric(float(np.ptp(maxima)) / middle if maxima.size else nan, "1", published=0.0),
-        "contact_time_exponent": Metric(times, "1", published=-1.0),
+        "contact_time_exponent": Metric(times_exponent, "1", published=-1.0),
         "turns": Metric(len(turns), "1"),
         "turns_at_rest": Metric(len(maxima), "1", published=float(len(turns))),
         "buckles_before_stop": Metric(sum(turn.buckles_before_stop for turn in turns), "1", published=0.0),
@@ -196,9 +199,13 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
 
 
 def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass [kg] of `MASSES` with which `stitched` rests at every dead centre, to 1 %; nan for none."""
+    """Bisect for the largest mass [kg] with which `stitched` rests at every dead centre, to 1 %.
+
+    It is nan if the slider rests with no mass of `MASSES`, and nearly the largest of them if it rests with all.
+    """
 
     def is_resting(mass: float) -> bool:
+        """Return True if a slider of this mass rests at the dead centre of every turn."""
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop_setting, p.ramp, p.duration)
         return all(read(run, turn).is_settled for turn in range(p.turns))
@@ -234,5 +241,6 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Draw the forces of the chosen drive."""
-    return DRAWINGS[result.of(Parameters).drive](result, exact_force(result.of(Parameters), np.array([CONTACT, pi])))
+    """Draw the forces of the chosen drive, and the exact ones at first contact and at the dead centre."""
+    parameters = result.of(Parameters)
+    return DRAWINGS[parameters.drive](result, exact_force(parameters, np.array([CONTACT, pi])))
