@@ -19,7 +19,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     mechanism = scene.mechanism
     distance = stop.distance_to_face(mechanism)  # [m], along the normal, from the point's position at t = 0 to the face
     side = stop.side(mechanism)  # sign of the distance
-    if stop.is_in_guide:
+    if stop.is_in_guide:  # the block's mass estimates durations of impacts, as the effective mass below
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
     node, size, position = scene.placed[link].place_node(stop.point)  # size: number of the node's coordinates
@@ -28,7 +28,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     inverse_mass = scene.placed[link].inverse_mass(stop.point, normal)  # of the effective mass [1/kg]
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
-        node, position = scene.placed[stop.carrier].contact_node(origin)
+        node, position = scene.placed[stop.carrier].contact_node(origin)  # with an angle, as the face turns
         second = StopEnd(node, size=3, place=np.array(position))  # coordinates x, y, theta
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin

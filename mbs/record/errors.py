@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from ..validate import near
 
 LEVEL = 0.95
-"""Probability with which a confidence interval contains the true value: a convention."""
+"""Probability with which a confidence interval contains the true value, of fits, ensembles and means: a convention."""
 SHOWN = 3
 """Number of signals with the largest errors that `repr` shows: they fit into a line."""
 
@@ -67,8 +67,8 @@ class Norm(StrEnum):
     ----------
     RMS : root of the mean square over time; bounds the error of means
     PEAK : largest magnitude; bounds the error of the largest value
-    IMPULSE : largest magnitude of the integral; bounds the error of an impulse
-    ONSET : largest shift of the times at which a contact closes, over the run
+    IMPULSE : largest magnitude over time of the integral from t = 0; bounds the error of an impulse
+    ONSET : largest shift of the times at which a contact closes, divided by the duration of the run
     """
 
     RMS = "rms"
@@ -78,7 +78,7 @@ class Norm(StrEnum):
 
 
 Key = tuple[str, Norm]
-"""A signal's name and a norm."""
+"""A signal's name and a norm, always a member of `Norm`; only a key that is looked up may have the norm's text instead."""
 
 
 class Deferred(Mapping[Key, float]):

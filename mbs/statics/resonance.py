@@ -40,7 +40,7 @@ class Response(Route):
         return np.array([motion.amplitude(link, point) for motion in self.motions])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return amplitudes to draw over the parameter, on the curve and at critical points, and the prefix of the axis label."""
+        """Return ordinates to draw, here amplitudes, on the curve and at critical points, and the prefix of the axis label."""
         criticals = [critical.motion.amplitude(link, point) for critical in self.points]
         return self.amplitude(link, point), criticals, "amplitude of "
 
@@ -69,7 +69,8 @@ def response(
     parameter : str, optional
         Path of a number, as in files, that changes instead of the frequency.
     settle, start, degree
-        Options of `periodic` for the first motion. The degree is 8 by default; errors then come from motions of a higher one.
+        Options of `periodic` for the first motion, `settle` in periods. The degree is 8 by default; errors then come from motions
+        of a higher one.
     steps : int
         Largest number of steps.
     step, longest : float
@@ -99,7 +100,8 @@ def response(
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
         status, message = failure_of(error)
-        no_states = np.empty((0, shooting.scene.size))  # without a first motion the curve is `ended` as singular, for any error
+        no_states = np.empty((0, shooting.scene.size))
+        # without a first motion `ended` is always "singular"; the cause is in the status and message
         return Response(status, message, "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
     finally:
         curve.set_parameter(problem.initial)  # so that the scene of the result is the mechanism as given

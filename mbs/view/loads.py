@@ -45,7 +45,7 @@ def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """Yield an arrow that ends at the loaded point, in the direction of the force at t = 0."""
     along = unit(load.initial_force(sheet.mechanism))
     point = place(load.point).point
-    frame, loaded = sheet.upright_frame(point), (0.0, 0.0)  # and the loaded point in the frame
+    frame, loaded = sheet.upright_frame(point), (0.0, 0.0)  # `loaded`: coordinates of the loaded point in the frame
     if load.follows:  # a link with which the force turns
         link = load.follows.partition(":")[0]
         frame, loaded = sheet.body_frame(link), sheet.place_on(link, point)
@@ -56,7 +56,8 @@ def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
 def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Yield arrows onto the ends of a strip for a distributed force, a turning arrow for a distributed moment."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
-    for point in (link.start, link.end) if any(load.force) else ():
+    loaded_points = (link.start, link.end) if any(load.force) else ()
+    for point in loaded_points:
         tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), scale=u)
         frame = sheet.frame_at(link.name, point) if load.turns else sheet.upright_frame(f"{link.name}:{point}")
         yield from arrow(frame, "load", tail, tip, u)
@@ -100,7 +101,7 @@ def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
     """Yield the pitch circles of two gears; coaxial gears have none and get two circles of the size of a symbol."""
     apart = distance(sheet.mechanism, gear.first, gear.second)
     radii = (1.5 * sheet.unit, 2.0 * sheet.unit)
-    if apart:
+    if apart:  # ratio: turns of the second gear per turn of the first
         to_pitch_point = gear.ratio * apart / (gear.ratio - 1)  # from the first centre towards the second, see `Gear.rows`
         radii = (abs(to_pitch_point), abs(apart - to_pitch_point))
     yield _circle(sheet, gear.first, radii[0])

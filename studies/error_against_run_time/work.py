@@ -1,7 +1,7 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
 The runs of one code are a series. Those of `engine` are written for Exudyn by hand. Those of `once` are single runs of the
-compiled solver; only for the buckled strip they are runs of Buckler's statics on Exudyn. Those of `known` are by an accuracy.
+compiled solver; only for the buckled strip they solve Buckler's statics with Exudyn. Those of `known` are asked for an accuracy.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -54,7 +54,7 @@ class Motion:
 
     @property
     def times(self) -> Array:
-        """Equally spaced times at which signals are compared [s]."""
+        """Equally spaced times at which signals are compared [s]: 401, chosen."""
         return np.linspace(0.0, self.duration, 401)
 
     def simulate(self, **options: Any) -> Array:

@@ -49,7 +49,7 @@ def entry(name: str) -> Entry:
     """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
-        # A file of another kind: `running.find_study` takes those of mechanisms, `load` those of Python.
+        # Files of mechanisms and of Python never come here: `running.find_study` and `load` take them.
         if "." in name or Path(name).exists():
             raise ValueError(f"{name}: neither a file of a mechanism (.toml, .json) nor of a study (.py)")
         files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]

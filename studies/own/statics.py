@@ -72,7 +72,7 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
     arguments = {name: getattr(options, name) for name in names if name in options}
-    found, exit_status = ask(method, options, file.mechanism, **arguments)
+    found, exit_status = ask(method, options, file.mechanism, **arguments)  # the answer; after Ctrl-C, its best so far
     if follows_path and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
@@ -135,7 +135,8 @@ def describe(mechanism: Mechanism) -> str:
         rows.append((link.name, points, type(link.body).__name__, length, link.mass(length)))
     lines = [str(Table(("link", "points", "kind", "length [m]", "mass [kg]"), rows)), ""]
     for name in KINDS:
-        if others := [f"{type(each).__name__} {each.key}" for each in getattr(mechanism, name) if name != "links"]:
+        elements = () if name == "links" else getattr(mechanism, name)  # links are in the table
+        if others := [f"{type(each).__name__} {each.key}" for each in elements]:
             lines.append(f"{name}: {'; '.join(others)}")
     counts, driven = mobility(mechanism), len(mechanism.drives)
     is_driven = False
@@ -159,7 +160,7 @@ def _poses(mechanism: Mechanism) -> Iterator[str]:
     if found.points:
         yield f"assembled: {_places(found.points)}"
     for other in found.others:
-        rounding = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()
+        rounding = SAME_POSE * np.abs([*other.values(), *found.points.values()]).max()  # relative to the largest coordinate
         moved = {name: xy for name, xy in other.items() if not np.allclose(xy, found.points[name], rtol=0, atol=rounding)}
         yield f"another pose: near = {{ {_places(moved)} }}"
 
@@ -187,7 +188,7 @@ def _frequencies(mechanism: Mechanism) -> list[str]:
     except ValueError as error:  # an element for which statics has no equations
         return [f"lowest frequencies: {error}"]
     if not len(found.hertz):
-        return [f"lowest frequencies: {found.message}"] * bool(found.message)
+        return [f"lowest frequencies: {found.message}"] if found.message else []
     head = f"lowest frequencies, drives held{': ' + found.message if found.message else ''}"
     return [head, *(f"  {name}: {value}" for name, value in found.rows())]
 
