@@ -26,8 +26,8 @@ TICK = 0.5
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the coarser run before it, whose tolerance is 8 times as large: the length of steps is proportional
-to tol^(1/4), see `accuracy.levels`."""
+"""Time of a run over that of the coarser run before it. That run has 8 times the tolerance tol, and the length of steps is
+proportional to tol^(1/4), see `accuracy.levels`."""
 ONE_RUN = (1, 1)
 """Least and largest number of runs of a call that estimates no error."""
 USUAL_RUNS = (2, 5)
@@ -54,7 +54,7 @@ class Forecast:
         self.number, self.done, self.begin = 1, 0.0, working_time()
 
     def __call__(self, done: float) -> None:
-        """Note the fraction of a run that is done; one that falls, or follows a 1, belongs to the next run."""
+        """Note the fraction of a run that is done; a fraction that falls, or follows a 1, is of the next run."""
         if done < self.done or self.done >= 1.0:
             self.number, self.begin = self.number + 1, working_time()
         self.done = done
@@ -69,7 +69,7 @@ class Forecast:
             return ""
         spent = working_time() - self.begin
         run_time = spent / self.done
-        earlier = sum(run_time * GROWTH**k for k in range(1 - self.number, 0))  # time of the runs before this one
+        earlier = sum(run_time * GROWTH**k for k in range(1 - self.number, 0))  # time of the coarser runs before this one
         expected = []
         for runs in self.runs:
             later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
@@ -88,8 +88,9 @@ class Forecast:
 class Ticker:
     """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after `SOON`.
 
-    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. A ticker that
-    `compiles` prints only while a function is compiled, any other only while none is. `announced`: the time is printed.
+    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. The ticker
+    of the compiler, with `compiles`, prints only while a function is compiled, all others only while none is. `announced` is
+    True if an earlier ticker has printed the time.
     """
 
     def __init__(self, state: Forecast | Watch, compiles: bool = False, announced: bool = False) -> None:
@@ -129,16 +130,16 @@ class Watch:
         self.best: Any = None
 
     def step(self, share: float = 0.0) -> None:
-        """Count a step before it begins; raise as `check` does. A stopped call completes its answer; a step then raises."""
+        """Count a step before it begins; raise as `check` does. In a stopped call every further step raises TimeUpError."""
         self.check()
         if self.ended:
             raise TimeUpError(self.ended)
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once; later calls return."""
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once; then a call completes its answer."""
         if self.ctrl_c() and not self.ended:
-            self.ctrl_c.is_pressed, self.ended = False, CTRL_C
+            self.ctrl_c.is_pressed, self.ended = False, CTRL_C  # from now on only another Ctrl-C counts
             raise KeyboardInterrupt(CTRL_C)
         if not self.ended and self.timeout and self.clock() > self.start + self.timeout:
             self.ended = f"timeout = {self.timeout:g} s is over"
@@ -147,7 +148,8 @@ class Watch:
     def end_run(self, failure: tuple[str, str] | None) -> None:
         """Raise as `check` does after a run, and KeyboardInterrupt if its `failure`, (status, message), is that by Ctrl-C."""
         self.check()
-        if failure and failure[0] == "INTERRUPTED":
+        status = failure[0] if failure else ""
+        if status == "INTERRUPTED":  # the run ended by Ctrl-C
             raise KeyboardInterrupt(CTRL_C)
 
     @property
@@ -184,7 +186,8 @@ def watch(unit: str) -> Callable[[F], F]:
 
     A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
     the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that outer function,
-    whose `timeout` and `progress` hold alone. If the inner function is stopped, it raises TimeUpError, which stops the outer one.
+    and its own `timeout` and `progress` have no effect. If it is stopped, also by Ctrl-C, its answer is dropped: it raises
+    TimeUpError, which stops the outer function.
     """
 
     def decorate(call: F) -> F:

@@ -55,7 +55,8 @@ class Impacts:
     @classmethod
     def of(cls, time: Array, force: Array, end: float) -> Impacts:
         """Find the impacts of a force >= 0 up to an end [s]; impacts closer than `SPLIT` are one."""
-        impulse, force = corrected_trapezoidal(time, force), np.where(time <= end, force, 0.0)
+        impulse = corrected_trapezoidal(time, force)  # up to each time, also beyond the end
+        force = np.where(time <= end, force, 0.0)
         touches = np.concatenate([[False], force > 0, [False]])
         edges = np.flatnonzero(touches[1:] != touches[:-1])
         if not len(edges):
@@ -78,10 +79,10 @@ class Impacts:
         return float(np.interp(self.end, self.time, self.impulse))
 
     def find_highest(self, impacts: Table, shift: float) -> Array:
-        """Return the highest force [N] during each impact of another run, widened by a shift [s] at both ends."""
+        """Return the highest force [N] during each impact of another run, widened by a shift [s] and a sample at both ends."""
         first = np.maximum(np.searchsorted(self.time, impacts.onset - shift) - 1, 0)
         after = np.minimum(np.searchsorted(self.time, impacts.end + shift, side="right") + 1, len(self.time))
-        return _find_maxima(self.force, np.minimum(first, after - 1), after)
+        return _find_maxima(self.force, np.minimum(first, after - 1), after)  # over one sample at least
 
 
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
@@ -104,7 +105,7 @@ def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> fl
     """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
 
     `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b. The excess of a peak is its
-    height above this force of the other run, or 0: an impact that only one run has in two parts makes no excess.
+    height above this force of the other run, or 0. If only one run has an impact in two parts, one peak of the other covers both.
     The peaks of one impact may agree by chance. So no peak of b is known better than the relative scatter s of all peaks:
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.

@@ -27,6 +27,7 @@ NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Clo
 def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
     """Run another solver by `run` and put the largest relative difference of places into the result's `verified`.
 
+    `first` is the run of the result, by its own solver. `run` makes a run of a mechanism for a duration [s] by a solver.
     A difference beyond the sum of both errors makes the result SUSPECT, with SOLVERS in the message. A failed result is returned
     unchanged. If the other solver cannot run the mechanism or fails, the result gets a note.
     """
@@ -40,16 +41,17 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     demand = Asked(result.asked) if has_accuracy else Usual()
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
-        answer = refine(levels.run_by_level(run), levels, demand, duration)
+        run_level = levels.run_by_level(run)
+        answer = refine(run_level, levels, demand, duration)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
-    second = answer.run
-    if second.failure is not None:
-        return add_notes(result, f"not verified: {other_name} ended as {second.failure.status}: {second.failure.message}")
-    if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
+    other_run = answer.run
+    if (failure := other_run.failure) is not None:
+        return add_notes(result, f"not verified: {other_name} ended as {failure.status}: {failure.message}")
+    if not all(np.isfinite(values).all() for values in (*result.signals.values(), *other_run.values.values())):
         return add_notes(result, "not verified: a signal is not finite")
-    largest_of_places, worst = compare_solvers(first, second, result.error, answer.errors, least)
+    largest_of_places, worst = compare_solvers(first, other_run, result.error, answer.errors, least)
     result = replace(result, verified=largest_of_places)
     why = "the sum of their errors" if result.error.known and answer.errors.known else "as one error at least is not known"
     found = f"SOLVERS: {name} and {other_name} are {worst.error:.2g} apart in '{worst.name}', allowed {worst.allowed:.2g}, {why}"
@@ -59,20 +61,21 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Places, contacts and reactions are compared up to the time at which the runs separate. The allowed difference is the sum of
+    Places, contacts and reactions are compared. If the motion may be chaotic, they are compared up to the first time at which a
+    place differs by more than the usual demand allows, or at which an error estimate ends. The allowed difference is the sum of
     both errors, at least `least`; if one error is not known, it is 5 % (`USUAL_ERROR`) for all signals, places included.
     """
-    first, second = Trajectory.of(a), Trajectory.of(b)
-    limits = Usual().limits(second)  # of these errors only those of places are used, to find where the runs separate
-    forces = [name for name, signal in second.signals.items() if signal.kind in (Kind.REACTION, Kind.INTERNAL)]
-    compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]
+    trajectory_a, trajectory_b = Trajectory.of(a), Trajectory.of(b)
+    limits = Usual().limits(trajectory_b)  # errors allowed of places, states and contacts; those of places end the comparison
+    forces = [name for name, signal in trajectory_b.signals.items() if signal.kind in (Kind.REACTION, Kind.INTERNAL)]
+    compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]  # these forces have no limit
     known = errors_a.known and errors_b.known
-    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # before the end of a run that is chaotic
+    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # [s], before the end of a chaotic run
     rattles = bool(Scene.of(a.record.mechanism).clearances)
-    may_be_chaotic = rattles or min(ends, default=inf) < first.time[-1]
-    until = min([Separation(Difference(first, second), limits).agree_until(), *ends]) if may_be_chaotic else inf
-    apart, _ = Difference(first, second, until).norms()
-    places = [name for name, signal in second.signals.items() if signal.kind is Kind.PLACE and (name, Norm.RMS) in apart]
+    may_be_chaotic = rattles or min(ends, default=inf) < trajectory_a.time[-1]
+    until = min([Separation(Difference(trajectory_a, trajectory_b), limits).agree_until(), *ends]) if may_be_chaotic else inf
+    apart, _ = Difference(trajectory_a, trajectory_b, until).norms()
+    places = [name for name, signal in trajectory_b.signals.items() if signal.kind is Kind.PLACE and (name, Norm.RMS) in apart]
 
     def allowed(key: Key) -> float:
         """Return the difference of the two solvers that is allowed of a signal."""

@@ -51,7 +51,10 @@ class Part(Spec):
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return the object as a table, without its kind if only one is allowed, or field and keys tell it, see `_kind`."""
+        """Return the object as a table.
+
+        Its kind is left out if it is the only one allowed, or if the field has its name and no other kind has these keys.
+        """
         kinds = self.kinds_by_name()
         if type(value) not in kinds.values():
             raise nameless(name, value)
@@ -121,7 +124,8 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
         message = " ".join(str(error).split())
         first_word = re.match(r"\w+", message)
         begins_with_field = first_word is not None and first_word[0] in values
-        raise ValueError(f"{dot if begins_with_field else name and f'{name}: '}{message}") from None
+        begin = dot if begins_with_field else f"{name}: " if name else ""
+        raise ValueError(f"{begin}{message}") from None
 
 
 def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
@@ -170,6 +174,7 @@ def nameless(name: str, found: object) -> ValueError:
 
 
 def _same(a: Any, b: Any) -> bool:
+    """Return True for equal values of one type, equal numbers, such as 1 and 1.0, and mappings with equal entries."""
     if isinstance(a, Mapping) or isinstance(b, Mapping):
         return dict(a) == dict(b)
     are_numbers = isinstance(a, int | float) and isinstance(b, int | float)

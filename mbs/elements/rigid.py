@@ -35,7 +35,7 @@ class Rigid(Body):
     )
 
     flexible: ClassVar[bool] = False
-    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")
+    carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")  # in its frame, or of its length
 
     def agree(self) -> None:
         """Raise a ValueError unless either a section alone, or mass and inertia and possibly a centre are given."""

@@ -24,7 +24,9 @@ from .scene import EngineScene
 from .strip import PlacedStrip
 
 DRIVEN_INERTIA = 1e12
-"""Moment of inertia [kg m^2] that keeps the speed of a driven link constant in a scene without constraints."""
+"""Moment of inertia [kg m^2] that keeps the speed of a driven link constant in a scene without constraints.
+
+It is chosen far above that of any link: torques then hardly change the speed."""
 
 
 def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
@@ -190,25 +192,28 @@ def attach(scene: EngineScene, burden: Burden) -> None:
     """Add a mass and inertia to a body at a point, and the weight of this mass unless the weight of the body includes it."""
     body, point = place(burden.at)
     placed = scene.placed[body]
-    if not placed.attach(point, burden.mass, burden.inertia):
+    was_added = placed.attach(point, burden.mass, burden.inertia)
+    if not was_added:  # the body was built with it, so that its weight is that of the body
         return
     gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
     if gx or gy:
-        scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.ends[point], loadVector=[gx, gy, 0.0]))
+        marker = placed.ends[point]  # `ends` has the position markers at all points of a body
+        scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=[gx, gy, 0.0]))
 
 
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate by a constraint.
 
-    With the explicit integrator, which has no constraints, a huge inertia keeps the speed of the driven link constant.
+    With the explicit integrator, which has no constraints, a huge inertia keeps the initial speed of the driven link.
     """
     for name, drive in drives.items():
         has_no_constraints = scene.source.is_unconstrained
         if has_no_constraints:
-            scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", DRIVEN_INERTIA)
+            (rigid_body,) = scene.placed[drive.target].objects
+            scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)
             scene.add_reader(name, "effort", partial(_compute_effort, drive))
         else:
-            is_block = drive.target in scene.mechanism.points
+            is_block = drive.target in scene.mechanism.points  # a block has the name of its point
             coordinate = scene.coordinate(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
             scene.constraints[name] = _add_drive(scene, drive, coordinate)
             scene.add_reader(name, "effort", scene.make_force_reader(name))

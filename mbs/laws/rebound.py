@@ -142,7 +142,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     def motion(_: float, state: np.ndarray) -> tuple[float, float]:
         """Return the rates of depth/`depth` and rate/`speed` over the time in units of `depth`/`speed`."""
         x, v = state.tolist()
-        return v, -scale * float(law.force(depth * x, speed * v, speed))
+        return v, -scale * float(law.force(depth * x, speed * v, speed))  # `speed` is also that at onset
 
     def out(_: float, state: np.ndarray) -> float:
         """Return the scaled depth, which ends the impact at 0."""

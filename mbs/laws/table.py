@@ -58,7 +58,7 @@ FrictionKind = IntEnum(
 )
 """Kinds of friction laws: laws of this package, and functions given by their address, without or with a bristle."""
 LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
-"""Columns of integers of a law: kind, address of its function, and address of a second one: its bristle after a time.
+"""Columns of integers of a law: kind, address of its function, and of a second one, the bristle after a time at constant speed.
 
 Tables of the spectral solver use them also for the functions of both components of a force, or of travel and speed of a drive."""
 CODES = len(LawColumn)
@@ -90,7 +90,7 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 
 
 def normal_force(tables: Laws, law: int, depth: float, rate: float, onset_speed: float) -> float:
-    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate and its speed > 0 at contact onset [m/s]."""
+    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], a rate of it, and its rate > 0 at contact onset [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == NormalKind.POWER:  # p: stiffness, exponent, hysteresis factor
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset_speed)
@@ -109,7 +109,7 @@ def stribeck(speed: float, p: Array) -> float:
 def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     """Return dz/dt of a bristle [m/s]; zero for a law without a bristle."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == FrictionKind.LUGRE:  # p[4]: bristle stiffness s0
+    if kind == FrictionKind.LUGRE:  # p[4]: bristle stiffness s0, over the normal force [1/m]
         return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
     if kind == FrictionKind.BRISTLE_CALLED:
         step = 1e-9  # of a forward difference of the time [s], short compared with any motion
@@ -131,7 +131,7 @@ def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: fl
 def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
     """Return the signed friction coefficient [1] at a speed [m/s] and a bristle [m]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == FrictionKind.SMOOTH:
+    if kind == FrictionKind.SMOOTH:  # no friction
         return 0.0
     if kind == FrictionKind.COULOMB:  # p: mu_d, v_reg, beta
         return p[0] * min(max(speed / p[1], -1.0), 1.0) + p[2] * speed

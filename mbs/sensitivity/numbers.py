@@ -63,12 +63,13 @@ def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declar
         mechanism = Mechanism.from_dict(document)
         of_link, of_point = alternatives
         return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
-    is_coordinate_of_point = keys[0] == "links" and isinstance(keys[-1], int)
-    return "m" if is_coordinate_of_point and not declared else declared
+    is_in_list_of_link = keys[0] == "links" and isinstance(keys[-1], int)
+    is_coordinate_of_point = is_in_list_of_link and not declared  # other lists of a link declare a unit
+    return "m" if is_coordinate_of_point else declared
 
 
 def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:
-    """Find the declaration of the field at a path; None for a parameter and for a kind, which is the name of a class."""
+    """Find the declaration of the field at a path; None for a parameter and for the key `kind`, which names a class."""
     mechanism = Mechanism.from_dict(document)
     part: Any = mechanism
     declaration: Declaration | None = None
@@ -101,7 +102,10 @@ class Family:
 
     @classmethod
     def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
-        """Make a family by paths of numbers, or by names of a function's arguments, whose values are `arguments`, if known."""
+        """Make a family by paths of numbers, or by names of a function's arguments.
+
+        `arguments` are the values of these arguments; without them the `values` of the family are empty.
+        """
         if not isinstance(source, Mechanism | Mapping):
             function = source
             given = {} if arguments is None else {name: float(arguments[name]) for name in names}

@@ -22,10 +22,10 @@ class Periodic(Answer):
     """Periodic motion with the `period` [s], which is unknown beforehand if nothing depends on time.
 
     `q`, `v` (times, n) are coordinates and rates at times from 0 to the period [s]. `multipliers` (m,) are Floquet's, the largest
-    first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and narrower differences. `trivial` is
-    the index of the multiplier that belongs to a shift in time, None if something depends on time. `stable` is True if no other
-    multiplier exceeds 1 in size by more than its error. `error` is the change of the state at the start, by the refinement or
-    over a period, whichever is larger: of positions over the longest link, and of angles [rad].
+    first; their `errors` (m,) are changes by finer steps, a higher degree of the strips and a narrower difference quotient for
+    the monodromy matrix. `trivial` is the index of the multiplier that belongs to a shift in time, None if something depends on
+    time. `stable` is True if no other multiplier exceeds 1 in size by more than its error. `error` is the change of the state at
+    the start, by the refinement or over a period, whichever is larger: of positions over the longest link, and of angles [rad].
     """
 
     scene: CompiledScene
@@ -125,11 +125,11 @@ def prepare(
 def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
     """Refine steps, and the degree unless it `keeps_degree`, until state and multipliers do not change; errors are last changes.
 
-    The motion before a refinement is kept if the refinement fails, or if changes grow by rounding.
+    The motion before a refinement is kept if the refinement fails, or if changes of multipliers grow, which rounding causes.
     """
     values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
-    for _ in range(4):  # most refinements, each to half the longest step
+    for _ in range(4):  # a chosen limit of refinements, each to half the longest step
         degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not keeps_degree else 0)
         finer = shooting.finer(degree)
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
@@ -158,19 +158,19 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
     errors = distances_to(new_values, values)
     if finer.autonomous:
         distance = np.abs(new_values - 1.0)
-        is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these; 3: a margin
+        is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these; 3: chosen
         errors = np.where(is_near, np.maximum(errors, distance), errors)
     return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.residual)
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
-    """Make the result: stability, status, message, and the motion over the period."""
+    """Make the result: stability, status, message, and the motion over the period; an unstable motion is OK, too."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.autonomous and len(values) else None
     grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
     message = []
     if grows.any():
         worst = complex(values[grows][0])
-        is_positive = abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0
+        is_positive = abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0  # but for rounding
         behaviour = "" if is_positive else " and turns" if worst.imag else " and alternates"
         message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{behaviour}")
     status = Ending.OK if error < LARGEST_ERROR and not shooting.grazes else Ending.INACCURATE

@@ -37,7 +37,7 @@ from .study import Parameters, digest, solver_options, target_signals
 T = TypeVar("T")
 
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys whose numbers change only if a user names them: numbers of elements, points, velocities at the start, gravity."""
+"""Keys whose numbers change only if a user names them: numbers of elements, places of points, initial velocities, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
@@ -45,6 +45,8 @@ TRIAL_DURATION = 1e-6
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
 """Options of a run, which may also stand in a file's table [run]: those under a heading of the help."""
+REPEATED = ("of", "measure")
+"""Options of a run that may be given several times."""
 SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 """Keys of a file's table [run]."""
 
@@ -112,7 +114,7 @@ def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     is_count = isinstance(now, int) and Whole().fits(now)
     is_omitted = now is None and bool(unit)  # an optional number that the file does not have
     spec: Spec = TomlValue()
-    if declared and is_count and not declared.unit:
+    if declared and is_count and not declared.unit:  # a whole number with a unit, as 2 for 2 m, is a quantity
         spec = declared.spec
     elif Quantity(unit).fits(now) or (declared and is_omitted):
         spec = Quantity(unit)
@@ -129,7 +131,7 @@ class File(Study):
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
         """Declare the options of the run and of the solver, and `--set`; none of them has the name of an excluded option."""
-        texts = {key: f"{each.doc}{'; may be repeated' * (key in ('of', 'measure'))}" for key, each in OPTIONS.items()}
+        texts = {key: each.doc + ("; may be repeated" if key in REPEATED else "") for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
@@ -139,12 +141,12 @@ class File(Study):
         """Make the parameters of one run from the options and the file, and try its first microsecond."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            parameters = Parameters(**base, changes=tuple(changes.items()), report=True)
+            parameters = Parameters(**base, changes=tuple(changes.items()), report=True)  # unlike cases of a sweep
             self.check(parameters)
         return parameters
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Return the maker of the cases of a sweep over the paths of `--vary`, and no values: the maker has all others."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`, and {}: the maker has all other values."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, numbers = change(json.loads(base["document"]), changes), {}
@@ -293,10 +295,10 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 
 
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
-    """Return the paths of the numbers that change where none are named, and the document to which they belong.
+    """Return a document, and the paths in it of the numbers that change where a user names none.
 
-    These are the parameters of the file, or else those of `find_numbers` whose last key is not in `omitted`; they belong to the
-    document written in full, in which numbers are floats.
+    The numbers are the parameters of the file. If it has none, they are those of `find_numbers` whose last key is not in
+    `omitted`, in the document written in full, where numbers are floats.
     """
     if named := free_parameters(file.document):
         return file.document, named
