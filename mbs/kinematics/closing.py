@@ -12,13 +12,15 @@ from ..geometry import Array
 from ..scene.linkage import Linkage, invert, solve_rows
 
 ROUNDING = 2e-15
-"""Residual over the scale at which loops are closed to rounding: some nine roundings of 1."""
+"""Residual over the scale at which loops are closed to rounding: nine times the 2.2e-16 of 1, chosen.
+
+`close_loops` also ends where rounding keeps the residual above it."""
 CLOSED = 1e-9
 """Largest residual of closed loops over the scale; a larger one means that redundant rows contradict others."""
 
 
 class Course(NamedTuple):
-    """Motion of a linkage: times [s]; coordinates, rates, second rates (times, links, 3); Jacobian (times, rows, 3 links)."""
+    """Motion of a linkage: times [s]; x, y, theta, rates, second rates (times, links, 3); Jacobian (times, rows, 3 links)."""
 
     time: Array
     q: Array
@@ -37,12 +39,13 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
             return None
-        is_exact, is_stalled = gap < ROUNDING * scale, previous < CLOSED * scale and gap >= previous
+        is_exact = gap < ROUNDING * scale
+        is_stalled = previous < CLOSED * scale and gap >= previous  # rounding lets it decrease no further
         if is_exact or is_stalled:
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
         previous = gap
         try:
-            q = q - solve_rows(jacobian, residual).reshape(q.shape)
+            q = q - solve_rows(jacobian, residual).reshape(q.shape)  # by least squares if rows are redundant
         except np.linalg.LinAlgError:
             return None
     return None
@@ -55,7 +58,7 @@ def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) 
     except np.linalg.LinAlgError:
         return None
     q_t = (inverse @ linkage.drive_travel(times, order=1)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)  # gamma - C_tt, as C has minus the travel
+    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)  # convective term less C_tt; C has minus the travel
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
@@ -73,8 +76,9 @@ def choose_independent_rows(jacobian: Array) -> Array:
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
 
-    In such a pose the determinant of independent rows changes its sign. Of redundant rows the chosen ones may become dependent
-    where all together do not. Then the pose counts as singular only if a second branch, which meets the first there, is found.
+    Each end is a course of one time. In a singular pose the determinant of independent rows changes its sign. If rows are
+    redundant, the chosen ones may become dependent where all rows together still have full rank. Then the pose counts as
+    singular only if a second branch, which meets the first there, is found.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:

@@ -51,7 +51,7 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object], o
         return function
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
-    names = function.__code__.co_names
+    names = function.__code__.co_names  # without those that only functions within it use
     used = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
     cells = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
     used["__name__"] = function.__module__
@@ -129,7 +129,7 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return type(thing), repr(thing)
     head: object
     parts: Sequence[object]
-    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
+    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have; hash fails for lists
     if isinstance(thing, types.FunctionType):
         head, parts = thing.__code__, _values_used(thing)
     elif has_equality or callable(thing) or isinstance(thing, types.ModuleType):

@@ -29,21 +29,21 @@ class KinematicsError(ValueError):
 
 
 DEPENDENT = 1e-9
-"""Singular value of a constraint Jacobian, over the largest, below which rows count as dependent: rounding is about 1e-15."""
+"""Singular value below which rows of a Jacobian count as dependent, over its largest one or entry: rounding is about 1e-15."""
 DISPLACEMENT = 1e-2
 """Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism with all links rigid; accelerations of drives are differences up to the time `last` [s]."""
+    """Loop closure of a mechanism with rigid links; differences for accelerations of drives use no time after `last` [s]."""
 
     mechanism: Mechanism
     last: float = np.inf
 
     def limit_drives(self, last: float) -> Linkage:
-        """Return a copy of the linkage with its rows, for which the time `last` [s] is given."""
-        limited = copy(self)
+        """Return a copy that differentiates the speeds of drives up to the time `last` [s] only."""
+        limited = copy(self)  # with the cached rows
         object.__setattr__(limited, "last", last)
         return limited
 
@@ -96,7 +96,7 @@ class Linkage:
 
     @cached_property
     def _forms(self) -> Forms:
-        """Equations of all rows."""
+        """Equations of all rows; `ends` finds the body, arm and position of a place that a row connects."""
         numbers, points = {**self.index, GROUND: len(self.index)}, self.mechanism.points
         ends = Ends(body=lambda end: numbers[end.body], arm=self._arm, position=lambda end: complex(*points[end.point]))
         return Forms(self.rows, len(self.index), ends)
@@ -156,7 +156,7 @@ class Linkage:
         """Pose in general position (links, 3), near the pose at t = 0: all loops are closed, drives are free to move.
 
         Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here: of four poses
-        in random directions it is the one with the most independent rows. A linkage that cannot move has the pose at t = 0.
+        in random directions (chosen) it is the one with the most independent rows. One that cannot move has the pose at t = 0.
         """
         reference = self.reference
         rows = np.array([k for k in self.permanent_rows if k not in self.motions], dtype=int)
@@ -192,7 +192,7 @@ class Linkage:
             q = q - (unit * (inverse @ residual[rows])).reshape(q.shape)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
         has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
-        return q if has_closed and distance < 20 * DISPLACEMENT else None  # farther away it may be another assembly
+        return q if has_closed and distance < 20 * DISPLACEMENT else None  # chosen: farther away it may be another assembly
 
     def count_free_motions(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
@@ -233,7 +233,7 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
 
 
 class LinkMass(NamedTuple):
-    """Mass [kg] and inertia [kg m^2] on the link of a number; the arm [m] leads from the link's start to the mass at t = 0."""
+    """Mass [kg] and inertia [kg m^2] of the link of index `link`; the arm [m] leads from its start to the mass at t = 0."""
 
     link: int
     mass: float

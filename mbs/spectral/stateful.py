@@ -1,8 +1,8 @@
 """Forces whose law has states, compiled, with their derivatives.
 
 A state is the velocity of an extra coordinate of unit mass; the force on it is the rate of the state. An extra marker has the
-coordinate as its angle. Let q be all coordinates and v their rates. Let p be x and y, or the angle, of the marker on which the
-force acts, and then the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
+coordinate as its angle. Let q be all coordinates and v their rates. The list p has x and y, or the angle, of the force's
+marker, followed by the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
 
     dF_r = sum over c of dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
@@ -22,7 +22,7 @@ SMALL = 1e-3
 
 @kernel_function
 def _read_counts(tables, k):
-    """Return the first column of its marker's state on which force k acts, the count of columns, that of its states."""
+    """Return for force k its first column of `State`, the number of columns it acts on, and the number of its law's states."""
     d = tables.forces[k, Forces.NUMBERS]  # index of its first number
     return int(tables.data[d]), int(tables.data[d + StatefulData.COUNT]), int(tables.data[d + StatefulData.STATES])
 
@@ -39,13 +39,13 @@ def _evaluate(tables, work, k, r, count):
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Find where component p_c is: return a marker, its column of `State`, which is also the row of work.jacobian, and an index.
+    """Find component p_c: return its marker, its column of `State`, also the row of work.jacobian, and an index in the block.
 
-    The index is that of the marker's first coordinate in the force's block. Components of the force are at marker a. The states
-    are angles of the markers from b on.
+    The index is that of the marker's first coordinate in the force's block. The block has the coordinates of marker a, on which
+    the force acts, then those of each marker from b on, whose angle is an extra coordinate.
     """
     a, state = tables.forces[k, Forces.A], component - count
-    if state < 0:
+    if state < 0:  # columns of `State` count from X, which is 0
         return a, first + component, 0
     b = tables.forces[k, Forces.B]
     return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
@@ -69,7 +69,7 @@ def add_stateful(tables, work, k, t, f):
     """Add the force and the rates of its states to f, and report the force."""
     _, count, states = _read_counts(tables, k)
     a, out = tables.forces[k, Forces.A], work.reports[k]
-    _fill_arguments(tables, work, k, t)
+    _fill_arguments(tables, work, k, t)  # in work.scratch, for _evaluate
     out[Report.FX], out[Report.FY] = 0.0, 0.0  # a torque has none
     out[Report.VALUE] = _evaluate(tables, work, k, 0, count)
     if count > 1:

@@ -86,7 +86,7 @@ class StripBody:
         out = np.zeros(len(builder.q))
         shape = find_shape(link, builder.mechanism.length(link.name))
         x_of_points = shape.line(np.array([*shape.fractions.values()]))[0]
-        along_chord = dict(zip(shape.fractions, x_of_points.tolist(), strict=True))  # x of each point [m]
+        along_chord = dict(zip(shape.fractions, x_of_points.tolist(), strict=True))  # x of each point on the chord [m]
         for piece in self.pieces:
             for i, dofs in enumerate(piece.dofs):
 
@@ -95,7 +95,8 @@ class StripBody:
                     x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
                     return start.interpolate(link, along_chord, x)[:, i]
 
-                out[dofs] = fit(piece.degree, interpolate, tuple(interpolate(np.array([-1.0, 1.0]))))
+                at_ends = tuple(interpolate(np.array([-1.0, 1.0])))
+                out[dofs] = fit(piece.degree, interpolate, at_ends)
         return out
 
 
@@ -105,7 +106,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     shape = find_shape(link, chord)
     breaks = sorted({0.0, 1.0, *shape.fractions.values()})
     has_one_piece = len(breaks) == 2
-    degree = builder.degree if has_one_piece else max(3, builder.degree - 2)  # convention: shorter pieces, two less
+    degree = builder.degree if has_one_piece else max(3, builder.degree - 2)  # chosen: two less, as pieces are shorter
     pieces: list[Piece] = []
     for left, right in pairwise(breaks):
         coefficients = _fit_piece(shape.line, left, right, degree, kind)
@@ -176,8 +177,9 @@ def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None
         dofs[i, own:] = range(first, first + len(values) - own)
     for angle_dofs in dofs[2:]:
         builder.set_angle_units(*angle_dofs.tolist())
-    (x_inner, y_inner), start_and_end = dofs[:2, 2:].tolist(), dofs[:2, :2].T
-    builder.group_deformations(x_inner, y_inner, chord=start_and_end.ravel().tolist())  # for the units of the error control
+    x_inner, y_inner = dofs[:2, 2:].tolist()
+    chord = dofs[:2, :2].T.ravel().tolist()  # x and y of the start, then of the end
+    builder.group_deformations(x_inner, y_inner, chord=chord)  # for the units of the error control
     return dofs
 
 

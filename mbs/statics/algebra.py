@@ -90,7 +90,7 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
         block = rows[:, columns].toarray()
         no_units = np.ones(len(columns))  # the rows are scaled already
         blocks.append(null_space(block[block.any(axis=1)], no_units))
-    coordinates = np.concatenate([free, constrained[order]])
+    coordinates = np.concatenate([free, constrained[order]])  # of the rows of the block diagonal, which argsort puts in order
     return csr_array(units[:, None] * csr_array(block_diag(blocks))[np.argsort(coordinates)])
 
 
@@ -112,7 +112,8 @@ def invert(values: Array) -> Array:
 def modes_of_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
     """Compute eigenvalues -s^2, left and right vectors of K z = -s^2 M z, by theta = 1/(shift - s^2) of (K + shift M)^-1 M."""
     theta, left, right = eig(np.linalg.solve(k + shift * m, m), left=True)
-    return invert(theta) - shift, np.linalg.solve((k + shift * m).T, left), right
+    left = np.linalg.solve((k + shift * m).T, left)  # from y^H (K + shift M)^-1 M = theta y^H to left vectors of K and M
+    return invert(theta) - shift, left, right
 
 
 def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
@@ -140,7 +141,7 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
         wanted = below + count
-        if 2 * (wanted + SPARE) <= m.shape[0]:  # else too many are wanted
+        if 2 * (wanted + SPARE) <= m.shape[0]:  # chosen: more than half are too many
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
                 eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=1e-8)  # first m: for its shape only

@@ -20,7 +20,9 @@ from .spectrum import Spectrum, Tangent, spectrum
 FEW = 1
 """Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
 MOST_DECREASE = 0.5
-"""Largest relative decrease of an eigenvalue in a piece: a parabola that is zero at the end of the next one decreases by 3/4."""
+"""Largest relative decrease of an eigenvalue in a piece.
+
+A parabola with a double zero at the end of the next piece, (2 - x)^2, decreases by 3/4 from 0 to 1, which is above it."""
 
 
 class TangentState(NamedTuple):
@@ -74,7 +76,7 @@ class Piece(NamedTuple):
     step: Step
     before: TangentState
     after: TangentState
-    end: Array
+    direction_after: Array
 
 
 def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]:
@@ -88,7 +90,7 @@ def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]
             return float(arc.direction(rest, ahead)[-1])
 
         limits = list[Critical]()
-        if ahead[-1] * piece.end[-1] < 0.0 and (rest := arc.find_root(piece.step, parameter_rate)):
+        if ahead[-1] * piece.direction_after[-1] < 0.0 and (rest := arc.find_root(piece.step, parameter_rate)):
             eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point p is constant along the path
             limits.append(Critical("limit", rest, 1, eigenvector))
         pairs = _pairs(arc.problem, piece)
@@ -116,7 +118,7 @@ def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
     between = state_at(arc.problem, halves[1].rest)
     first = Piece(halves[0], piece.before, between, halves[1].direction)
     yield from _pieces(arc, first, last)
-    yield from _pieces(arc, Piece(halves[1], between, piece.after, piece.end), first)
+    yield from _pieces(arc, Piece(halves[1], between, piece.after, piece.direction_after), first)
 
 
 def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
@@ -172,19 +174,21 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
             found = state_at(arc.problem, rest, len(momenta) + FEW).undamped
             mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
             size = np.sqrt(np.einsum("ij,ij->j", found.shapes.real, mass @ found.shapes.real))
-            return float(-(found.values[np.argmax(np.abs(momentum @ found.shapes.real) / size)] ** 2).real)
+            most_alike = np.argmax(np.abs(momentum @ found.shapes.real) / size)
+            return float(-(found.values[most_alike] ** 2).real)  # mu = -s^2
 
         rest = arc.find_crossing(step, eigenvalue)
         rests += [rest] if rest is not None else []
     for limit in limits:
         distances = [abs(arc.arc_of(step, rest) - arc.arc_of(step, limit.rest)) for rest in rests]
-        if min(distances, default=np.inf) < 1e-2 * step.arc:  # the root is that of the limit point itself
+        if min(distances, default=np.inf) < 1e-2 * step.arc:  # chosen; the root is that of the limit point itself
             rests.pop(int(np.argmin(distances)))
     if not rests:
         return []
     rests.sort(key=lambda rest: arc.arc_of(step, rest))
     gaps, found = np.diff([arc.arc_of(step, rest) for rest in rests]), []
-    for group in np.split(np.arange(len(rests)), np.flatnonzero(gaps >= 1e-5 * step.arc) + 1):  # nearer ones are one
+    starts = np.flatnonzero(gaps >= 1e-5 * step.arc) + 1  # chosen: nearer roots are one multiple branching
+    for group in np.split(np.arange(len(rests)), starts):
         rest, count = rests[group[0]], len(group)
         spectrum_at = state_at(arc.problem, rest, count + FEW).undamped
         nearest = np.argsort(np.abs(spectrum_at.values))[:count]
@@ -195,7 +199,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
 def _flutters(arc: Arc, piece: Piece) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of those changes whose rate is above a threshold."""
     # near its onset a rate often grows like a square root: the low threshold, over the rounding error, is passed closer to it;
-    # if the numbers by it are the same at both ends, the threshold is 1, by which the step was found to have an onset
+    # if it gives the same number at both ends, take 1, the threshold by which `find_criticals` counted different numbers
     for threshold in (1e-3, 1.0):
 
         def sign(rest: Rest, threshold: float = threshold) -> float:

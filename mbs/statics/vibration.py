@@ -21,12 +21,12 @@ AMPLITUDE = 1e-4
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
-    """Small motions exp(s t) about an equilibrium, lowest |s| first with rigid motions; decay without oscillation comes last.
+    """Small motions exp(s t) about an equilibrium: rigid motions, vibrations and growth by |s|, then decay without oscillation.
 
     At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
-    (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the change by a higher degree of the strips or rounding,
-    whichever is larger. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'. `stable` is True
-    if no small motion grows.
+    (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the largest of rounding, the change by a higher degree
+    of the strips, and the change by kinks of laws. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or
+    'flutter'. `stable` is True if no small motion grows.
     """
 
     scene: CompiledScene
@@ -59,7 +59,7 @@ class Frequencies(Answer):
         return rows or [("nothing vibrates", "drives and joints hold all of it")]
 
 
-@watch("steps")
+@watch("steps")  # uses timeout and progress
 @one_thread()
 def frequencies(
     mechanism: Mechanism, about: Equilibrium | None = None, *, count: int = 6, degree: int | None = None,
@@ -75,9 +75,9 @@ def frequencies(
     count : int
         Number of lowest frequencies, rigid motions included.
     degree : int, optional
-        Degree of the strips; by default it is increased until all errors are below 1e-8, or are rounding.
+        Degree of the strips; by default it is increased until all relative errors are below 1e-8, or are rounding.
     timeout, progress
-        Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
+        Time limit [s], after which the best so far is the answer; True, the default in terminals, shows the expected time.
     """
     check(mechanism, degree)
     whole("count", count, 1, 1000)
@@ -99,14 +99,17 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state; the scene then has its loads unchanged again, not times the factor of the state."""
+    """Compute the spectrum at a state, for which the loads are scaled; then set those of the mechanism as given again."""
     found = problem.spectrum(rest)
     problem.set_parameter(problem.initial)
     return found
 
 
 def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Frequencies:
-    """Increase the degree, unless it `keeps_degree`, until the lowest frequencies do not change; errors are the last change."""
+    """Increase the degree until the lowest frequencies do not change; their last change is the error.
+
+    If it `keeps_degree`, the frequencies of one higher degree only give the errors of those found.
+    """
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf  # errors of `found`; relative change in the refinement before
     while has_strips(problem.scene):
@@ -127,14 +130,14 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
         change = np.full(min(count, len(found.values)), np.inf)
         common = min(count, len(coarse.values), len(new.values))
         change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(coarse)[:common])
-        rounding, is_neutral = found.rounding[:count], found.neutral[:count]
+        rounding, is_neutral = found.rounding[:count], found.neutral[:count]  # neutral: zero to rounding
         errors = np.maximum(change, np.where(is_neutral, 0.0, rounding))
         relative = float(np.max(change / np.maximum(np.abs(found.values[:count]), 1e-300), initial=0.0, where=~is_neutral))
         is_rounding = 0.5 * previous < relative < 1e-5  # small, by convention, and not halved: rounding of the equilibrium
         previous = relative
-        most = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves
+        highest = max(MAX_DEGREE, 3 * count)  # the k-th mode of a strip has about k half-waves; the 3 is chosen
         is_enough = is_rounding or relative <= ACCURACY or (change <= rounding).all()
-        if keeps_degree or is_enough or problem.scene.degree > most:
+        if keeps_degree or is_enough or problem.scene.degree > highest:
             break
     changes = _changes_by_kinks(problem, rest, found, count)
     return _frequencies(problem.scene, rest.q, found, np.maximum(errors, changes), count, bool(changes.any()))
@@ -151,7 +154,7 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
         for sign in (1, -1):
             displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
-    return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # smooth laws change frequencies by 1e-3
+    return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # 0.05, chosen: far above the 1e-3 of smooth laws
 
 
 def _eigenvalues(found: Spectrum) -> Array:

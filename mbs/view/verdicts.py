@@ -27,7 +27,7 @@ ORDER = ("failed", "no complaint", "not applicable", "not run")
 NOT_APPLICABLE = "not_applicable"
 """Key of a result's provenance, under which the reasons stand why checks did not apply, by name."""
 NAME = r"[A-Z_]{3,}: "
-"""Pattern of the name of a check, with which its message begins; a semicolon inside a message is not followed by a name."""
+"""Pattern of the name of a check, with which its message begins; only semicolons between two messages are followed by one."""
 
 
 class CheckVerdict(NamedTuple):
@@ -72,9 +72,10 @@ def summary(result: Result) -> str:
 def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return tables of errors, work, settings and versions, each as its heading and its rows of name and value."""
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
-    if result.asked > 0 or result.error.known:
+    is_asked = result.asked > 0  # nan without an accuracy
+    if is_asked or result.error.known:
         error = [("estimated error of the motion", share(result.error.motion))]
-        error += [("asked for", share(result.asked))] if result.asked > 0 else []
+        error += [("asked for", share(result.asked))] if is_asked else []
     if result.error.kind:
         error.append(("estimated by", result.error.kind))
     if result.verified >= 0:

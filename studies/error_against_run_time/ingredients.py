@@ -60,7 +60,7 @@ def ingredients(work: str, solver: str) -> Ingredients:
 def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
     """Run a mechanism in this process, and return the ingredients."""
     if solver == "Spectral":
-        from buckler.mbs.spectral.scene import CompiledScene  # a run of the engine must not load it
+        from buckler.mbs.spectral.scene import CompiledScene  # a run by Exudyn must not load it
 
         summary = CompiledScene.of(mechanism).summary()
     else:
@@ -76,12 +76,12 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
 
 
 def _find_kernels() -> list[str]:
-    """Find the functions of Buckler that Numba has compiled, other than those that only compiled functions call."""
+    """Find the functions of Buckler that Numba has compiled, except those that Python cannot call."""
     found = set()
     for module in [each for name, each in sys.modules.items() if name.startswith("buckler.mbs.")]:
         for each in vars(module).values():
             has_compiled = hasattr(each, "py_func") and each.signatures
-            if has_compiled and not each.targetoptions.get("no_cpython_wrapper"):  # without this wrapper Python cannot call it
+            if has_compiled and not each.targetoptions.get("no_cpython_wrapper"):  # else only compiled functions call it
                 found.add(each.py_func.__name__)
     return sorted(found)
 

@@ -39,7 +39,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
     strip = Section(STRIP_WIDTH, p.thickness)
-    unit = strip.bending_stiffness / PAPER.coupler**2  # of forces [N]
+    unit = strip.bending_stiffness / PAPER.coupler**2  # of forces [N]: E I/L^2 of a strip as long as the paper's coupler
     rods = {"rod": Rod(), "strip": Rod(axial=strip.axial_stiffness / unit, shear=strip.shear_stiffness / unit)}
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
     loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in rods.items()}
@@ -66,7 +66,7 @@ def _at(rod: Rod, shortening: float) -> float:
 
 def _metrics(u: Array, errors: dict[str, Array], largest: dict[str, float]) -> dict[str, Metric]:
     worst, printed_euler_load = int(np.abs(errors["quartic"]).argmax()), law.QUARTIC[-1]  # coefficient of u^0
-    return {  # `law.quartic` has the published coefficients; its difference from `exact` is the error of the publication
+    return {  # `law.quartic` has the published coefficients: only the difference from `exact` is an error of the publication
         "euler_load": Metric(float(law.quartic(0.0)), "1", published=printed_euler_load, exact=pinned.LOAD_CRITICAL),
         "load_at_1": Metric(float(law.quartic(1.0)), "1", published=sum(law.QUARTIC), exact=float(pinned.load(1.0))),
         "quartic_error": Metric(largest["quartic"], "1"),
