@@ -13,8 +13,8 @@ from .scene.scene import Scene
 MIN_STEP = 1e-9
 """Smallest step of Exudyn [s]: a million times the rounding of a time of some seconds."""
 SECOND_LEVEL_STEPS = 40
-"""Least number of steps of the compiled solver at the second level of a refinement; the first has 40/8^(1/4) = 24. The number has
-an effect only where the error control would take longer steps."""
+"""Least number of steps of the compiled solver at the second level of a refinement. The first has 8 times the tolerance and,
+by its fourth root, 40/8^(1/4) = 24 steps. The number has an effect only where the error control would take longer steps."""
 
 
 class Setting(Declared):
@@ -49,7 +49,7 @@ class Controlled(Setting):
     adaptive: ClassVar[bool] = True
 
     def longest(self, duration: float) -> float:
-        """Return the longest step of a run, s."""
+        """Return the longest step of a run [s]; `Spectral.longest` has another default."""
         return self.max_step or duration / 200
 
     def count_steps(self, duration: float) -> int:
@@ -85,8 +85,8 @@ class Equal(Setting):
 def subdivide(kinks: Sequence[float], longest: float, default_longest: float) -> list[float]:
     """Add times between kinks that are closer to each other than the longest step; return kinks and added times, sorted.
 
-    All times are in s. Solvers end steps on them. Between such kinks a run with the default longest step takes one step, and a
-    finer run `default_longest / longest` steps, rounded up: so the difference of two runs shows the error made there.
+    All times are in s. Solvers end steps on them. Between such kinks a run with the default longest step takes one step. A finer
+    run takes `default_longest / longest` steps, rounded up: so the difference of two runs shows the error made there.
     """
     parts = max(1, ceil(default_longest / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
     added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
@@ -154,8 +154,8 @@ class Spectral(Setting):
     steps: Controlled | Equal = part(
         Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
         doc="length of the steps; the tolerance, 1e-6 by default, is the local error allowed in a step, relative to the longest "
-        "link or a radian; of a deformation 100 times the tolerance is allowed, relative to the largest deformation so far; the "
-        "longest step is by default a 50th of the duration; steps end where contacts begin, equal steps, too",
+        "link or a radian; a deformation may have 100 times this error, relative to the largest deformation so far; the longest "
+        "step is by default a 50th of the duration; steps end where contacts begin, equal steps, too",
     )  # fmt: skip
     degree: int | None = whole(2, 60, doc="degree of the strips' polynomials; 8 by default", default=None)
     contact_tolerance: float = quantity(

@@ -95,6 +95,7 @@ def part(*kinds: object, example: str = "", doc: str = "", default: object = MIS
 )
 def declared(kind: Class) -> Class:
     """Make a class a frozen dataclass whose docstring lists its fields; a decorator."""
+    # eq, repr: `Declared` defines both for all its classes
     decorated: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False)(kind)
     decorated.__doc__ = _Doc(kind.__doc__ or "")
     return decorated

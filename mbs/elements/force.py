@@ -1,8 +1,8 @@
 """Forces on points, torques on links, and loads along a strip.
 
 Signals of loads are of the kind `INTERNAL`, and their work is energy 'supplied', as `signal` defines them. A method with an
-argument `times` takes the motion from the samples of the record, but evaluates functions of time at `times` [s], one for each
-sample: at the sample itself or, where a function jumps, just before or just after it.
+argument `times` takes the motion from the samples of the record. It evaluates functions of time at `times` [s], one for each
+sample: the sample itself or, for the left and right limits at a jump, just before or just after it.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,7 +29,7 @@ class Force(Stateful):
     'force.B'
     """
 
-    title: ClassVar[str] = "force on '{point}'"  # a template of `Element`, as `label`
+    title: ClassVar[str] = "force on '{point}'"  # `Element` explains the fields in braces, also of `label`
     label: ClassVar[str] = "force.{point:point}"
     signature: ClassVar[Law] = Law("t", "N", size=2)
     variables_with_states: ClassVar[str] = "t, x, y, vx, vy"
@@ -37,12 +37,12 @@ class Force(Stateful):
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), signature)),
-        "the force, or a function of the time t (in s); its jumps and kinks are searched at every 1e-5 of a run, and shorter "
-        "pulses may be missed",
+        "the force, or a function of the time t (in s); a search in steps of 1e-5 of the run finds its jumps and kinks, but may "
+        "miss shorter pulses",
     )
     follows: str | None = names(
-        doc="a link with which the force turns: `value` is the force in the pose at t = 0; a flexible link turns it by its "
-        "angle at `point`, or at its start if it does not have `point`; 'beam:B' names another point of it",
+        doc="a link with which the force turns: `value` is the force in the pose at t = 0; the angle of a flexible link is that "
+        "at `point` or, if this is no point of the link, at its start; 'beam:B' names another point",
         default=None,
     )
     through: Pair | None = field(
@@ -65,7 +65,7 @@ class Force(Stateful):
         if self.follows is not None:
             check_turning(mechanism, self.follows, where)
         if self.through is not None:
-            check_turning(mechanism, holder_reference(mechanism, self.point), where)
+            check_turning(mechanism, holder_reference(mechanism, self.point), where)  # as its moment acts on an angle
         if self.states is not None and (self.follows is not None or self.through is not None):
             raise ValueError(f"{where}: states: a force with states neither follows a link nor goes through a place")
         self.check_states(mechanism)
@@ -78,7 +78,7 @@ class Force(Stateful):
         """Return the force [N] at t = 0 on a point at rest."""
         if not callable(self.value):
             return self.value
-        components = self.functions()[: self.signature.size]  # the rates of the states follow
+        components = self.functions()[: self.signature.size]  # `functions` has them first, then rates of states
         fx, fy = (component(*self.start_arguments(mechanism)) for component in components)
         return fx, fy
 
@@ -95,7 +95,10 @@ class Force(Stateful):
         """Return the force (times, 2) [N]."""
         values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         followed = self.turns_with(record.mechanism)
-        return values if followed is None else rotate(record.turn(followed)[0], values)
+        if followed is None:
+            return values
+        angle, _ = record.turn(followed)
+        return rotate(angle, values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """Return the force, with its moment about the point where the line of action goes through a fixed place."""
@@ -116,6 +119,7 @@ class Force(Stateful):
             yield Energy("supplied", "load", self.work_of(name, record))
             return
         position, _ = record.point(holder_reference(record.mechanism, self.point))
+        # a constant force: displacement times force is exact, without an integral over time
         yield Energy("supplied", "load", (position - position[0]) @ np.array(self.value))
 
 
@@ -206,7 +210,7 @@ class LineLoad(Load):
         if not (body.meshed and body.has_angles):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
-    def acting(self, turn: Array) -> Array:
+    def force_per_length(self, turn: Array) -> Array:
         """Return the force per length (times, sections, 2) [N/m] from the angles of sections since t = 0 [rad]."""
         return rotate(turn * self.turns, self.force)
 
@@ -214,14 +218,14 @@ class LineLoad(Load):
         """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle since t = 0)
-        force, (origin, _) = self.acting(poses[..., 2]), record.point(start)
+        force, (origin, _) = self.force_per_length(poses[..., 2]), record.point(start)
         moment = cross(poses[..., :2] - origin[:, None], force) + self.moment  # per length
         yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)
 
     def power(self, record: Recorded) -> Array:
         """Return the power on the strip (times,) [W]."""
         weights, poses, rates = record.links[self.link].quadrature()
-        by_force = (self.acting(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
+        by_force = (self.force_per_length(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
         return np.asarray((by_force + self.moment * rates[..., 2]) @ weights)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

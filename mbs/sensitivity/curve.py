@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 from ..geometry import Array
 
 JUMP_TIME = 1e-11
-"""Interval over the duration of the run below which its two samples are those of a jump: far above rounding, far below a step."""
+"""Interval over the time of the last sample below which two samples are those of a jump: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
 """Interval over the shorter one of its neighbours below which its samples are those of a jump, too."""
 
@@ -75,7 +75,10 @@ class Curve:
         return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): that of k, the sample outside."""
+        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): that of sample k.
+
+        k is the next sample outside or, at an end of the run, inside; only `Smooth` uses `step`.
+        """
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
@@ -183,8 +186,9 @@ class Smooth(Curve):
             if i in after_jumps or i + 1 in after_jumps:
                 return float(self.time[i])
         inside = [k + step, k + 2 * step, k + 3 * step]
-        is_at_end_of_run = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)
-        if is_at_end_of_run or (self.x[inside] == 0).any():
+        # no sample outside, at an end of the run, or fewer than three inside
+        lacks_samples = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)
+        if lacks_samples or (self.x[inside] == 0).any():
             return float(self.time[k])
         if self.x[k] < 0:
             return self._root(min(k, k + step), 0.0)

@@ -30,9 +30,9 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
 OF_CONTACTS = ("begins", "ends", "peak")
-"""Readings of single contacts; out of contact the signal is exactly zero, so that errors have the sign of the signal."""
+"""Readings of single contacts: errors have the sign of the signal, so that none is added out of contact, where it is 0."""
 BATCHES = 20
-"""Largest number of batches, and their number without a revolving drive: fewer make s uncertain, more are correlated."""
+"""Number of batches, about this with a revolving drive (29 at most): fewer make s uncertain, more are correlated."""
 LEAST_BATCHES = 4
 """Least number of batches for a standard deviation."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
@@ -58,10 +58,11 @@ def read(result: Result, text: str) -> Reading:
         return Reading(value, nan, unit, "unknown")
     if _has_errors_to_the_end(result):
         return Reading(value, bound_error(text, result), unit, "difference")
-    tree, names = parse_reading(text, result.signals)
+    tree, names = parse_reading(text, result.signals)  # names of signals by their short names _0, _1, ... in the tree
     signals = {short: result.signals[name] for short, name in names.items()}
     error = _propagate(tree, result.time, signals, lambda call, function, _: _sampling_error(call, function, result, signals))
-    return Reading(value, error, unit, "sampling" if error >= 0 else "unknown")
+    is_known = error >= 0  # False for nan
+    return Reading(value, error, unit, "sampling" if is_known else "unknown")
 
 
 def _has_errors_to_the_end(result: Result) -> bool:
@@ -138,7 +139,10 @@ def _sampling_error(call: ast.Call, function: str, result: Result, signals: Mapp
         if part.stop - part.start > 1:
             values.append(float(value_of(call, result.time[part], {name: x[part] for name, x in signals.items()})))
     n = len(values)
-    return float(t.ppf(0.5 + LEVEL / 2, n - 1) * np.std(values, ddof=1) * n ** POWERS[function]) if n >= LEAST_BATCHES else nan
+    if n < LEAST_BATCHES:
+        return nan
+    quantile = t.ppf(0.5 + LEVEL / 2, n - 1)  # the 97.5 % quantile
+    return float(quantile * np.std(values, ddof=1) * n ** POWERS[function])
 
 
 def find_batch_edges(result: Result) -> Array:

@@ -14,7 +14,8 @@ from .samples import write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 FORCE_DECAY = 0.8
-"""Factor of a contact's largest force from step to step: errors of a force are compared with those of recent steps."""
+"""Factor of a contact's largest force from step to step: errors of a force are compared with those of recent steps.
+The value is chosen: a third of a force is left after five steps."""
 MOST_JUMP = 0.1
 """Longest time of a move past a face or edge, as a share of the last step and of the time left."""
 
@@ -24,9 +25,11 @@ def _compute_accelerations(model, t):
     """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     n = state.q.size
-    work.kept_gradients[:] = 0.0  # without kept gradients of strains the strips' forces are those of the state's stresses
+    # the strips' forces are B^T times stresses plus B0^T times residuals, see `strips`: with B0 = 0 the stresses alone count
+    work.kept_gradients[:] = 0.0
     copy(state.stress, work.stress)
-    compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
+    since_memory = 0.0  # [s]
+    compute_forces(tables, work, Instant(t, since_memory, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
     compute_changes(tables, work, t, JUST_AFTER, state.change)
     copy(state.force, state.right_side[:n])
@@ -60,8 +63,8 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    A step ends just before a face or edge. The coordinates are then moved just beyond it at constant rates: by `closing_gap` and
-    the share `contacts.BEYOND` of it at most. This is so far below the error allowed that neither constraints nor rates are
+    A step ends just before a face or edge. The coordinates are then moved just beyond it at constant rates: by at most
+    (1 + `contacts.BEYOND`) times `closing_gap`. This is so far below the error allowed that neither constraints nor rates are
     corrected.
     """
     state = model.state
@@ -72,5 +75,5 @@ def restart_past_event(model, clock, controls, out, counts):
     clock.time, clock.needs_matrix = clock.time + h, True
     clock.previous = 0.0  # the next step starts from the accelerations, not from the polynomial of the last step
     _compute_accelerations(model, clock.time)
-    if controls.writes_within_steps:  # rows are also written within steps, close enough for linear interpolation
+    if controls.writes_within_steps:  # then rows are interpolated linearly, so the jump needs a row on either side
         write_after_jump(state, clock, controls, out, counts)

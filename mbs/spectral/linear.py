@@ -36,7 +36,7 @@ class Equations:
     residual: Array  # g, (r,)
     speed: Array  # right side of G v = speed, (r,)
     change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # nonzeros of the matrices `MatrixRow`, (4, slots + 1); the last takes zeros, see `tables`
+    entries: Array = field(repr=False)  # nonzeros of matrices by `MatrixRow`, (4, slots + 1); the last is never read: `tables`
     build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property
@@ -90,7 +90,7 @@ class Factors:
 
 
 class Linear(NamedTuple):
-    """Sparse matrices of the linearised equations of motion, all terms of `Equations` and M, for combinations of them."""
+    """Sparse matrices of the linearised equations of motion: M and the four of `Equations`; `matrix` combines them."""
 
     mass: csr_array  # M, (n, n)
     damping: csr_array  # C = -df/dv, (n, n)

@@ -2,8 +2,9 @@
 
 The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T.
 Constraints leave f free coordinates; equations are solved for 2 f + 1 changes: of these, of their rates and of p. A tangent
-(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In the metric of its length coordinates
-and rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx, pass 1 or -1.
+(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In its length, and so in
+arcs, coordinates and rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx,
+pass 1 or -1.
 """
 
 from __future__ import annotations
@@ -115,7 +116,7 @@ class ResponseCurve:
         normal = unit_p if before is None else metric * (before @ scaled)  # with unit_p the motion must not lie at a fold
         direction = solve(np.vstack([matrix, normal]), unit_p)  # matrix @ direction = 0, normal @ direction = 1
         tangent = scaled @ direction / np.sqrt(metric @ direction**2)
-        found = Found(state, shooting.period, residual=0.0, out=out, matrix=monodromy)
+        found = Found(state, shooting.period, residual=0.0, out=out, matrix=monodromy)  # of an orbit no residual is read
         return Orbit(found, parameter, basis, matrix, tangent, size)
 
     def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
@@ -149,7 +150,8 @@ class ResponseCurve:
     def finer(self) -> ResponseCurve:
         """Curve with finer steps, narrower differences, a higher degree unless `keeps_degree`; `refine` sets its parameter."""
         scene = self.shooting.scene
-        problem = self.problem.with_degree(0 if self.keeps_degree or not has_strips(scene) else DEGREE_STEP)
+        increment = 0 if self.keeps_degree or not has_strips(scene) else DEGREE_STEP
+        problem = self.problem.with_degree(increment)  # its scene replaces that of `finer`
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
 
     def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
@@ -191,6 +193,7 @@ class ResponseCurve:
                     start = finer.compute_orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
                     refined = finer.refine_root(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
+                # multipliers of a `Rest` are Lagrange's, of which none are kept here
                 rest = Rest(found.found.state.q, multipliers=np.empty(0), parameter=found.parameter)
                 yield root, CriticalMotion(kind, rest, curve.make_motion(found)), error
 
@@ -224,7 +227,8 @@ class ResponseCurve:
         return found
 
     def angle(self, orbit: Orbit, new: Orbit) -> float:
-        """Compute the angle between the tangents at two motions [rad], in the metric at the second (here times its size)."""
+        """Compute the angle between the tangents at two motions [rad], in the metric of the second."""
+        # the metric divides coordinates by the size; all are multiplied by it here, which does not change angles
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
@@ -252,7 +256,7 @@ class ResponseCurve:
             except StaticsError:
                 if arc <= SHORTEST:
                     return orbits, criticals, "singular"
-                arc *= 0.4  # repeat the step, which failed or must be shorter
+                arc *= 0.4  # repeat the step, which failed or must be shorter; the factor is chosen
                 continue
             orbits.append(new)
             arc = next_arc(arc, self.angle(last, new), longest)

@@ -120,7 +120,8 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         errors = _errors(found, finer)
         answer = found if keeps_degree else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
-        scale = max(np.abs(finer.parameter).max(), 1e-300)  # of parameters, by convention also for the error of the end
+        # scale of parameters; by convention also that of errors['end'], which is already over the longest link
+        scale = max(np.abs(finer.parameter).max(), 1e-300)
         if keeps_degree or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
             # a parameter at a critical point is not known better than its rounding error
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
@@ -174,7 +175,7 @@ class _Follower:
         rest, _ = find_equilibrium(constant, load=1.0)
         rest = rest._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
-            return settle(problem, rest._replace(parameter=self.step * self.to))  # loads start at 0
+            return settle(problem, rest._replace(parameter=self.step * self.to))  # at the share `step` of the last load
         return rest
 
     def run(self, rest: Rest, direction: Array | None) -> Path:
@@ -195,7 +196,7 @@ class _Follower:
         at_branching = leaving is not None
         length = min(self.step, BRANCH_STEP) if at_branching else self.step
         direction = self.continuation.direction(rests[0], None) if leaving is None else leaving
-        last = None  # the step before
+        last = None  # piece of the step before
         for _ in range(self.steps):
             watching.get().step((rests[-1].parameter - self.start) / (self.to - self.start))
             try:
@@ -206,9 +207,10 @@ class _Follower:
             if self.continuation.may_have_jumped(step, after):
                 length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as short as allowed
                 continue
-            whole, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
-            if not (at_branching or step.passes_corner):  # there eigenvalues are zero or jump
-                found = find_criticals(self.continuation, whole, last)
+            piece, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
+            # at a branching eigenvalues are zero; they jump at a corner, where a contact closes or opens
+            if not (at_branching or step.passes_corner):
+                found = find_criticals(self.continuation, piece, last)
             if branch := self._find_branch(found):  # go on from the branching
                 number, direction = branch
                 self.branch = None  # the path leaves only the first branching
@@ -218,11 +220,11 @@ class _Follower:
                 at_branching, last, length = True, None, min(self.step, BRANCH_STEP)
                 continue
             points += found
-            last = None if step.passes_corner else whole
+            last = None if step.passes_corner else piece
             direction, at_branching = after, False
             length = next_arc(step.arc, self.continuation.angle(step, after), self.longest)
             rests.append(step.new)
-            states.append(whole.after)
+            states.append(piece.after)
             if reason := self._check_end(step, rests, points, len(found)):
                 return reason
         return "steps"
@@ -231,7 +233,7 @@ class _Follower:
         """Return a branching with its parameter nearer to the end by 1e-8 of the range: less than its error, but not singular."""
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
-    def _check_end(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
+    def _check_end(self, step: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
         """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''.
 
         The last equilibrium then becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
@@ -244,10 +246,11 @@ class _Follower:
             while points and (points[-1].rest.parameter - self.to) / (self.to - self.start) > 0.0:
                 points.pop()
             return "reached"
-        if not self.continuation.is_on_step(last, rests[0]):
+        if not self.continuation.is_on_step(step, rests[0]):
             return ""
-        closing_arc = self.continuation.arc_of(last, rests[0]) - ON_CURVE * last.arc  # tolerant, as the start may be critical
-        while new and self.continuation.arc_of(last, points[-1].rest) > closing_arc:
+        # shorter by the tolerance: a critical point at the start, found again with a small error, is removed, too
+        closing_arc = self.continuation.arc_of(step, rests[0]) - ON_CURVE * step.arc
+        while new and self.continuation.arc_of(step, points[-1].rest) > closing_arc:
             points.pop()
             new -= 1
         rests[-1] = rests[0]
@@ -276,7 +279,10 @@ class _Follower:
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None  # 1e-4 of the longest link: above rounding
 
     def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
-        """Yield the shapes with which paths leave a branching, to both sides; if multiple, those that move a point most."""
+        """Yield the shapes with which paths leave a branching, to both sides.
+
+        At a multiple one these are, for each point of a link along x and y, the sums of shapes that move the point most.
+        """
         shapes: list[Array] = list(critical.shapes.T) if critical.multiple == 1 else []
         links = [link for link in self.problem.scene.mechanism.links if not link.body.massless] if not shapes else []
         motions = ((link.name, point, along) for link in links for point in link.points for along in np.eye(2))

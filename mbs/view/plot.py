@@ -199,7 +199,7 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
 def plot_fit(fit: Any) -> Figure:
     """Draw measured and fitted signals, their differences, and profiles of the likelihood; see `Fit.plot`."""
     pairs = zip(fit.experiments, fit.predicted, strict=True)
-    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:12]  # a row is 45 mm high
+    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:12]  # more are not drawn
     count = len(rows) + ceil(len(fit.profiles) / 2)
     figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
     for (each, predicted, name), (left, right) in zip(rows, axes, strict=False):
@@ -230,7 +230,7 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, in_legend = "xy".index(axis), set[str]()
     branches = (path, *getattr(path, "branches", ()))
-    # for each branch positions (steps, 2) or, of periodic motions, amplitudes; the same at critical points; a text for the label
+    # for each branch: positions (steps, 2), or amplitudes of periodic motions; those at its critical points; prefix of the label
     heights = [branch.heights(link, point) for branch in branches]
     _, _, prefix = heights[0]  # '' or 'amplitude of ', the same for all branches
     for branch, (places, critical_places, _) in zip(branches, heights, strict=True):
@@ -267,7 +267,7 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
         k = int(np.argmin(away[:-1] + away[1:] - steps))
         cuts.append(arc[k] + steps[k] * away[k] / (away[k] + away[k + 1]))
         cut_steps.add(k)
-    is_regular = ~np.isin(arc, cuts)  # not a critical point itself
+    is_regular = ~np.isin(arc, cuts)  # False at points that are critical themselves, where a cut lies exactly
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())
     cuts += [(arc[k] + arc[k + 1]) / 2 for k in changes - cut_steps]
     curve, pieces = CubicSpline(arc, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()

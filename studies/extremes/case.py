@@ -55,9 +55,9 @@ class Verdict(StrEnum):
     """Verdict on a run by its status and its comparison with a reference.
 
     RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large.
-    NO_REFERENCE: the status is OK, and nothing could be compared. NAMED: the mechanism is refused, the run fails or runs out of
-    time, or it is suspect with too large an error, without a reference, or by `MODEL_CHECKS` alone. FALSE_ALARM: it is suspect
-    by another check, though its errors are allowed.
+    NO_REFERENCE: the status is OK, and nothing could be compared. NAMED: the program names a fault itself. It refuses the
+    mechanism, or the run fails, runs out of time or is suspect: with too large an error, without a reference, or by
+    `MODEL_CHECKS` alone. FALSE_ALARM: the run is suspect by another check, though its errors are allowed.
     """
 
     RIGHT = "right"
@@ -147,7 +147,7 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
     try:
         simulate(draw.mechanism, TRIAL * draw.duration, solver=Spectral())  # compiles the solver
         start = perf_counter()
-        result = simulate(draw.mechanism, draw.duration, accuracy, timeout=timeout)
+        result = simulate(draw.mechanism, draw.duration, accuracy, timeout=timeout)  # with the solver chosen by default
         spent = perf_counter() - start
     except ValueError as refusal:  # KinematicsError among them
         message = "refused: " + " ".join(str(refusal).split())
@@ -174,7 +174,7 @@ def read(draw: Draw, result: Result) -> Measures:
     """Read the measures of a run."""
     mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
-        late = result.time > 0.999 * result.time[-1]  # a mean over 10 ms of 10 s: many periods of the strip's axial vibration
+        late = result.time > 0.999 * result.time[-1]  # 10 ms of such a run of 10 s: many periods of axial vibration
         inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # force on the guide's mass [N]
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
@@ -211,7 +211,8 @@ def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
     for kind in {"place", "path"} & set(measures):
         places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]
         errors = [result.error.absolute(name, Norm.PEAK) for name in places if (name, Norm.PEAK) in result.error]
-        found[kind] = max(errors, default=0.0) / np.nanmax(np.abs(measures[kind]))
+        largest = np.nanmax(np.abs(measures[kind]))  # places after the end of the run are nan
+        found[kind] = max(errors, default=0.0) / largest
     for name, owner in find_forces(result).items():
         is_unresolved = (result.traits[name].source or name) in result.error.unresolved
         for norm, kind in ((Norm.RMS, "force rms of"), (Norm.PEAK, "force peak of"), (Norm.IMPULSE, "impulse of")):
