@@ -83,8 +83,8 @@ def make_grid(load_point: float, nodes: int, angle: Angle | None) -> Grid:
 def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:
     """Subtract Newton steps until one is below 1e-9: steps shrink quadratically, so the next would be below rounding.
 
-    The size of a step is the largest change, relative to unknowns above 1. After 25 steps, a step above 1e3 or a singular matrix
-    it raises a NewtonDivergedError.
+    The size of a step is the largest change, relative to unknowns above 1. After 25 steps, a step above 1e3 (both chosen) or a
+    singular matrix it raises a NewtonDivergedError.
     """
     for _ in range(25):
         try:

@@ -11,8 +11,8 @@ Let alpha be the end angle, m = sin^2(alpha/2) the elliptic parameter and m1 = 1
     u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m);                                       (2)
     y_mid / L = sqrt(m)/K(m).                                                  (3)
 
-where B and D are the associate complete integrals: the quarter-period integrals of cos^2 and sin^2 over
-sqrt(1 - m sin^2). So K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
+Here B and D are the associate complete integrals: the quarter-period integrals of cos^2 (B) and sin^2 (D)
+over sqrt(1 - m sin^2). So K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
 The unknown of both inversions is w = -ln(m1): it is u to leading order for a nearly straight strip, keeps
 m1 to full relative precision for a nearly closed loop, and makes K and K/E almost linear.
 
@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 LOAD_CRITICAL = float(np.pi**2)
 """Euler load, P L^2/(E I): the buckled branch starts here."""
 LOAD_MAX = 180.0
-"""Largest load that `shortening` takes, P L^2/(E I); a nearly closed loop."""
+"""Largest load that `shortening` takes, P L^2/(E I), a nearly closed loop: a little above load(1.7) = 177.8."""
 SHORTENING_MAX = 1.7
 """Largest end shortening over length."""
 _TINY, _HUGE = float(np.finfo(float).tiny), float(np.finfo(float).max)
@@ -162,7 +162,7 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
     """Largest bending stress, E h kappa/2, at the surface of mid-span.
 
     The direct stress P/A is left out with the extensibility that would go with it; it is smaller by the
-    order of h/L.
+    order of h/L, except just after buckling, where the bending stress is near zero.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def _newton(step: Callable[[Array], Array], w: Array) -> Array:
     for _ in range(10):
         change = step(w)
         w = w - change
-        if np.all(np.abs(change) <= 1e-8 * w + 4e-15):
+        if np.all(np.abs(change) <= 1e-8 * w + 4e-15):  # 4e-15 is chosen, for w near 0
             return w
     raise ArithmeticError(f"Newton iteration for the elliptic parameter left a step of {np.max(np.abs(change)):.1e}")
 

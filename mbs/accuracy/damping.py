@@ -26,9 +26,9 @@ Factor = Callable[[Array], Array]
 MASS_RATIO = 2.0
 """Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. The ratio is not known;
 as A and A/(w m) = A sqrt(M/m)/(2 pi M/T) increase with it, errors are rather under- than overestimated."""
-COMMON = 3.0
-"""Error by damping over the difference of two runs, to which the estimate for strips is limited: such runs also differ, as their
-steps damp unequally. The errors of most randomly drawn mechanisms are 2 to 5 times the difference; this is a middle value."""
+MOST_OVER_DIFFERENCE = 3.0
+"""Largest error by damping that is estimated for strips, over the difference of two runs. Such runs also differ by damping, as
+their steps damp unequally. Errors of most randomly drawn mechanisms are 2 to 5 times the difference; this is a middle value."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
@@ -55,9 +55,9 @@ def compute_lost_force(run: Trajectory, forces: Collection[str], factor: Factor)
 def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count only where nothing strikes, and errors are then `COMMON` times the difference of the two runs at most: strips
-    also vibrate laterally, for which the formula gives too much. Deflections, which are lateral, then get no error. No place errs
-    by more than its own range.
+    Strips count only where nothing strikes, and errors are then `MOST_OVER_DIFFERENCE` times the difference of the runs at
+    most: strips also vibrate laterally, for which the formula gives too much. Deflections, which are lateral, then get no error.
+    No place errs by more than its own range.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
     has_strips = bool(forces & run.strip_forces)
@@ -72,11 +72,11 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
     for name, signal in run.signals.items():
         is_journal = bool(signal.scale)  # of the places only that of a journal has a `scale`, the clearance
         if signal.kind is Kind.PLACE and not is_journal and not (has_strips and name.endswith(".deflection")):
-            own_range = run.own_sizes[name, Norm.RMS]
+            own_range = run.own_sizes[name, Norm.RMS]  # both own sizes of a place are its range
             error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), own_range)
             for norm in (Norm.RMS, Norm.PEAK):
-                common = COMMON * differences.get((name, norm), 0.0) if has_strips else inf
-                found[name, norm] = min(error / run.sizes[name, norm], common)
+                limit = MOST_OVER_DIFFERENCE * differences.get((name, norm), 0.0) if has_strips else inf
+                found[name, norm] = min(error / run.sizes[name, norm], limit)
         if len(signal.depth) and len(signal.onsets):  # a contact that closes
             before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]

@@ -60,7 +60,7 @@ class Trajectory:
         scene, end, links = Scene.of(run.record.mechanism), float(run.record.time[-1]), run.record.mechanism.links
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         return cls(
-            run.record.time, found, scene.size, scene.kinks(end), mass=scene.mass,
+            time=run.record.time, signals=found, longest_link=scene.size, kinks=scene.kinks(end), mass=scene.mass,
             least_force=scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2,
             undetermined=frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED),
             strut_forces=frozenset(f"{link.name}.compression" for link in links if link.body.massless),
@@ -104,7 +104,7 @@ class Trajectory:
         vectors, families = dict[str, float](), dict[tuple[str, str], float]()
         for name, signal in self.signals.items():
             own, group, family = self.own_sizes[name, norm], signal.group or name, _family(signal)
-            vectors[group] = np.maximum(vectors.get(group, TINY), own)
+            vectors[group] = np.maximum(vectors.get(group, TINY), own)  # nan stays nan
             families[family] = np.maximum(families.get(family, TINY), own)
         # a torque counts as a force at the arm of the longest link, so that forces and torques have one common largest size
         force_at_arm = families.get(TORQUES, TINY) / self.longest_link
@@ -123,6 +123,7 @@ class Trajectory:
         count = int(np.searchsorted(self.time, end)) + 3
         if count >= len(self.time):
             return self
+        # `depth`: of a stop's contact, else empty
         cut = {name: s._replace(values=s.values[:count], depth=s.depth[:count]) for name, s in self.signals.items()}
         return replace(self, time=self.time[:count], signals=cut)
 
@@ -138,16 +139,16 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     energies is E (1 + r/SMALL), so that these vibrations never exceed the share `SMALL` of it.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
-    throughput, unresolved = compute_throughput(record, energies, run.values)  # [J], and the share of such vibrations in it
+    throughput, vibration_share = compute_throughput(record, energies, run.values)  # [J], and r
     imbalance = float(np.abs(energies.pop("error")).max()) / throughput
     del energies["throughput"]
     # twice the energy of a pendulum of the mechanism's mass and size at the angle RESTING
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
-    size = max(throughput * (1 + unresolved / SMALL), resting)
+    size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    # bristles of friction may store all energy that is put in, so that there the share has no limit
+    # bristles of guides, the only ones in this share, may store all energy that is put in: with them the share has no limit
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
-    stored = unresolved if has_friction else min(unresolved, UNRESOLVED_MOST)
+    stored = vibration_share if has_friction else min(vibration_share, UNRESOLVED_MOST)
     return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
 
 

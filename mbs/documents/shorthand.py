@@ -55,9 +55,10 @@ def _read_parameters(raw: object, names: set[str]) -> dict[str, Any]:
             raise ValueError(f"{path}: is {meaning}, too; choose another name, as {name}_0")
         if not WORD.fullmatch(name):
             raise ValueError(f"{path}: no name for a formula; a name has letters, digits and _, and begins with a letter")
-        values[name] = value = _evaluate(each, values, path) if isinstance(each, str) and not is_measured(each) else each
+        is_formula = isinstance(each, str) and not is_measured(each)
+        values[name] = value = _evaluate(each, values, path) if is_formula else each
         if isinstance(value, str) and is_measured(value):
-            _number(value, path)
+            _number(value, path)  # raises an error if the unit is wrong
         elif isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
             raise ValueError(f"{path} = {show(each)}: must be a number, one with a unit such as '40 mm', or a formula of others")
     return values
@@ -103,7 +104,7 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     try:
         used = names_in(parse(formula, {*values, *VARIABLES, *states}))
     except ValueError as error:
-        has_wrong_syntax = "is no formula" in str(error)  # as a text of several words, which the reader of the field checks
+        has_wrong_syntax = "is no formula" in str(error)  # says `parse`, also of plain words, which the field checks
         if has_wrong_syntax:
             return text
         raise ValueError(f"{path} = {show(text)}: {error}") from None  # such as a name that is not known
@@ -192,7 +193,7 @@ def _complete_link(link: object, defaults: Mapping[str, Any]) -> Any:
 
 
 def _complete(raw: Any, usual: Mapping[str, Any]) -> Any:
-    """Return a table completed by the keys and values of `usual`; one that names a kind only if `usual` names the same."""
+    """Return a table completed by the keys and values of `usual`, but unchanged if it names another kind than `usual`."""
     may_complete = isinstance(raw, Mapping) and ("kind" not in raw or raw["kind"] == usual.get("kind"))
     return {**usual, **raw} if may_complete else raw
 

@@ -102,7 +102,8 @@ class Motion(Declared):
     def acceleration(self, t: float, last: float = inf) -> float:
         """Compute the derivative of the speed by Richardson extrapolation of differences with the steps h and h/2.
 
-        All evaluations lie between the kink at or before t, or 0, and the next kink, or `last` [s]. There h is `STEP` or less.
+        All evaluations lie between the kink at or before t, or 0, and the next kink, or `last` [s]; h is `STEP`, or less
+        if they are close.
         """
         kinks = self.kinks(last)
         start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)
@@ -118,7 +119,7 @@ class Motion(Declared):
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration) at which the motion jumps, has a kink or changes quickly [s]."""
+        """Return the times in (0, duration) at which the motion jumps, has a kink or changes quickly (`functions.breaks`) [s]."""
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 

@@ -56,7 +56,7 @@ class SliderCrank(NamedTuple):
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)
 
     def contact_angle(self, stop: float) -> float:
-        """Compute the crank angle in (0, pi) at which x = stop is reached, by the cosine rule; raise a ValueError if never."""
+        """Compute the crank angle in (0, pi) at which the slider reaches x = stop (cosine rule); raise a ValueError if never."""
         inner, outer = self.slider(0.0), self.slider(np.pi)
         if not outer <= stop <= inner:
             raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")

@@ -17,7 +17,7 @@ from .strip_body import StripBody
 from .tables import BlockColumn, Forces, Markers, Memory, Report, StripColumn, Tables
 
 ROUNDING = 1e-12
-"""Violation of G v = speed, over the largest speed, below which start rates are not corrected: rounding."""
+"""Relative error that counts as rounding: of G v = speed, before start rates are corrected; of multipliers in `balance`."""
 MOST_ITERATIONS = 20
 """Iterations after which `balance` returns the last, converged or not; enough for 1e-12 if each divides the change by 4."""
 LEAST_RATE = 1e-3
@@ -50,8 +50,8 @@ def start_rates(scene: CompiledScene) -> Array:
             v[dof] = found.rates[found.linkage.index[link], 2]
         else:
             v[dof : dof + 2] = found.velocity(link, point)
-    for dof, state in scene.builder.state_rates.items():
-        v[dof] = state  # a state of a law is the rate of a coordinate made for it (`stateful`)
+    for dof, initial_state in scene.builder.state_rates.items():
+        v[dof] = initial_state  # a law's state is the rate of a coordinate made for it (`stateful`)
     equations = scene.assemble(scene.q0, tangents=False, sparse=True)
     missing = equations.speed - equations.jacobian @ v
     if np.abs(missing).max(initial=0.0) > ROUNDING * max(1.0, np.abs(equations.speed).max(initial=0.0)):
@@ -91,8 +91,8 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
 
-    Components are normal with standard deviation `spread`, in m or rad, but 0 for modal coordinates. The pseudo-inverse of G
-    then projects the change, which may move modal coordinates again.
+    Components are normal with standard deviation `spread`, in m or rad; those of modal coordinates are 0. The projection by the
+    pseudo-inverse of G, which comes after, may change modal coordinates, too.
     """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
@@ -110,7 +110,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
     tables, newton, mass, z = scene.tables, scene.fronts, scene.mass_fronts, np.zeros
     n, r, forces, elastic = len(q), len(lam), len(memory), len(tables.elastic)
     points = int(tables.strips[:, StripColumn.POINTS].sum())  # Gauss points of all strips
-    unknowns, slots, entries = n + r, len(tables.mass), _count_jacobian_entries(tables)  # `slots`: nonzeros, and one more
+    unknowns, slots, entries = n + r, len(tables.mass), _count_jacobian_entries(tables)  # `slots`: one more, for blocks' zeros
     largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
     stresses, reports = (points, 3), (forces, len(Report))
     return RadauState(
@@ -162,5 +162,7 @@ def _count_jacobian_entries(tables: Tables) -> int:
 
 def _are_modal_links_free(tables: Tables) -> bool:
     """Return True if there are modal links, and no constraint acts on their coordinates."""
-    constrained = {int(x) for at, width, _ in tables.blocks[: len(tables.rows)] for x in tables.block_unknowns[at : at + width]}
-    return len(tables.modal) > 0 and all(constrained.isdisjoint(range(o, o + 3 + m)) for o, m, _ in tables.modal.tolist())
+    blocks, unknowns = tables.blocks[: len(tables.rows)], tables.block_unknowns  # blocks of constraints
+    constrained = {int(x) for first, width, _ in blocks for x in unknowns[first : first + width]}
+    links = [range(first, first + 3 + modes) for first, modes, _ in tables.modal.tolist()]  # 3 coordinates of the frame, modes
+    return len(links) > 0 and all(constrained.isdisjoint(link) for link in links)

@@ -2,13 +2,14 @@
 
 At each Gauss point the strains eps, gamma, kappa are functions of four arguments z = A x, linear in the strip's coordinates x:
 Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'', y''). B = d strain/dz (3, 4) are the gradients of the strains;
-stresses n = (N, Q, M) are axial force, shear force, moment. In the mixed form stresses are unknowns of Newton's method, (4) of
-docs/theory-spectral.md. B0, in work.kept_gradients, is the B of the state at which its matrices were last computed.
+stresses n = (N, Q, M) are axial force, shear force, moment, n = D (strains - free ones), D = diag(EA, GA, EI). In the mixed form
+n are unknowns of Newton's method, and forces are -A^T (B^T n + B0^T residual), see (4) of docs/theory-spectral.md. The residual
+is the n of the strains less the unknown n. B0, in work.kept_gradients, is the B at which Newton's matrices were last computed.
 
 Local names: nb basis functions, ng Gauss points, g one of them, p its index among those of all strips; `lag`, damping times [s]
 of N, Q, M. Dofs of a strip begin at index `first` of tables.dofs, its numbers at index d of tables.data: `StripData` has their
-order; `weights`, `free_strains`, `functions` are indices there, too. An argument is a sum of nb functions: `block` has the index
-of its first coefficient among the strip's coordinates, `order` the order of the functions' derivative.
+order; `weights`, `free_strains`, `functions` are indices of tables.data, too. An argument is a sum of nb functions. For each of
+the four, `block` has the index of its first coefficient among the strip's coordinates, `order` the functions' derivative.
 """
 
 import numpy as np
@@ -44,7 +45,10 @@ def _compute_strains(kind, z0, z1, z2, z3, gradients):
 
 @kernel_function
 def _differentiate_gradients(kind, dx, dy, ddx, ddy, gradients, second):
-    """Fill `second` (3, 4, 4) with second derivatives of the strains by z, from B or, of Kirchhoff, z = (dx, dy, ddx, ddy)."""
+    """Fill `second` (3, 4, 4) with second derivatives of the strains by z: Reissner's from B, Kirchhoff's from z = (dx, .., ddy).
+
+    Kirchhoff's strains are |r'| - 1, 0 and kappa = (dx ddy - dy ddx)/|r'|^2, with |r'|^2 = dx^2 + dy^2.
+    """
     second[:] = 0.0
     if kind == StripKind.REISSNER:
         c, s, shear, axial = gradients[0, 0], gradients[0, 1], gradients[0, 2], -gradients[1, 2]
@@ -112,7 +116,7 @@ def _subtract_transposed(data, m, f, block, count, out):
 
 @inline
 def _compute_stresses(data, d, free, strain, b, rate, lag):
-    """Compute the stresses n = D (strain - free + lag B rate), with D = diag(EA, GA, EI) and `rate` that of z."""
+    """Compute the stresses n = D (strain - free + lag B rate), with `rate` that of z; lag[1] = 0, as shear is undamped."""
     e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
     if lag[0] > 0.0 or lag[2] > 0.0:
         e0 += lag[0] * (b[0, 0] * rate[0] + b[0, 1] * rate[1] + b[0, 2] * rate[2])
@@ -132,7 +136,7 @@ def _replace_stresses(work, p, gradients, n):
         residual[0] * b0[0, 0] + residual[1] * b0[1, 0] + residual[2] * b0[2, 0],
         residual[0] * b0[0, 1] + residual[1] * b0[1, 1] + residual[2] * b0[2, 1],
         residual[0] * b0[0, 2] + residual[1] * b0[1, 2] + residual[2] * b0[2, 2],
-        residual[2] * b0[2, 3],  # the last argument bends only
+        residual[2] * b0[2, 3],  # B[0, 3] = B[1, 3] = 0: only the curvature depends on z3
     )
 
 
@@ -158,7 +162,7 @@ def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
         strain = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
         f = free_strains + g
         free = tables.data[f], tables.data[f + ng], tables.data[f + 2 * ng]
-        # rates of the arguments, as far as damping needs them: of all, or of Reissner's curvature, which is an argument
+        # damping needs the rates of all arguments; or of z3 alone, if only Reissner's curvature, which is z3, is damped
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
             z_rate = _compute_arguments(tables.data, m, rate, block, nb)
         elif lag[2] > 0.0:
@@ -194,8 +198,8 @@ def add_strips(tables, work, q, v, f):
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last, PLAIN or RENEWED.
 
-    In the form RENEWED the increments of the stresses, D B0 A dq, are eliminated from Newton's equations. As B0 has just been set
-    to B, the terms are those of PLAIN.
+    In the form RENEWED the increments of the stresses, D B0 A dq and by damping D B0 lag A dv, are eliminated from Newton's
+    equations. As B0 has just been set to B, the terms are those of PLAIN.
     """
     point = 0
     for strip in range(tables.strips.shape[0]):
@@ -277,14 +281,14 @@ def advance_stresses(tables, work, shift, rate_shift, stress, residual):
         dofs, functions = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng
         x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
-            x[a], rate = shift[dofs[a]], rate_shift[dofs[a]]
+            x[a], rate = shift[dofs[a]], rate_shift[dofs[a]]  # then dq + lag dv with the times of N and of M
             axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate
         for g in range(ng):
             p = point + g
             b0 = work.kept_gradients[p]
             for i in range(4):
                 m = functions + (order[i] * ng + g) * nb
-                # dz + lag dz_t is dz for the shear force, da for the axial force, db for the moment; the conditions save sums
+                # dz + lag dz_t is dz for Q (no lag), da for N, db for M: increments, not forces; the conditions save sums
                 dz = da = db = _sum(tables.data, m, x, block[i], nb)
                 if axial_time > 0.0 and b0[0, i] != 0.0:
                     da = _sum(tables.data, m, axial, block[i], nb)

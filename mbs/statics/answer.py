@@ -31,7 +31,8 @@ CRITICAL_ACCURACY = 1e-6
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
-"""Default arc length of the first step of a path, 1 for the size of the mechanism, 1 rad or the parameter's range; see `arc`."""
+"""Default arc length of the first step of a path. A change of all coordinates by the mechanism's size or 1 rad has length 1;
+so has one of the parameter by its range; see `arc`."""
 MAX_STEP = 0.1
 """Default arc length of the longest step of a path: at least ten cover the parameter's range."""
 
@@ -198,8 +199,9 @@ def parameters_at(kind: str, doc: str) -> Any:
 class Route(Answer):
     """Path of equilibria or of periodic motions over a parameter, with critical `points` and their errors.
 
-    `points` are `Critical` points of equilibria or `CriticalMotion`s. `ended` is 'reached' or another reason of `explain_end`.
-    `errors` are arrays by the keys in `KEYS`, in which a point of multiplicity m has m entries.
+    `points` are `Critical` points of equilibria or `CriticalMotion`s, with the parameter `rest.parameter` and the multiplicity
+    `multiple`. `ended` is 'reached' or another reason of `explain_end`. `errors` are arrays by the values of `KEYS`, in which a
+    point of multiplicity m has m entries.
     """
 
     ended: str
@@ -220,7 +222,7 @@ class Route(Answer):
             error = f", error {errors[point.kind][0]:.1e}" if errors[point.kind] else ""
             multiple = f", {point.multiple} eigenvalues" if point.multiple > 1 else ""
             out.append((point.kind, f"{point.rest.parameter:.9g}{error}{multiple}"))
-            del errors[point.kind][: point.multiple]  # the next point of the kind has the error behind them
+            del errors[point.kind][: point.multiple]  # those of this point, of which the first is shown
         end = f" at {self.parameter[-1]:.9g} after {len(self.parameter)} steps" if len(self.parameter) else ""
         return [*out, ("ended", f"{self.ended}{end}")]
 
@@ -232,8 +234,8 @@ class Path(Route):
     `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `q`
     (steps, n) are coordinates, `multipliers` (steps, r) those of constraints. `growth` (steps,) is the largest growth rate of a
     small motion [1/s], 0 if stable, and `unstable` (steps,) the number of negative eigenvalues of K. `points` are limit points,
-    branchings and flutter points in their order. `errors` are changes by a higher degree of the strips, of `limits`,
-    `branchings`, `flutter`, and of the positions at the `end`. `branches` leave the branchings, if requested.
+    branchings and flutter points in their order. `errors` are changes by a higher degree of the strips: of `limits`,
+    `branchings`, `flutter`, and, by the key 'end', of the last positions. `branches` leave the branchings, if requested.
     """
 
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
@@ -242,7 +244,10 @@ class Path(Route):
     branches: list[Path] = field(default_factory=list)
 
     def rounding(self, name: str, count: int) -> Array:
-        """Return rounding errors of the first `count` `limits`, `branchings` or `flutter`; 0 if the path has fewer of them."""
+        """Return rounding errors, the least possible ones, of the first `count` `limits`, `branchings` or `flutter`.
+
+        They are 0 beyond the points that this path has; the path of another degree may have more.
+        """
         known = [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
         return np.array((known + count * [0.0])[:count])
 

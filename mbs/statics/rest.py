@@ -81,7 +81,7 @@ def equilibrium(
     number("load", load, -np.inf, np.inf, "1")
     scene = CompiledScene.of(mechanism, degree)
     problem = Problem(scene, loads_of(scene))
-    watching.get().best = None  # arguments of `_answer`, once there is a state that may be the answer
+    watching.get().best = None  # later (problem, state, error, message) of the best state: arguments of `_answer`
     try:
         rest, message = find_equilibrium(problem, load)
         return _answer(*_refine(problem, rest, degree is not None), message)
@@ -108,12 +108,12 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         new, tau, change = _step(problem, rest, tau)
         way += change
         found = None
-        if change < TARGET_MOVE / 100:  # near rest
+        if change < TARGET_MOVE / 100:  # near rest; 100 is chosen, and only begins a try of Newton's method
             with suppress(StaticsError):  # Newton steps must decrease: growing ones would lead to another equilibrium
                 found = problem.newton(new, must_decrease=True)
         if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < TARGET_MOVE:
             spectrum = problem.spectrum(found)
-            if spectrum.stable or displacements > 20:  # after as many displacements the answer is unstable
+            if spectrum.stable or displacements > 20:  # 20 is chosen: an unstable equilibrium is then the answer
                 return found
             fastest = int(np.argmax(spectrum.growth))
             shape = np.real(spectrum.shapes[:, fastest])
@@ -151,7 +151,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
     """
     n, units = problem.scene.size, problem.units
     mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
-    for iteration in range(4):  # more than one, as the first stretches a strip that rotates
+    for iteration in range(4):  # until forces at the end pass; the first may fail, as it stretches a strip that rotates
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
         matrix, force_unit = problem.scale_matrix(last, mass / tau)  # for dq over units, dlambda over force_unit
         out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
@@ -201,7 +201,8 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
         lengths = [scene.measure(i, rest.q) for i in range(first, first + count)]
         if min(lengths) < 1e-6 * scene.length:
             raise RunsAwayError(f"no equilibrium: '{name}' draws one of its ends into a pulley")
-        if rest.multipliers[row] < -BALANCED * max(1.0, np.abs(rest.multipliers).max()):
+        largest = max(1.0, np.abs(rest.multipliers).max())  # [N or N m]; 1 is a floor
+        if rest.multipliers[row] < -BALANCED * largest:
             raise SlackError(f"'{name}' would have to push with {-rest.multipliers[row]:.4g} N: it goes slack")
 
 
@@ -219,7 +220,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False
-        may_be_unstable = not stable or increment < LEAST_INCREMENT  # it was before, or the loss is no fault of the step
+        may_be_unstable = not stable or increment < LEAST_INCREMENT  # it was unstable, or becomes so in any increment
         if is_near and (stays_stable or may_be_unstable):
             rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
         elif increment < LEAST_INCREMENT:
@@ -252,7 +253,8 @@ def _refine(problem: Problem, rest: Rest, keeps_degree: bool) -> tuple[Problem, 
 def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
     """Make the result from a state with its stability; its error is at least the next step of Newton's method."""
     check_ropes(problem, rest)
-    error = max(error, problem.step(rest)[1])
+    _, next_change = problem.step(rest)  # in units of the coordinates
+    error = max(error, next_change)
     spectrum = problem.spectrum(rest)
     neutral = tuple(find_moving_link(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
     growth = float(spectrum.growth.max(initial=0.0))

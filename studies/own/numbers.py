@@ -97,7 +97,8 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
     found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
-    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}  # no start of the data
+    # TIME_ZERO shifts the data in time and is no number of the mechanism
+    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
     mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     figure = out / "fit.png"
     found.plot().savefig(figure)
@@ -166,7 +167,7 @@ def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
     out = make_folder(options.out / f"{options.file.stem}-ensemble")
-    found, _ = ask(  # an interrupted ensemble is marked as such
+    found, _ = ask(  # the exit status is not needed: `found.interrupted` says the same
         run_ensemble, options, file.mechanism, file.duration, options.members,
         vary=dict(_read_variation(file.document, text) for text in options.vary),
         of=readings, skip=options.skip, each=parse_quantity(options.each, "s") if options.each else None, seed=options.seed,
@@ -192,6 +193,7 @@ def _read_variation(document: Mapping[str, object], text: str) -> tuple[str, obj
 
 
 def _summary(found: Ensemble, reading: str) -> dict[str, Any]:
+    """Return statistics of a reading; `cells` are means for each combination of the lists of `--vary`, the `grid`."""
     low, high = found.interval(reading)
     return {
         "reading": reading, "mean": found.mean(reading), "error": found.error(reading), "low": low, "high": high,
