@@ -83,5 +83,6 @@ def _require_range(shortening: ArrayLike) -> Reals:
         raise ValueError(f"shortening = {shortening} is outside 0 to 1 (end shortening/L)")
     u = np.asarray(shortening, dtype=float)
     if u.size and not (u.min() >= 0.0 and u.max() <= 1.0):  # the comparisons fail for NaN as well
-        _require_range(float(u[~((u >= 0.0) & (u <= 1.0))].flat[0]))
+        first_outside = float(u[~((u >= 0.0) & (u <= 1.0))].flat[0])
+        _require_range(first_outside)  # raises
     return u if u.ndim else float(u)

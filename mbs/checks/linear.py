@@ -44,7 +44,8 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
         length = record.mechanism.length(name)
         omega_1 = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        quarter_period = np.pi / (2 * omega_1)  # of the lateral vibration: many periods of axial vibrations, which a mean removes
+        # [s] of the lateral vibration, a chosen span of the mean: it has many periods of axial vibrations, which the mean removes
+        quarter_period = np.pi / (2 * omega_1)
         load_ratio = recent_mean(result.time, compression, quarter_period)
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
@@ -65,7 +66,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
 def _compression(run: Run, result: Result, name: str) -> Array:
     """Compute the compression of a link [N], (times,), from the joints at one end.
 
-    It is 0, so that nothing is checked, where other forces act at both ends. The same holds for a mesh from a file: the link's
+    It is 0, so that no load is checked, where other forces act at both ends. The same holds for a mesh from a file: the link's
     section does not give its bending stiffness, so that its critical load is not known.
     """
     link: Any = run.record.mechanism.link(name)
@@ -80,7 +81,7 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 
 
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point [N], (times, 2); None if it has no signals or if other forces act there."""
+    """Return the force of joints on a link at a point [N], (times, 2); None if one has no signals or other forces act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
     references = [getattr(element, field, "") for element in others for field in point_fields]

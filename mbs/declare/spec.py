@@ -79,7 +79,7 @@ class Quantity(Spec):
         for unit in self.unit.split(" or "):
             parse_unit(unit.replace("^n", ""))  # raises for a misspelt unit; N/m^n has the exponent n of a contact law
         self.metavar = "NUMBER" if self.unit in ("", "1") else self.unit
-        if self.nonzero:
+        if self.nonzero:  # these quantities have no bounds
             self.allowed = "not zero"
         elif self.low > -inf and self.high < inf:
             lowest = f"{'above ' if self.open_low else ''}{self.low:.12g}"
@@ -115,7 +115,7 @@ class Quantity(Spec):
         return found
 
     def write(self, name: str, value: Any) -> float:
-        """Return the number in SI units as a float; an int, which `read` never returns, stays one."""
+        """Return the number in SI units as a float; an int, as of a value that did not pass `read`, stays an int."""
         return int(value) if isinstance(value, Integral) else float(value)
 
     def schema(self) -> Schema:

@@ -24,7 +24,7 @@ ARM = 0.05
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 """Virtual points at a joint, in half widths."""
 ENDS = STATIONS[:2]
-"""Stations of the two joints."""
+"""Stations of the two joints, 'start' and 'end'."""
 IN_PLANE = (0, 1, 5)
 """Planar coordinates x, y, theta among those of the engine's frame node: x, y, z and three Tait-Bryan angles."""
 
@@ -67,7 +67,7 @@ class PlacedModal(EngineBody):
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
 
     def contact_node(self, point: str) -> tuple[int, Array]:
-        """Return a node without mass that moves with the end's cross-section."""
+        """Return a node without mass that moves with the end's cross-section, and the position of the point at t = 0 [m]."""
         if point not in self.anchors:
             self.anchors[point] = _add_anchor(self, point)
         return self.anchors[point], self.places[point]
@@ -152,21 +152,22 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
         "mass": model.mass,
         "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],
-        "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),
-        "mPsiTildePsiTilde": np.kron(model.gram, about_z),
+        "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),  # S(phi_i)^T phi_j
+        "mPsiTildePsiTilde": np.kron(model.gram, about_z),  # S(phi_i)^T S(phi_j)
         "mPhitTPsi": np.zeros((3, m)),  # modes are orthogonal to rigid motions
         "mPhitTPsiTilde": np.zeros((3, 3 * m)),
         "mXRefTildePsi": np.zeros((3, m)),
-        "mXRefTildePsiTilde": np.kron(model.radial, about_z),
+        "mXRefTildePsiTilde": np.kron(model.radial, about_z),  # S(X)^T S(phi_i)
     }
 
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
     """Return the virtual points at both joints, and their displacements in each mode, in the engine's format."""
     offsets = ARM * model.length * CROSS
-    rotated = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
+    per_rotation = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)  # displacements per rotation of the section
     places = np.concatenate([model.place(station) + offsets for station in ENDS])
-    modes = [shape[None, :2] + rotated[:, :, None] * shape[2] for shape in model.shapes[:2]]  # points, 2, m
+    # shape: x, y and rotation; each item: points, 2, m
+    modes = [shape[None, :2] + per_rotation[:, :, None] * shape[2] for shape in model.shapes[: len(ENDS)]]
     return {
         "referencePositions": np.pad(places, ((0, 0), (0, 1))).ravel(),
         "modeBasis": np.pad(np.concatenate(modes), ((0, 0), (0, 1), (0, 0))).reshape(-1, len(model)),

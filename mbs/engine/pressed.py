@@ -21,9 +21,9 @@ MESH = 1e-2
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
     """Compute the forces P L^2/(E I), (values,), that hold a strip, pinned at both ends, at given end shortenings, (values,).
 
-    `body` has section and elements of the strip, straight and of a length [m]. A shortening is end shortening over length:
-    above 8e-7 at a thickness of length/1000, which compression takes before buckling, and up to 1.5, where 16 cable elements are
-    0.9 % off. Newton's method that does not converge, or a force off the buckled branch, raises an ArithmeticError.
+    `body` has section and elements of the strip, which is straight; its length is in [m]. A shortening is end shortening over
+    length, up to 1.5, where 16 cable elements are 0.9 % off. It must be more than compression takes before buckling: 8e-7 at a
+    thickness of length/1000. Raise an ArithmeticError if Newton's method does not converge, or a force is off its branch.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     travel = [0.0]  # of the moving end [m]; the drive reads it
@@ -89,7 +89,7 @@ def _make_static_settings(scene: EngineScene) -> exu.SimulationSettings:
     static.numberOfLoadSteps = 1
     static.useLoadFactor = False
     static.adaptiveStep = False
-    # of the residual, over its first value, and in N and N m; ten times larger ones change a load by its 1e-7th part
+    # tolerances of the residual: over its first value; in N and N m. Ten times larger ones change a load by a relative 1e-7
     static.newton.relativeTolerance = 1e-7
     static.newton.absoluteTolerance = 2e-6
     if scene.system.systemData.ODE2Size() >= SPARSE_FROM:

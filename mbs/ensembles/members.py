@@ -124,4 +124,5 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
     constraints = scene.assemble(scene.q0, tangents=False).jacobian
     matrix, units = np.vstack([*relative, constraints]), scene.units
     right = np.concatenate([target, np.zeros(len(constraints))])
+    # rcond, chosen: smaller singular values, over the largest, count as zero; redundant constraints have such
     return np.asarray(units * (np.linalg.pinv(matrix * units, rcond=1e-10) @ right))

@@ -8,7 +8,7 @@ at which the surface of the pin slides over the surface of the bush at P.
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
 law computes the present one: the bristle has slid since that step at the mean of the sliding speeds then and now.
 
-Laws are functions of the numbers of a joint and of its state, so that `laws.contact` compiles this module once for all laws.
+Laws take the numbers and the state of a joint, and are no objects: so `laws.contact` compiles this module once for all laws.
 """
 
 from collections import namedtuple
@@ -31,9 +31,9 @@ NORMAL, FX, FY, NX, NY = (COLUMNS.index(name) for name in ("normal", "fx", "fy",
 MEMORY = ("onset", "bristle", "sliding", "since")
 """Values of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
-PIN = 8
-"""Column of the pin's radius [m] in a joint's row of numbers, after place and arm (x, y) of both ends."""
-GAP = PIN + 1
+RADIUS = 8
+"""Column of the pin's radius [m] in a joint's row of numbers, after 8 numbers: place (x, y) and arm (x, y) of both ends."""
+GAP = RADIUS + 1
 """Column of the clearance [m] in a joint's row of numbers."""
 TINY = 1e-300
 """Distance [m] added to |e|, so that a pin in the middle of its bush has n = 0 and not 0/0."""
@@ -56,7 +56,7 @@ EndState = namedtuple("EndState", "x y vx vy arm_x arm_y spin")
 
 
 def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
-    """Compute the state of an end from its place and arm at t = 0, `numbers` (4,), coordinates q and rates v."""
+    """Compute the state of an end from its place and arm at t = 0, `numbers` (4,), the changes q since then and their rates v."""
     x, y, ax, ay = numbers[0], numbers[1], numbers[2], numbers[3]
     if offset < 0:
         return EndState(x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0)
@@ -94,7 +94,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
     def compute_columns(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
         """Compute the `COLUMNS` of one joint; `past` is its `MEMORY`."""
         place, velocity = (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy)
-        depth, rate, sliding, nx, ny = locate_contact(numbers[PIN], numbers[GAP], place, velocity, (pin.spin, bush.spin))
+        depth, rate, sliding, nx, ny = locate_contact(numbers[RADIUS], numbers[GAP], place, velocity, (pin.spin, bush.spin))
         if depth <= 0.0:
             return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
         force = normal(numbers, depth, rate, past[ONSET])
@@ -113,10 +113,10 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
 
 
 def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    """Write to `out` the generalised forces on coordinates (x, y, theta of each node), from the report `rows` of the joints."""
+    """Sum the generalised forces (x, y, theta of each node) in `out`, cleared first, from the report `rows` of the joints."""
     out[:] = 0.0
     for j in range(offsets.shape[0]):
-        radius, row = numbers[j, PIN], rows[j]
+        radius, row = numbers[j, RADIUS], rows[j]
         if row[NORMAL] == 0.0:
             continue
         pin, bush = _states(offsets[j], numbers[j], q, v)

@@ -60,14 +60,14 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
     """Add an attached mass with coordinates of its own: a point mass pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
-        builder.separate_masses.append((len(builder.q), link, each.point, False))  # no rotor
+        builder.separate_masses.append((len(builder.q), link, each.point, False))  # False: a point mass, no rotor
         builder.pin(name, builder.add_point(x, y, each.mass), marker)
     if each.inertia:
-        builder.separate_masses.append((len(builder.q), link, each.point, True))  # a rotor
+        builder.separate_masses.append((len(builder.q), link, each.point, True))  # True: a rotor
         o = builder.add_coordinates((0.0,))
         builder.set_angle_units(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
-        factors = [0.0, 0.0, 1.0]  # x = 0, y = 0, angle = q[o]
+        factors = [0.0, 0.0, 1.0]  # of q[o] in the marker's x, y and angle: only the angle moves
         rotor = builder.add_marker(MarkerKind.LINEAR, offset=o, size=1, dofs=(o, o, o), numbers=factors)
         builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
 
@@ -96,15 +96,15 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     m, centre = len(model), start + rotate(np.array(angle), model.centre)
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
     builder.set_angle_units(o + 2)
-    largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # displacement per unit of each modal coordinate
+    largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # (m,): displacement per unit of each modal coordinate
     for i in range(m):  # a unit moves some point of the link by its length; 1e-12: a mode may not move it at all
         builder.units[o + 3 + i] = float(length / max(largest[i], 1e-12))
     builder.add_mass(range(o, o + 3 + m), np.diag([model.mass, model.mass, model.inertia, *np.ones(m)]))
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
-        damping = 2 * model.damping * model.frequency
-        # `kernel` defines radial (m,), gram and gyration (m, m), integrals of the modes; stiffness and damping are (m,)
-        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping)
+        damping_rates = 2 * model.damping * model.frequency  # 2 zeta omega [1/s], (m,)
+        # in the order in which `kernel` reads them, which defines radial (m,), gram and gyration (m, m); stiffness is (m,)
+        at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping_rates)
         builder.modal.append((o, m, at))
         builder.group_deformations(range(o + 3, o + 3 + m))  # the error control gives them one unit
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}

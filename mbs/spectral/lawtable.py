@@ -53,7 +53,7 @@ def evaluate_friction(tables, law, speed, mem, since):
 @kernel_function
 def differentiate_friction(tables, law, speed, mem, since):
     """Return the derivative of the friction coefficient by the speed, by central differences."""
-    h = 1e-6 * max(abs(speed), 1e-4)  # m/s: far below the speeds over which friction laws change
+    h = 1e-6 * max(abs(speed), 1e-4)  # m/s: far below the speeds over which friction laws change; chosen
     upper, lower = evaluate_friction(tables, law, speed + h, mem, since), evaluate_friction(tables, law, speed - h, mem, since)
     return (upper[0] - lower[0]) / (2.0 * h)
 
@@ -96,17 +96,18 @@ def friction_force(speed, p):
 
 @kernel_function
 def strut(value, rate, p, address):
-    """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, and damping makes none push."""
+    """Return the tension of a post-buckled strut of length `value`. Only a taut strut is damped, but never so that it pushes."""
     # L, EA/L, unit EI/L^2 of loads, EI/(EA L^2), critical load, damping. At `address` is the load by the shortening over L
     length, stiffness, unit, compliance, critical, damping = p[0], p[1], p[2], p[3], p[4], p[5]
     elongation = value - length
     if elongation > 0.0:
         return max(0.0, stiffness * elongation + damping * rate)
-    total = -elongation / length
-    if total <= compliance * critical:
+    shortening = -elongation / length
+    if shortening <= compliance * critical:
         return stiffness * elongation
-    bending = max(0.0, total - compliance * critical)
-    u = max(0.0, total - compliance * call(address, (bending,)))  # one fixed-point iteration; for its error see `StrutLaw`
+    # shortening by bending alone, from the compression at the critical load, then from that at the load of this guess
+    guess = max(0.0, shortening - compliance * critical)
+    u = max(0.0, shortening - compliance * call(address, (guess,)))  # one fixed-point iteration; for its error see `StrutLaw`
     return -unit * call(address, (u,))
 
 
@@ -125,6 +126,7 @@ def motor(t, speed, p, address):
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
 
+    A positive force increases the measure. Laws of springs, struts and friction give tension or drag, of the opposite sign.
     The numbers p of a force are in the order in which they are read here; those of a LAW are `LawData`.
     """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
@@ -176,13 +178,13 @@ def differentiate_along(tables, k, now, value, rate, reaction):
         return 0.0, -differentiate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since) * abs(reaction)
     by_value, h = 0.0, 0.0
     if kind == ForceKind.LAW:
-        h = 1e-6 * max(abs(value), 1e-3)  # 1e-3: m or rad, as the argument may be 0
-    elif kind == ForceKind.STRUT:  # relative to the shortening, at least a hundredth of the one at the critical load
+        h = 1e-6 * max(abs(value), 1e-3)  # both chosen; 1e-3 m or rad, as the argument may be 0
+    elif kind == ForceKind.STRUT:  # 1e-4, chosen, of the shortening, at least of a hundredth of the critical one
         length, compliance, critical = p[0], p[3], p[4]
         h = 1e-4 * max(abs(value - length), 1e-2 * compliance * critical * length)
     if h > 0.0:
         upper = evaluate_along(tables, k, now, value + h, rate, reaction)
         by_value = (upper - evaluate_along(tables, k, now, value - h, rate, reaction)) / (2.0 * h)
-    h = 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)  # p[6]: regularisation speed of the motor
+    h = 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)  # p[6]: regularisation speed
     upper = evaluate_along(tables, k, now, value, rate + h, reaction)
     return by_value, (upper - evaluate_along(tables, k, now, value, rate - h, reaction)) / (2.0 * h)

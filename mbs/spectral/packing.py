@@ -39,9 +39,11 @@ def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
         pairs.append(np.where(filled, pair, -1).ravel())
         first_unknown += len(own)
         first_entry += len(own) ** 2
+    # slots: of each entry of the blocks
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)
     if len(found) and found[0] < 0:  # -1 was sorted to the front
-        found, slots = found[1:], np.where(slots == 0, len(found) - 1, slots - 1)
+        zeros = len(found) - 1  # number of the slot for zeros, behind the others
+        found, slots = found[1:], np.where(slots == 0, zeros, slots - 1)
     return table, np.concatenate(block_unknowns), slots, *np.divmod(found, max(unknowns, 1))
 
 
@@ -53,14 +55,14 @@ def _list_blocks(builder: Builder) -> list[Block]:
     for force in builder.forces:
         acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
         a, b = builder.measures[force.a][1:] if acts_along_measure else (force.a, force.b)
-        # marker b, which may be the ground, or the first of the markers of a law's states
+        # b is a marker, perhaps the ground; if a law has states, the first of their markers, one a state, which follow each other
         count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
         unknowns = [dof for marker in (a, *range(b, b + count)) for dof in _list_dofs(builder, marker)]
         if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
             unknowns.append(n + force.row)
         forces.append(Block(unknowns))
     strips = []
-    for kind, functions, _, first, _ in builder.strips:  # columns of `StripColumn`
+    for kind, functions, _, first, _ in builder.strips:  # `StripColumn`; `functions`: basis functions of each field
         fields = 3 if kind == StripKind.REISSNER else 2  # x, y and, with shear, the angle
         strips.append(Block(builder.dofs[first : first + fields * functions]))
     modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]  # x, y, angle of the frame, then m modes
@@ -88,7 +90,7 @@ def _list_dofs(builder: Builder, marker: int) -> list[int]:
 
 
 def pack(builder: Builder) -> Tables:
-    """Pack a builder's lists into tables; append forces' numbers to its data. Values of rows that are None become 0."""
+    """Pack a builder's lists into tables; append forces' numbers to its data. Values None are 0 until the scene sets them."""
     n = len(builder.q)
     weight = np.zeros(n)
     for dofs, amounts in builder.weights:
@@ -106,7 +108,7 @@ def pack(builder: Builder) -> Tables:
     return Tables(
         *(table, block_unknowns, slots, row, col),
         mass=mass,
-        mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),
+        mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),  # compressed rows, as slots are sorted by row
         mass_col=col[nonzero],
         mass_value=mass[nonzero],
         weight=weight,
@@ -121,8 +123,8 @@ def pack(builder: Builder) -> Tables:
         motions=_build_table(builder.motions, 3),
         ramps=_build_table(builder.ramps, 3, float),
         forces=_build_table(forces, 7),
-        factors=np.ones(len(forces) + 1),  # the last is that of gravity
-        time_factor=np.ones(1),
+        factors=np.ones(len(forces) + 1),  # of each force, the last of gravity; statics varies them
+        time_factor=np.ones(1),  # of the time in functions of time; statics varies it
         elastic=_build_table(builder.elastic, 7),
         laws=_build_table(builder.laws, CODES),
         law_numbers=_build_table(builder.law_numbers, NUMBERS, float),

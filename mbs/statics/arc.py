@@ -24,11 +24,11 @@ NEAR = 1e-9
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
-"""Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, over the step."""
+"""Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, both relative to the step."""
 ON_CURVE = 1e-2
-"""Largest distance of an equilibrium from the curve of a step, over the step, at which it is on the path."""
+"""Largest distance of an equilibrium from the curve of a step, relative to the step, at which it is on the path."""
 CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs up to which a corner of the path is searched, tried in this order; then arcs of the first step behind the corner."""
+"""Arcs tried in this order, twice: up to each a corner of the path is searched, and each is a first step behind the corner."""
 
 
 class Step(NamedTuple):
@@ -60,15 +60,15 @@ class Arc:
         """Return the unit tangent of the path at an equilibrium, oriented as the direction `before`, or towards the end."""
         normal = self.metric * before if before is not None else np.zeros(len(self.metric))
         if before is None:
-            normal[-1] = 1.0 / self.span
-        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # p over its range in the matrix
+            normal[-1] = 1.0 / self.span  # with its sign: towards the end
+        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # the matrix has the unknown p/unit
         return np.asarray(tangent / self.size(tangent))
 
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
         """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
 
         The default guess is the prediction rest + step direction, from which Newton steps must decrease. Raise a StaticsError if
-        it differs from the prediction by more than half the step; coordinates are also compared alone, as loads may hide them.
+        it differs from the prediction by more than half the step; coordinates are also compared without p, which may hide them.
         """
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
@@ -158,6 +158,7 @@ class Arc:
         values: dict[float, float] = {}
 
         def evaluate(arc: float) -> float:
+            """Evaluate the function at an arc, which is then known."""
             rest = self.equilibrium_at(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
@@ -170,10 +171,11 @@ class Arc:
                 evaluate(root)
             return known[root]  # even if the function is not zero there: it may jump, with a change of sign
         except StaticsError:
-            sides = [[arc for arc in known if values[arc] * values[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
-            if not all(sides):
+            # known arcs at which the function has the sign that it has at the start, and the other one
+            same, other = ([arc for arc in known if values[arc] * values[0.0] * sign > 0.0] for sign in (1.0, -1.0))
+            if not (same and other):
                 return None
-            a, b = max(sides[0]), min(sides[1])
+            a, b = max(same), min(other)
             first, second = self.problem.vector(known[a]), self.problem.vector(known[b])
             return self._rest(first + values[a] / (values[a] - values[b]) * (second - first))
 
@@ -192,22 +194,23 @@ class Arc:
             return self.find_root(step, function)
         values = [function(rest) for rest in rests]
         root_4, root = (_root_of(stencil[:n], values[:n]) for n in (4, 6))
-        if not abs(root - root_4) < 1e-3:  # over the spacing of the points
+        if not abs(root - root_4) < 1e-3:  # relative to the spacing of the points; chosen
             return self.find_root(step, function)
         weights = [np.prod([(root - b) / (a - b) for b in stencil if b != a]) for a in stencil]  # Lagrange's polynomials
-        return Rest(*(sum(w * x for w, x in zip(weights, part, strict=True)) for part in zip(*rests, strict=True)))
+        fields = zip(*rests, strict=True)  # q, lambda and p, each at all points
+        return Rest(*(sum(w * x for w, x in zip(weights, field, strict=True)) for field in fields))
 
     def _find_rough_root(self, step: Step, function: Callable[[Rest], float], tolerance: float) -> float:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
         def evaluate(arc: float) -> float:
-            """Evaluate the function at an arc, or at 0.3 of the tolerance beside it."""
+            """Evaluate the function at an arc, or at a chosen 0.3 of the tolerance beside it."""
             for offset in (0.0, 0.3, -0.3):
                 try:
                     return function(self.equilibrium_at(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
                 except StaticsError as error:
                     last = error
-            raise last
+            raise last  # of the last offset
 
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 

@@ -32,7 +32,7 @@ IN_FLIGHT = 1000
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Start method of processes: no fork of this process, which has threads and an open store. A fork server imports only once."""
 STARTS = 3
-"""Attempts to start processes that import the study, because processes may be killed while they start."""
+"""Attempts to start processes that import the study: one that is killed while it starts looks like one that cannot do it."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
@@ -80,12 +80,13 @@ def sweep(
     if part:  # every `part.of`-th case; parts are counted from 1
         numbers = numbers[part.number - 1 :: part.of]
     with Store(part.store(store) if part and store else store) as opened:
-        opened.plan(about, cases, retry)
+        opened.plan(about, cases, retry)  # writes the cases to the file
         if store and not part:
             for other in sorted(store.parent.glob(f"{store.stem}-part-*-of-*{store.suffix}")):
                 opened.copy(other, about)
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
+        # only one job prints the forecast; `progress` may be another callable, which has no `quiet`
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(jobs_a_worker=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
@@ -161,11 +162,11 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
 
 
 def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
-    """Run jobs on processes of this machine; if one dies, each job that was running is a suspect, which runs again alone."""
+    """Run jobs on processes of this machine; if one dies, the jobs that were running are suspects, which run again one by one."""
     remaining, suspects, starts = {job.number: job for job in jobs}, set[int](), 0
     while remaining:
-        alone = [remaining[number] for number in sorted(suspects)]
-        batch, count = (alone, 1) if alone else (list(remaining.values()), min(workers, len(remaining)))
+        suspected = [remaining[number] for number in sorted(suspects)]
+        batch, count = (suspected, 1) if suspected else (list(remaining.values()), min(workers, len(remaining)))
         with _processes(count, batch[0].module) as pool:
             try:
                 _load(pool, batch[0].module)
@@ -173,11 +174,12 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
                 starts += 1
                 if starts == STARTS:
                     raise
-                time.sleep(0.2)  # an earlier start may still use a fork server that is being killed
+                time.sleep(0.2)  # an earlier start may still use a fork server that is being killed; 0.2 s is chosen
                 continue
             starts = 0
             for job, outcome in _outcomes(pool, batch, count):
-                if isinstance(outcome, BrokenExecutor) and not alone:
+                # jobs that still waited have no outcome, and run in the next round
+                if isinstance(outcome, BrokenExecutor) and not suspected:
                     suspects.add(job.number)
                     continue
                 suspects.discard(job.number)
@@ -205,7 +207,10 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Run jobs, `limit` at a time, and yield each with its row or exception at its end; a dead executor accepts no more jobs."""
+    """Run jobs, `limit` at a time, and yield each with its row or exception at its end.
+
+    If the executor dies, jobs that still wait are dropped without an outcome.
+    """
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:
