@@ -86,7 +86,7 @@ class Impacts:
 
 
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
-    """Compute relative differences of two contact forces, of which b gives the sizes: impulse, peak, onsets."""
+    """Compute relative differences of two contact forces: impulse, peak, onsets. Run b, the finer level, gives the sizes."""
     least = GRAZE * max(each.table.impulse.max(initial=0.0) for each in (a, b))
     impacts_a, impacts_b = (each.table.select(each.table.impulse > least) for each in (a, b))
     count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
