@@ -31,7 +31,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         node, position = scene.placed[stop.carrier].contact_node(origin)  # with an angle, as the face turns
         second = StopEnd(node, size=3, place=np.array(position))  # coordinates x, y, theta
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
-        contact_point = stop.point if is_rigid else origin
+        contact_point = stop.point if is_rigid else origin  # a flexible link has effective masses at its own points only
         inverse_mass += scene.placed[stop.carrier].inverse_mass(contact_point, normal)
     # along the normal, `stop.at` is the distance of the face from the point (0, 0), `reach` that from the node of `second`
     reach = stop.at - float(np.dot(normal, second.place))

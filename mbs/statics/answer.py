@@ -266,7 +266,7 @@ class Path(Route):
         return np.array([self.scene.read(marker, q).position for q in self.q])
 
     def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return ordinates to draw, positions, on the path and at critical points, and the prefix of the axis label: none."""
+        """Return positions to draw, on the path and at critical points, and the prefix of the axis label: none for positions."""
         marker = self.scene.marker(link, point)
         criticals = [self.scene.read(marker, critical.rest.q).position for critical in self.points]
         return self.point(link, point), criticals, ""
