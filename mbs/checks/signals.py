@@ -37,7 +37,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     energy = result.energy or run.ledger  # a result keeps the energies (`ledger`) only if asked for
     throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # `unresolved` is a share of the throughput
     balance = float(np.abs(energy["error"]).max()) / throughput
-    dissipated = [name for name in energy if name.startswith("taken_")]
+    dissipated = [name for name in energy if name.startswith("taken_")]  # names of dissipated energies, see `run.ledger`
     decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
     if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors of energies, which are computed when read
@@ -63,7 +63,8 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
         force = result.signals[name]
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
         is_rope = not depth
-        wrong = {"would have to push (a real rope goes slack)" if is_rope else "pulls": force < -allowed}
+        fault_if_negative = "would have to push (a real rope goes slack)" if is_rope else "pulls"
+        wrong = {fault_if_negative: force < -allowed}
         if not is_rope:
             wrong["acts without touching"] = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
         for fault, samples in wrong.items():

@@ -15,6 +15,7 @@ from .signal import Kind, Signal
 class Coupling(Element):
     """Base of couplings of two bodies; angles are relative to a carrier, the link in which the axles are fixed, or 'ground'."""
 
+    # templates, see `Element`
     title: ClassVar[str] = "{kind:lower} of '{first}' and '{second}'"
     label: ClassVar[str] = "{kind:lower}.{first:body}-{second:body}"
     first: str
@@ -72,7 +73,7 @@ class Gear(Coupling):
         negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
         """
         first, second = place(self.first), place(self.second)
-        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle; at the axles the carrier has other points
+        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle; `Along` takes its points at the axles
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
@@ -91,7 +92,8 @@ class Gear(Coupling):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque of the teeth on the second gear about its centre [N m]."""
         apart = distance(record.mechanism, self.first, self.second)
-        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)  # coefficient of turn_2 in the row: 1, or a - r
+        # coefficient of turn_2 in the row, 1 or a - r: times the effort it is the torque on the second gear
+        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
         yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
 
 
@@ -123,7 +125,7 @@ class Rack(Coupling):
         """
         pinion, rack = place(self.first), place(self.second)
         base, turns_with_carrier = carrier_place(mechanism, self.carrier), self.carrier != GROUND
-        dx, dy = self.along
+        dx, dy = self.along  # a unit vector: `direction` normalises
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
         lever = (pitch_x - x2) * dy - (pitch_y - y2) * dx  # (pitch point - rack's point) x direction: speed over turning rate
@@ -184,6 +186,7 @@ class Rope(Coupling):
     'rope.A-B'
     """
 
+    # a coupling for its titles and reactions; it has no carrier
     sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")

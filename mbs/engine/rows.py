@@ -45,7 +45,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
         _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1
-        markers = [scene.turning(*end) for end in (turn.second, turn.first)]
+        markers = [scene.turning(*end) for end in (turn.second, turn.first)]  # of the bodies' angles
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
 
@@ -77,6 +77,7 @@ class RowConstraint:
             for _, measure in row.terms:
                 for end in (measure.first, measure.second):
                     if end.body != GROUND:
+                        # node (x, y, angle) that moves with the body at the point; its position at t = 0
                         node, position = scene.placed[end.body].contact_node(end.point)
                         self.nodes[node], self.at[end] = position, node
         self.order = list(self.nodes)
@@ -97,6 +98,7 @@ class RowConstraint:
     def add(self) -> int:
         """Add the constraint: native if linear in the coordinates, else with callbacks."""
         system, forms = self.scene.system, self.forms
+        # x, y, angle of each node
         reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
         # the engine's total coordinates include the angles at t = 0, those of `forms` do not; shape (nodes, 3), 0 for x and y
         initial_angles = reference * (0.0, 0.0, 1.0)

@@ -97,7 +97,7 @@ class _Known(NamedTuple):
     def of(cls, state: int, course: Array, values: Array) -> _Known | None:
         """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None above `MOST_EDGES`.
 
-        Counted are the places at which steps end: distinct values of the state `MEASURE`, each passage for another state.
+        Of the state `MEASURE` distinct values count, as steps end at values of it; of another state each passage counts.
         """
         low, high = float(course.min()), float(course.max())
         values = np.sort(values)
@@ -175,7 +175,7 @@ class EdgeMemory:
             self._confirmed = True
             self._stop_distance /= 2
         sides = self._stop_distance * distances
-        # without edges, as there are more than `MOST_EDGES`, steps end on those that the run passed
+        # `_compare` returns no edges if they are more than `MOST_EDGES`: then steps end on those in `passed`
         self.stops = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed
         return Passed(passed, shift, too_many)
 
@@ -253,7 +253,10 @@ def edges_along(duration: float) -> tuple[float, ...]:
 
 
 def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
-    """Find the edges of a function in each state alone over the state's range, with other arguments zero."""
+    """Find the edges of a function in each state alone over the state's range, with other arguments zero.
+
+    The times at which a run passes these values then count as its edges, too.
+    """
     found = []
     for k, curve in enumerate(curves):
         values = curve(time)
@@ -271,7 +274,7 @@ def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve])
 
 def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> Array:
     """Find the times within a run [s] at which states pass values."""
-    cubics: Any = curves
+    cubics: Any = curves  # SciPy's, made by `Argument.curve`; unlike a `Curve` they have `solve`
     found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
@@ -296,7 +299,8 @@ def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Seque
     size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
     for t, others in ((edges, states[1:]), (zero, [zero] * len(states[1:]))):
         before, here, after = (evaluate(function, t, values + side * step, *others) for side in (-1, 0, 1))
-        if (np.abs(after - 2 * here + before).max(axis=1) <= LEAST_KINK * size).any():
+        largest = np.abs(after - 2 * here + before).max(axis=1)  # of the function's components
+        if (largest <= LEAST_KINK * size).any():
             return False
     return True
 
@@ -325,7 +329,7 @@ def _is_resolved(function: Callable[..., object], time: Array, curves: Sequence[
     from scipy.interpolate import PchipInterpolator
 
     fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `search` samples
-    known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))
+    known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))  # (times, components)
     error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
     return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)
 

@@ -26,12 +26,13 @@ from .runs import run
 Bounds = tuple[float, float]
 """Least and largest value of a free number, SI."""
 SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
-"""Default solver. Its tolerance of 1e-8 over `DIFFERENCE_WIDTH` gives errors of 1e-4 in derivatives by scaled numbers; that of
-contacts is chosen."""
+"""Default solver. Its tolerance of 1e-8 over `DIFFERENCE_WIDTH` gives errors of 1e-4 in derivatives by scaled numbers. The
+`contact_tolerance` is chosen."""
 DIFFERENCE_WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAILURE_RESIDUAL = 1e3
-"""Residual of a run that fails, in standard deviations; in a search for a design, violation by a reading without a value."""
+"""Residual of a run that fails, in standard deviations; chosen. In a search for a design (`searching`) it is the violation by a
+reading without a value."""
 DEPENDENT = 1e-9
 """Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
 UNKNOWN = 1e12
@@ -44,10 +45,11 @@ TIME_ZERO = "time_zero"
 class FitProblem:
     """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
-    `errors` are standard deviations of signals: where none is given that of the data over time, until a fit is there by whose
-    residuals `estimate_errors` replaces it. `units` are those of numbers and, after a run, of signals. `failed` is the
-    message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps numbers to the message
-    of a failed run if runs on both sides fail, so that there is no derivative. `cached` is the latest point and its predictions.
+    `errors` are standard deviations of signals. Where none is given, the fit starts with that of the data over time; then
+    `estimate_errors` takes it from the residuals of the fit. `units` are those of numbers and, after a run, of signals.
+    `failed` is the message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps
+    numbers to the message of a failed run if runs on both sides fail, so that there is no derivative. `cached` is the latest
+    point and its predictions.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -112,7 +114,8 @@ class FitProblem:
         numbers, predicted = dict(zip(self.names, self.values(x).tolist(), strict=True)), []
         time_zero = numbers.pop(TIME_ZERO, 0.0)
         for experiment in self.experiments:
-            ended = run(self.make(numbers | dict(experiment.settings)), experiment.span - time_zero, self.solver)
+            duration = experiment.span - time_zero  # to the end of the data
+            ended = run(self.make(numbers | dict(experiment.settings)), duration, self.solver)
             self.units |= {name: ended.units[name] for name in experiment.signals if name in ended.units}
             predicted.append(predict_data(ended, experiment, time_zero))
         return predicted

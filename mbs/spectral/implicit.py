@@ -1,8 +1,8 @@
 """Implicit integrator, compiled: collocation at the Radau points with variable steps that end at onsets and kinks; see `radau`.
 
 Step ends are the times at which a step must end: kinks of functions of time, and the run's end. Step control: K. Gustafsson's
-predictive rule (Hairer and Wanner 1996, IV.8). The end of a step is its third node, of index 2. The records `clock`, `controls`,
-`counts` and the rows `out` are described in `output`.
+predictive rule (Hairer and Wanner 1996, IV.8). The end of a step is its third node, `[2]` of arrays. The records `clock`,
+`controls`, `counts` and the rows `out` are described in `output`.
 """
 
 import numpy as np
@@ -29,7 +29,8 @@ LEAST_FORCE = 1e-2
 SHORTEST = 1e-12
 """Shortest step, over the end of the run: some thousand roundings of a time."""
 LEAST_STEP = 2.0
-"""Least step to which an error shortens, over the shortest; steps of up to twice this length are accepted with their error."""
+"""Least length to which an error shortens a step, over the shortest step. A step of up to twice this length, a chosen factor, is
+accepted with its error."""
 SAFETY = 0.85
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 SHORTER = 0.9
@@ -93,7 +94,7 @@ def _complete_step(model, t, h, controls):
                 before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
                 scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)  # 1e-300: not zero
                 error = max(error, depth_error / allowed)
-                if depth_error > 0.0:
+                if depth_error > 0.0:  # closed at the start or end, with an error above rounding
                     force_error = abs(work.reports[k, Report.VALUE] - end)
                     error = max(error, force_error / (scale * FORCE_TOLERANCE * allowed))
         copy(state.end_reports, work.reports)
@@ -102,9 +103,10 @@ def _complete_step(model, t, h, controls):
 
 @kernel_function
 def _report_shifted_end(model, now, h):
-    """Report the contacts' forces at the end of the step, the instant `now`, plus its error: e_q of q, e_v = e_q/k1 - d_q of v.
+    """Report the contacts' forces at the end of the step, the instant `now`, plus its error: e_q in q, e_v in v.
 
-    `estimate_error` left e_q and d_q in state.real_solution and state.dq[0]; k1 = h over the real eigenvalue.
+    `estimate_error` has the equation e_v = e_q/k1 - d_q, with the defect d_q of the embedded formula and k1 = h over the real
+    eigenvalue. It left e_q in state.real_solution and d_q in state.dq[0].
     """
     tables, work, state = model.tables, model.work, model.state
     e_q, d_q = state.real_solution, state.dq[0]
@@ -180,6 +182,7 @@ def _try_step(model, clock, h, end, controls, counts):
     clock.error = _complete_step(model, end, h, controls)
     onset = contacts.find_first_onset(tables, start, work.reports, h, controls)
     fraction = min(onset, contacts.find_first_edge(tables, start, work.reports, h, controls))
+    # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end
     is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
     if is_moved and clock.error <= 1.0:
         clock.next_step, clock.reach = h * fraction, 1.0
@@ -201,7 +204,7 @@ def _accept(model, clock, h, target, controls, out, counts):
     tables, work, state = model.tables, model.work, model.state
     is_event, start = update_memories(tables, work, state, controls, counts), clock.time
     if controls.writes_within_steps:
-        # a contact that closes needs a row just past its face: positive after the step's start, negative before its end
+        # a contact that closes needs a row just past its face: positive after the step's start, negative before its end, 0: none
         face_time = contacts.find_time_past_face(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         depth_deviation = contacts.compute_depth_deviation(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, depth_deviation)
@@ -232,7 +235,7 @@ def _lengthen(clock, h, shortest):
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** EXPONENT)
     clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
     if factor < SHORTER or factor > LONGER:
-        was_cut_short = h < 0.5 * clock.next_step  # by a step end: the length planned before is kept
+        was_cut_short = h < 0.5 * clock.next_step  # to less than half (chosen), by a step end: the plan is kept
         clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, LEAST_STEP * shortest)
 
 

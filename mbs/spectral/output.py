@@ -37,7 +37,7 @@ CLOCK = _record_type(
     resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
     previous="f8",  # length of the last step, 0 after a jump [s]
     matrix_step="f8",  # length for which the Newton matrices are factored, 0 if none are [s]
-    reach="f8",  # implicit: a step is stretched to the next of `step_ends` if this is within `reach` times its length
+    reach="f8",  # implicit: a step ends at the next of `step_ends` if `reach` times the step's length gets there
     error="f8",  # local error of this step over the one allowed
     last_error="f8",  # local error of the last accepted step over the one allowed
     last_step="f8",  # length of the step of `last_error` [s]
@@ -53,17 +53,17 @@ CONTROLS = _record_type(
     tolerance="f8",  # local error allowed, in units of the coordinates
     longest="f8",  # longest step [s]
     first_step="f8",  # first step, or all if they are fixed [s]
-    max_steps="f8",  # largest number of tried steps
+    max_steps="f8",  # largest number of tried steps, a whole number
     least_onset="f8",  # least onset speed of a contact [m/s]
     least_onset_ratio="f8",  # least onset speed over the fastest onset so far
-    face_tolerance="f8",  # a contact this near to its face at the start of a step counts as at it: no onset; so at edges [m]
+    face_tolerance="f8",  # a contact this near to its face as a step starts has no onset in it; the same holds at edges [m]
     stop_gap="f8",  # gap before a face or edge at which a step to it ends: a tenth of `face_tolerance`; 0 if explicit [m]
     closing_gap="f8",  # a step that ends within this gap, moving towards the face or edge, has reached it: twice `stop_gap` [m]
     rounding="f8",  # rounding of a distance [m]
     contact_tolerance="f8",  # local error allowed of a contact's depth, relative to it
     newton_share="f8",  # error that Newton's method may leave, over the local error allowed
     every="i8",  # steps per row
-    fixed="?",  # all steps have the same length, without error control
+    fixed="?",  # all steps but those to onsets have the same length, without error control
     stops_at_all_onsets="?",  # steps also end at onsets of contacts whose force begins smoothly
     writes_within_steps="?",  # rows are also written within steps, by the implicit method
 )
@@ -90,31 +90,31 @@ class Output(NamedTuple):
     v: Array  # rates, (times, n)
     a: Array  # second rates, (times, n)
     lam: Array  # multipliers, (times, r)
-    memory: Array  # (times, k, 4): columns of `tables.Memory`, the last one STEP_START
+    memory: Array  # (times, k, 4): columns ONSET, BRISTLE, SLIDING, STEP_START of `tables.Memory`
 
 
 RadauState = namedtuple(
     "RadauState",
-    "q v a lam stress "  # state at the start of the step; stress (p, 3)
+    "q v a lam stress "  # state at the start of the step; stress (p, 3): N, Q, M, unknowns too, see `strips`
     "node_q node_v node_a node_lam node_stress node_stress_residual "  # at the three nodes; residual: `Work.stress_residual`
-    "past_v past_lam past_stress "  # of the last step, for `predict`: v at start and nodes (4, n), others at its second node
+    "past_v past_lam past_stress "  # last step: v at start and nodes (4, n), others at its second node, as the third is the start
     "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
     "force violation speed change jacobian start_jacobian "  # f (n,); g, speed, change (r,); entries of G, also at the start
-    "saddle_mass damping stiffness "  # (slots + 1,): [M G^T-df/dlambda; G 0], as friction depends on lambda; C; K
+    "saddle_mass damping stiffness "  # (slots + 1,), see `tables`: [M G^T-df/dlambda; G 0], as friction depends on lambda; C; K
     "real_matrix complex_matrix "  # (slots + 1,): matrices of Newton's method
     "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
     "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
     "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution
     "memory start_memory start_reports end_reports largest_force "  # of forces: (k, 4) and (k, 8), see `tables`; [N] (k,)
-    "start_deformation largest_deformation "  # inner coordinates at t = 0 (e,); largest change of each group (`Elastic`)
+    "start_deformation largest_deformation "  # inner coordinates at t = 0; their largest change by `Elastic.GROUP`; both (e,)
     "unit inverse_error_unit error_unit_across chord "  # units of coordinates (n,); units of the error control, see below
     "error_ratio",  # error after a Newton increment over the increment, from the rate of convergence, (1,)
 )
 """State of the implicit integrator, unknowns of its step, work arrays.
 
-The error control has units of its own. `inverse_error_unit` (n,) is one over them. It is 0 for the coordinates of a vector (x, y)
-of `Tables.elastic`: its component along the strip's chord, whose direction is `chord` (e, 2), has the `unit` of a length. Its
-component across the chord has the unit `error_unit_across` (e,).
+The error control has units of its own. `inverse_error_unit` (n,) is one over them. A vector (x, y) of `Tables.elastic` has two
+other units, so `inverse_error_unit` is 0 for x and y. Its component along the strip's chord, whose direction is `chord` (e, 2),
+has the `unit` of a length. Its component across the chord has the unit `error_unit_across` (e,).
 """
 
 

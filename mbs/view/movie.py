@@ -66,7 +66,8 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is not None:
         return _strip(motion, source.links[link.name], source.time, record.time)
-    return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, INTERVALS + 1)))
+    stress_free = body.curve(record.mechanism.length(link.name))
+    return _repeat_start(record, link, stress_free.places(np.linspace(0.0, 1.0, INTERVALS + 1)))
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
@@ -75,7 +76,8 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     The strains are those of `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its line
     that small errors of interpolated places would make large axial forces.
     """
-    per_element = max(2, min(8, round(INTERVALS / (len(motion.arcs(1)) - 1))))  # stations of an element
+    elements = len(motion.arcs(1)) - 1  # `arcs(1)` are the arc lengths at the ends of elements
+    per_element = max(2, min(8, round(INTERVALS / elements)))  # intervals of an element, for a line of `INTERVALS`; 2, 8: chosen
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
     fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
@@ -85,8 +87,8 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     stations = motion.arcs(per_element)
 
     def interpolate(strain: Any) -> Array:
-        """Interpolate a strain at integration points linearly to the stations and times."""
-        weights = strain.weights.ravel()
+        """Interpolate a `Strain` at integration points linearly to the stations and times."""
+        weights = strain.weights.ravel()  # lengths [m] of all points, element by element
         arcs = np.cumsum(weights) - weights / 2  # middles of the parts of the line that the points stand for
         matrix = np.array([np.interp(stations, arcs, row) for row in np.eye(len(arcs))])
         values = strain.value.reshape(len(rows), -1) @ matrix
@@ -99,7 +101,7 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
 def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     motion = record.links.get(link.name)
     if motion is None:
-        return _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
+        return _repeat_start(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
     line = motion.line()
     undeformed = motion.model.line[:, 0]
     c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]  # of the floating frame's angle
@@ -110,7 +112,7 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     return line, bending, np.zeros_like(bending)
 
 
-def _rest(record: Record, link: Link, local: Array) -> Bent:
+def _repeat_start(record: Record, link: Link, local: Array) -> Bent:
     """Return the bent line of a link that was not recorded: `local` (stations, 2), in axes of the link, at t = 0, unstrained."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / np.hypot(*(end - start))
@@ -143,6 +145,7 @@ def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
     x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # end on the chord's end
     left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
+    # the elastica is drawn without axial strain; only a span above the length stretches the strut
     axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
     return line, bend / length, axial
 
@@ -262,7 +265,7 @@ def _movie(record: Record, source: Record) -> Movie:
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))
     for point in mechanism.points:
-        sheet.frame_of(point)
+        sheet.frame_of(point)  # adds the point's frame to `sheet.frames`
     frames = {name: _frame(record, frame) for name, frame in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
@@ -271,6 +274,7 @@ def _movie(record: Record, source: Record) -> Movie:
             section, points = link.body.section, shape[0]
             middle = points[:, points.shape[1] // 2]
             bands[link.name] = Band(*shape, section.thickness, section.width, section.material.modulus)
+            # the frame of labels and arrows at the middle, see `MIDDLE`
             frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 

@@ -1,4 +1,4 @@
-"""Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
+"""Crank-rocker with clearance: forces, accelerations, penetration as functions of clearance and crank speed, standard errors.
 
 Each point of the grid is an ensemble, whose journals start at random places in their bushes; its numbers are means over the turns
 of all members, after some turns that are discarded. Where a pin is deeper in its bush than the clearance no contact law holds:
@@ -115,6 +115,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     of_ideal = np.array([ideal(p, speed) for speed in p.speeds])
     (chosen,) = measure(p, [p.bars()], len(p.speeds))
     metrics, wrong = _metrics(p, grid, points, chosen)
+    # the depth is nan where a run failed; PENETRATION at a point of the grid makes this point invalid, not the study
     wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
     shape = len(p.clearances), len(p.speeds)
     signals = {"clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": of_ideal}
@@ -216,7 +217,7 @@ def _maps(result: StudyResult) -> Figure:
         decades = np.log10(ratio)
         ax.grid(False)
         image = ax.imshow(decades, origin="lower", aspect="auto", cmap="viridis")
-        is_bright = decades > np.nanmean(decades) + 0.3 * np.nanstd(decades)  # black text is readable there
+        is_bright = decades > np.nanmean(decades) + 0.3 * np.nanstd(decades)  # under black text; 0.3: chosen
         for k, c in np.ndindex(ratio.shape):
             text = f"{ratio[k, c]:.3g}" if s["valid"][c, k] else f"({ratio[k, c]:.3g})"
             colour = "#000000" if is_bright[k, c] else "#ffffff"

@@ -19,7 +19,8 @@ the stop with its Euler load P_cr, less the friction f of the slider: Q = P_cr c
 The push reaches Q only at a time t after first contact, which lessens S by D. Before contact the push is -m x'' omega^2, which
 accelerates the slider; so it has to rise by Q' = Q + m x'' omega^2. The stop's force K (1 + chi) v tau at the time tau delays the
 slider against the crank by K (1 + chi) v tau^3/(6 m). This compresses the strip, so the push rises as tau^3. The momentum missing
-at t is the integral of Q' (1 - (tau/t)^3), 3 Q' t/4; as a momentum m v gives the force v sqrt(K m), sqrt(K/m) turns it into D:
+at t is the integral of Q' (1 - (tau/t)^3), that is 3 Q' t/4. A momentum m v gives the elastic force S = v sqrt(K m), which is
+sqrt(K/m) times the momentum. Hence the missing momentum lessens S by
 
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k_s (1 + chi) K v)]^(1/3),   axial stiffness k_s = E A/L cos(phi)^2. (4)
 
@@ -76,7 +77,10 @@ class Wish:
 
 @dataclass(frozen=True)
 class Given:
-    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units; `fastest` is the drive's limit."""
+    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units.
+
+    `friction` is the force f on the slider [N], `fastest` the largest crank speed of the drive [rad/s].
+    """
 
     width: Floats = 0.030
     mass: Floats = 0.3
@@ -202,7 +206,7 @@ def feasible(chosen: StrikeDesign) -> Floats:
 
 
 def binding(chosen: StrikeDesign) -> Limit:
-    """Return the first limit that a design violates, or else the limit that is nearest to its bound."""
+    """Return the first limit that a design of floats violates, or else the limit that is nearest to its bound."""
     found = limits(chosen)
     return next((limit for limit in found if limit.use > 1.0), max(found, key=lambda limit: float(limit.use)))
 

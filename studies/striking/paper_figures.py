@@ -1,9 +1,10 @@
 """Figures 5, 6, 10 and 11 of the paper on the striking slider-crank, on the paper's axes for comparison with the print.
 
-Each figure shows the force on the stop over time, in several turns from crank angle 0. `stitched` is the model of the paper. The
-beam has by default a bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with
-which it strikes with 27 N at 1.25 rad/s; all other numbers are predictions. The ramp of Fig. 6 needs a light slider, whose mass
-the paper does not give. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+Each figure shows the force on the stop over time, in several turns from crank angle 0, by several models (`impact.MODELS`).
+`stitched` is the model of the paper: closed forms of three modes of motion, joined one after another. The beam has by default a
+bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with which it strikes
+with 27 N at 1.25 rad/s; all other numbers are predictions. The ramp of Fig. 6 needs a light slider, whose mass the paper does
+not give. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from dataclasses import dataclass, replace
@@ -40,7 +41,7 @@ PRINTED = {
     "10": Printed("2.5 V", 15.0, 30.0, 5.0, IMPACT_SPEED * 2.5 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[2.5]),
     "11": Printed("3 V", 12.0, 35.0, 5.0, IMPACT_SPEED * 3.0 / REFERENCE_VOLTAGE, VOLTAGE_FORCES[3.0]),
 }
-"""Figures of the paper by their numbers."""
+"""Figures of the paper by their numbers. In 10 and 11 the crank speed is assumed proportional to the voltage."""
 
 
 @dataclass(frozen=True)
