@@ -23,7 +23,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
 
     `body` has section and elements of the strip, which is straight; its length is in [m]. A shortening is end shortening over
     length, up to 1.5, where 16 cable elements are 0.9 % off. It must be more than compression takes before buckling: 8e-7 at a
-    thickness of length/1000. Raise an ArithmeticError if Newton's method does not converge, or a force is off its branch.
+    thickness of length/1000. Raise an ArithmeticError if Newton's method does not converge, or a force is off the buckled branch.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     travel = [0.0]  # of the moving end [m]; the drive reads it
