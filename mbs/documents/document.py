@@ -41,7 +41,7 @@ def _is_table(name: str, each: object) -> bool:
     """Return True for a table that is written on several lines, and for a list of tables."""
     if isinstance(each, Mapping):
         is_link = "body" in each
-        is_always_long = is_link or name in ("points", "links", "velocities", "run", PARAMETERS)
+        is_always_long = is_link or name in ("points", "links", "velocities", "run", PARAMETERS)  # names: chosen
         return is_always_long or len(_inline(each)) + len(name) > 100  # characters, a convention
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)
 
@@ -89,7 +89,7 @@ ADVICE = {
     "after a statement": QUOTES, "Unclosed": f"a bracket or a comma is missing, or {QUOTES}", "Invalid value": QUOTES,
     "Cannot overwrite": "a name stands twice there; give each once", "Cannot declare": "a table stands twice; give each once",
 }  # fmt: skip
-"""Advice on mistakes in TOML, by words of the parser's message."""
+"""Advice on mistakes in TOML, by words of the parser's message. TOML gives a key or a table only once."""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def _without_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def get(content: Any, path: str) -> Any:
-    """Return the value at a path; ValueError for an unknown path, KeyError if only its last key is unknown."""
+    """Return the value at a path; ValueError for an unknown path, KeyError if only its last key, in a table, is unknown."""
     for key in resolve(content, path):
         content = content[key]
     return content
@@ -150,7 +150,7 @@ def resolve(content: Any, path: str) -> list[str | int]:
         raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")
     parameters = content.get(PARAMETERS, {}) if isinstance(content, Mapping) else {}
     if len(words) == 1 and path in parameters and path not in content:
-        words = [PARAMETERS, path]
+        words = [PARAMETERS, path]  # the short path of a parameter
     if words[0] == PARAMETERS and len(words) > 1 and words[1] not in parameters:
         known = ", ".join(parameters) or "none"
         raise ValueError(f"{path}: not in the file{did_you_mean(words[1], parameters)}; there are: {known}")

@@ -16,7 +16,7 @@ from .pieces import Reals, ramp
 from .rebound import chi_exact, restitution
 
 
-@declared
+@declared  # makes a dataclass; its base `Declared` checks the fields and calls `agree`
 class HysteresisLaw(PowerLaw, Declared, ABC):
     """F = K d^n (1 + chi(e) d'/v0), never below zero. A subclass defines chi(e) only."""
 
@@ -27,7 +27,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     pole_at_zero: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """Raise a ValueError if the hysteresis factor is negative, so that energy would be created."""
+        """Raise a ValueError at a pole of the hysteresis factor, or if it is negative, so that energy would be created."""
         if self.pole_at_zero:
             Quantity("1", 0.0, 1.0, open_low=True).read("restitution", self.restitution)
         non_negative("chi", self.chi, "1")

@@ -81,7 +81,7 @@ def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:  #
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
-    """Compute the modes of an assembled link, choose those that `modal` names, and integrate them in the plane."""
+    """Compute the modes of an assembled link, choose those that `modal` names, and make the planar model of them."""
     joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
     interfaces = _interfaces(solid, joints, modal.interface)
     choice: Any = modal.modes  # not None: a link with a mesh has modes
@@ -101,21 +101,22 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
     """Make the planar model from k modes in the plane, (k, nodes, 3), and `properties`: `numbers`, `frequency` and `damping`.
 
     `sections` has nodes and axis point of the cross-sections at start, end and middle, as in `planar.STATIONS`. Names are those
-    of `PlanarModel`: integrals are of components in the plane, X is the place of a node from the centre of mass, phi_k a mode
-    there.
+    of `PlanarModel`. X is the place of a node from the centre of mass, phi_k the displacement of that node in mode k. Integrals
+    over the mass take their components in the plane.
     """
     # displacements and rotations in x, y, z of each section in each mode, (3, k, 6)
     at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in sections])
     axis_x, axis_modes = _sample_axis(solid, modes, joint_modes=at_stations[:2, :, :2])
     arms, shapes = (solid.nodes - solid.centre)[:, :2], modes[..., :2]  # X and phi_k
-    momenta = np.array([solid.mass @ shape for shape in shapes]).reshape(-1, *arms.shape)  # (k, nodes, 2)
-    products = np.einsum("kn,ln->kl", shapes[..., 0], momenta[..., 1])  # integrals of phi_kx phi_ly dm
+    mass_shapes = np.array([solid.mass @ shape for shape in shapes])
+    mass_shapes = mass_shapes.reshape(-1, *arms.shape)  # (k, nodes, 2), also for k = 0
+    products = np.einsum("kn,ln->kl", shapes[..., 0], mass_shapes[..., 1])  # integrals of phi_kx phi_ly dm
     return PlanarModel(
         length=solid.length, mass=float(solid.mass.sum()), centre=solid.centre[:2],
         inertia=float(np.einsum("na,na->", arms, solid.mass @ arms)),
         shapes=at_stations[:, :, [0, 1, 5]].transpose(0, 2, 1),  # x, y, rotation in the plane
-        radial=np.einsum("na,kna->k", arms, momenta),  # integrals of X . phi_k dm
-        gram=np.einsum("kna,lna->kl", shapes, momenta),  # of phi_k . phi_l dm
+        radial=np.einsum("na,kna->k", arms, mass_shapes),  # integrals of X . phi_k dm
+        gram=np.einsum("kna,lna->kl", shapes, mass_shapes),  # of phi_k . phi_l dm
         gyration=products - products.T,  # of phi_k x phi_l dm
         line=np.column_stack([axis_x, np.zeros_like(axis_x)]) - solid.centre[:2],
         line_shapes=axis_modes.transpose(1, 2, 0), **properties,
@@ -135,7 +136,7 @@ def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple
     most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(choice.numbers)
     # a first guess, doubled below until enough of the modes lie in the plane
     count = 3 * highest if choice.counting == "in-plane" else highest
-    count += 2  # modes of equal frequency are made unique only if all of them are computed
+    count += 2  # so that modes of equal frequency are not cut apart: `solid` makes their combinations unique together
     while True:
         omega, modes = free_modes(solid, min(count, most))
         found = moves_in_plane(participation(solid, modes)).sum() if choice.counting == "in-plane" else count
@@ -145,7 +146,10 @@ def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple
 
 
 def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
-    """Return indices of the chosen modes among the flexible ones, and their damping ratios; chosen rigid modes are left out."""
+    """Return indices of the chosen modes among the flexible ones, and their damping ratios; chosen rigid modes are left out.
+
+    `rigid` is the number of rigid modes.
+    """
     choice: Any = modal.modes
     if choice.numbers is None:  # the default of Craig-Bampton modes
         chosen = np.flatnonzero(is_planar)

@@ -44,20 +44,20 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
     return np.concatenate([secants[:1], np.where(before * after > 0, mean, 0.0), secants[-1:]])
 
 
-def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate at `times` by cubics with the values and speeds of the samples, at least two; return values and speeds."""
+def hermite(time: Array, values: Array, rates: Array, times: Array) -> tuple[Array, Array]:
+    """Interpolate at `times` by cubics with the values and rates of the samples, at least two; return values and rates."""
     k, h, s = _find_steps(time, times, values.ndim)
     secant = (values[k + 1] - values[k]) / h
-    rates = (1 - s) * (1 - 3 * s) * speeds[k] + s * (3 * s - 2) * speeds[k + 1] + 6 * s * (1 - s) * secant
-    return cubics(time, values, speeds, times), np.asarray(rates)
+    found = (1 - s) * (1 - 3 * s) * rates[k] + s * (3 * s - 2) * rates[k + 1] + 6 * s * (1 - s) * secant
+    return cubics(time, values, rates, times), np.asarray(found)
 
 
-def cubics(time: Array, values: Array, speeds: Array, times: Array) -> Array:
-    """Interpolate at `times` by cubics with the values and speeds of the samples, at least two; return values."""
+def cubics(time: Array, values: Array, rates: Array, times: Array) -> Array:
+    """Interpolate at `times` by cubics with the values and rates of the samples, at least two; return values."""
     k, h, s = _find_steps(time, times, values.ndim)
     r, start = 1 - s, values.take(k, 0)
     rise = values.take(k + 1, 0) - start
-    found = start + s * s * (1 + 2 * r) * rise + h * s * r * r * speeds.take(k, 0) - h * s * s * r * speeds.take(k + 1, 0)
+    found = start + s * s * (1 + 2 * r) * rise + h * s * r * r * rates.take(k, 0) - h * s * s * r * rates.take(k + 1, 0)
     return np.asarray(found)
 
 
@@ -66,14 +66,14 @@ class Cubics:
 
     def __init__(self, time: Array, times: Array) -> None:
         self.step, h, s = _find_steps(time, times, 1)
-        # weights of the rise of the value over the step, and of the speeds at its start and end
+        # weights of the rise of the value over the step, and of the rates at its start and end
         self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)
 
-    def __call__(self, values: Array, speeds: Array) -> Array:
-        """Interpolate from values and speeds at the samples, each (functions, samples); return values (functions, times)."""
+    def __call__(self, values: Array, rates: Array) -> Array:
+        """Interpolate from values and rates at the samples, each (functions, samples); return values (functions, times)."""
         k, found = self.step, values.take(self.step, 1)
         rise = values.take(k + 1, 1) - found
-        for weights, terms in ((self.rise, rise), (self.start, speeds.take(k, 1)), (self.end, speeds.take(k + 1, 1))):
+        for weights, terms in ((self.rise, rise), (self.start, rates.take(k, 1)), (self.end, rates.take(k + 1, 1))):
             terms *= weights  # in place, as are the sums: new arrays would take longer
             found += terms
         return found
@@ -93,7 +93,7 @@ def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Arra
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
     """Interpolate by quintic Hermite polynomials: values, and rates times h, at the fraction s of steps of length h.
 
-    `ends` are (values, rates, second rates) at both ends, `h` and `s` arrays that multiply them. The polynomial is
+    `ends` are (values, rates, second rates) at both ends, `h` and `s` arrays that multiply them, broadcast. The polynomial is
     q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
@@ -109,8 +109,8 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     """Interpolate samples at `times` by cubic Hermite polynomials, with given rates or those of `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
-    speeds = slopes(time, values, smooth) if rates is None else rates
-    return cubics(time, values, speeds, times)
+    known_rates = slopes(time, values, smooth) if rates is None else rates
+    return cubics(time, values, known_rates, times)
 
 
 KINK_RATIO = 10.0
@@ -144,10 +144,11 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
 def _compute_slope_differences(steps: Array, rate: Array) -> Array:
     """Return the slope f0' at the start less f1' at the end of each of two or more steps, (..., steps); `rate` is (..., times).
 
-    The slope at a sample is that of the parabola through it and its two neighbours. Between secants of one sign it is at most
-    three times the smaller secant; then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz, J. Approx.
-    Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run the slope is not known. If only one
-    slope of a step is known, f is taken for a parabola in this step, for which (f0' + f1')/2 is the secant; if none, for linear.
+    The slope at a sample is that of the parabola through it and its two neighbours. Only between secants of one sign
+    it is at most three times the smaller secant. Then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz,
+    J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run the slope is not known.
+    If only one slope of a step is known, f is taken for a parabola in this step, for which (f0' + f1')/2 is the secant; if none,
+    for linear.
     """
     secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
     slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)
@@ -158,7 +159,7 @@ def _compute_slope_differences(steps: Array, rate: Array) -> Array:
     starts_at_kink, ends_at_kink = is_kink[:-1], is_kink[1:]  # of each step
     start, end = np.zeros_like(secant), np.zeros_like(secant)  # f0' and f1'
     start[..., 1:], end[..., :-1] = slope, slope
-    difference = start - end
+    difference = start - end  # if one of them is unknown, from f0' + f1' = 2 secant:
     difference[..., starts_at_kink] = 2 * (secant - end)[..., starts_at_kink]
     difference[..., ends_at_kink] = 2 * (start - secant)[..., ends_at_kink]
     difference[..., starts_at_kink & ends_at_kink] = 0.0

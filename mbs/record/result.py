@@ -105,8 +105,8 @@ class Result:
         """
         values, times = self[name], np.asarray(times, dtype=float)
         first, last = self.time[[0, -1]]
-        rounding, inside = OUTSIDE * (last - first), np.clip(times, first, last)
-        is_outside = ~((times >= first - rounding) & (times <= last + rounding))  # true for nan as well
+        margin, inside = OUTSIDE * (last - first), np.clip(times, first, last)  # margin for rounding
+        is_outside = ~((times >= first - margin) & (times <= last + margin))  # true for nan as well
         if is_outside.any() and outside is not None:
             return np.where(is_outside, outside, self.at(name, inside))
         if is_outside.any():
@@ -185,7 +185,7 @@ class Result:
 
         Point data are `displacement` [m], `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips, and the number of
         the `link`. The name of the file ends in `.xdmf`; any other is a ValueError. `times` [s] are by default those of the
-        movie. A pickled result has no others, so that given times raise a ValueError. The first time gives the mesh.
+        movie. A pickled result holds the movie's times only: `times` then raise a ValueError. The first time gives the mesh.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

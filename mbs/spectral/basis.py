@@ -54,8 +54,8 @@ def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, floa
     """Fit a function of x on [-1, 1] with the values `ends` at -1 and 1, its slope by least squares; coefficients (degree + 1,).
 
     The slopes of the members from k = 2 on are orthonormal. So their coefficients are the integrals of rest' N_k', where rest is
-    the function less its linear part. By parts these are the integrals of -rest N_k''. At degree 8, 24 more Gauss points
-    integrate a sine of 16 half waves to rounding; 12 more leave an error of 5e-3.
+    the function less its linear part. By parts these are the integrals of -rest N_k''. The rule has 24 points more than the
+    degree. At degree 8 it integrates a sine of 16 half waves to rounding; 12 points more would leave an error of 5e-3.
     """
     x, w = gauss(degree + 24)
     rest = function(x) - basis(1, x) @ np.array(ends)

@@ -107,7 +107,7 @@ class SpectralStrip:
         density = np.array([self.section.mass_per_length] * 2 + [self.section.inertia_per_length] * self.shears)  # 3 with shear
         total = np.zeros(len(self.q_t))
         for piece in self.pieces:
-            xi, w = gauss(piece.degree + 1)
+            xi, w = gauss(piece.degree + 1)  # exact for squares of polynomials
             squares = self._evaluate_fields(self.q_t, piece, xi) ** 2
             total += 0.5 * piece.half_length * np.einsum("tgf,g,f->t", squares, w, density)
         return total
@@ -118,7 +118,7 @@ class SpectralStrip:
         section, material = self.section, self.section.material
         ea, ei = section.axial_stiffness, section.bending_stiffness
         stiffness = (ea, section.shear_stiffness, ei)
-        damping = (ea * material.axial_damping, 0.0, ei * material.bending_damping)
+        damping = (ea * material.axial_damping, 0.0, ei * material.bending_damping)  # a `Material` has none for shear
         out = []
         for i in range(3):
             if i == 1 and not self.shears:
@@ -131,7 +131,7 @@ class SpectralStrip:
 
     def _compute_strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
         """Compute weights [m], strains (axial, shear, bending) less stress-free ones, and rates of a piece, (times, points)."""
-        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)  # as in `strip_body`
+        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)  # as in `strip_body`, see docs/theory-spectral.md
         strains_of, order = (reissner, 1) if self.shears else (kirchhoff, 2)
         states = (self.q, self.q_t, self.reference[None])
         fields, field_rates, free_fields = ([self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)] for q in states)
@@ -140,7 +140,7 @@ class SpectralStrip:
         return w * piece.half_length, [a - b for a, b in zip(strain, free, strict=True)], rate
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Evaluate Reissner's strip, the only one that takes line loads, at their Gauss points.
+        """Evaluate Reissner's strip, the only one that takes line loads, at the Gauss points of these loads.
 
         Returns their weights [m] (points,); (x, y, angle turned since t = 0), (times, points, 3); the rates of these.
         """
@@ -171,7 +171,7 @@ class SpectralStrip:
         return self._evaluate_position(self.length / 2)
 
     def arcs(self, per_element: int = 4) -> Array:
-        """Return the stress-free arc lengths [m] of `line`, at equal distances, as if the strip had eight finite elements."""
+        """Return the stress-free arc lengths [m] of `line`, at equal distances, chosen as of eight finite elements."""
         return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 

@@ -65,7 +65,8 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is that of the eigenvalues (see `spectrum`) at the last state of a path, 0 before the first.
+    for none. `shift` [1/s^2] is that of the eigenvalues at the last state of a path, 0 before the first: the start of
+    the next computation in `critical`.
     """
 
     scene: CompiledScene
@@ -130,8 +131,8 @@ class Problem:
         """
         unit = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
         row, column = self.scene.tables.row, self.scene.tables.col  # indices of the entries in the matrix
-        weight = np.append(unit[row] * unit[column], 0.0)  # 0: the last entry is no part of the matrix
-        _, _, stiffness, jacobian = a.entries
+        weight = np.append(unit[row] * unit[column], 0.0)  # the last entry takes zeros and is no part of the matrix, see `tables`
+        _, _, stiffness, jacobian = a.entries  # nonzeros of K, and of G with its transpose; the others are not used
         k = (stiffness + added) * weight
         diagonal = np.abs(k[:-1][row == column])
         force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
@@ -141,16 +142,19 @@ class Problem:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
         With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns.
-        They start from those at an equilibrium, the `origin`, as the strains of a guess would give far too large stresses.
+        They start from those at the `origin`, an equilibrium near the guess; by default it is `rest` itself. Strains of a guess
+        far from an equilibrium would give far too large stresses.
         """
         previous, found = np.inf, None
         with self._free_stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, plane)
                 next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
-                is_last = next_step < 10 * EPS or largest > 0.1 * previous  # 0.1: not quadratic any more
-                grows_by_rounding = previous < largest < 1e-8  # rounding may be amplified near a critical point
-                if (largest < CLOSE and is_last) or grows_by_rounding:
+                is_slow = largest > 0.1 * previous  # 0.1, chosen: not quadratic any more
+                cannot_improve = next_step < 10 * EPS or is_slow
+                # 1e-8, chosen: above CLOSE, as rounding may be amplified near a critical point
+                grows_by_rounding = previous < largest < 1e-8
+                if (largest < CLOSE and cannot_improve) or grows_by_rounding:
                     found = rest if self.is_balanced(rest) else None
                     break
                 if not np.isfinite(largest) or (must_decrease and largest > previous):
@@ -204,7 +208,7 @@ class Problem:
         force, gap, a = self.residual(rest)
         scene, units = self.scene, self.units
         row, column = scene.tables.row, scene.tables.col  # indices of the entries in the matrix [[K, G^T], [G, 0]]
-        # largest force [N] or torque [N m], times the longest link: compared with forces times units of coordinates
+        # largest force [N] or torque [N m] times the longest link, of the size of forces times units of coordinates [N m]
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
         gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
@@ -242,14 +246,14 @@ class Problem:
         force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
         matrix, force_unit = self.scale_matrix(a)
-        column = unit * np.concatenate([-slope[:n] * self.units / force_unit, slope[n:]])  # signs as of K and G
+        column = unit * np.concatenate([-slope[:n] * self.units / force_unit, slope[n:]])  # K is of -f + G^T lambda, G of g
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * force_unit, [normal[-1] * unit]])
         blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
         bordered = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
         return bordered, force_unit, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: that of axial forces of strips, over the force per unit of parameter."""
+        """Estimate the rounding error of the parameter: `ROUNDING` times the strips' largest E A over the slope of the force."""
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         force = float(slope[:n][~self.is_angle].max(initial=0.0))
@@ -270,7 +274,7 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
     out, others = np.zeros(fine.size), []
     for scene in (coarse, fine):
-        of_strips = [place for body in scene.strips for piece in body.pieces for place in piece.dofs.ravel()]
+        of_strips = [dof for body in scene.strips for piece in body.pieces for dof in piece.dofs.ravel()]
         others.append(np.setdiff1d(np.arange(scene.size), of_strips))
     out[others[1]] = q[others[0]]
     for body, finer_body in zip(coarse.strips, fine.strips, strict=True):
@@ -280,14 +284,15 @@ def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
 
 
 def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
-    """Return the largest distance of two poses a and b (n,), in units of the coordinates; an upper bound along strips."""
+    """Return the largest distance of two poses a and b (n,), in units of the coordinates; along strips an estimate."""
     change = np.abs(a - b) / scene.units
     for strip in scene.strips:
         for piece in strip.pieces:
             # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
             ends, inner = piece.dofs[:, :2], piece.dofs[:, 2:]
-            bounds = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))  # of these polynomials, which are zero at the ends
-            change[ends] += (change[inner] * bounds).sum(axis=1)[:, None]
+            # chosen sizes of these polynomials, see `basis`: above their largest values, except 0.5 for 0.61 of the first
+            sizes = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
+            change[ends] += (change[inner] * sizes).sum(axis=1)[:, None]
             change[inner] = 0.0
     return float(change.max(initial=0.0))
 
@@ -308,7 +313,7 @@ def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:
     if not links:
         return ""
     markers = [[scene.marker(link.name, point) for point in (link.start, link.end)] for link in links]
-    place(scene.tables, scene.work, q, shape)
+    place(scene.tables, scene.work, q, shape)  # states of the markers at q, with the shape as rates
     motions = np.abs(scene.work.state[markers, State.VX : State.SPIN + 1] / [scene.length, scene.length, 1.0])
     return links[int(motions.max(axis=(1, 2)).argmax())].name
 

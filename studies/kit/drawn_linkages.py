@@ -28,7 +28,7 @@ Run = tuple[mbs.Mechanism, float]
 
 
 class Dice(np.random.Generator):
-    """Generator of random numbers and choices."""
+    """Source of random numbers and choices."""
 
     def __init__(self, *seed: int) -> None:
         super().__init__(np.random.PCG64(seed))
@@ -92,7 +92,7 @@ BODIES: dict[str, Callable[[Dice, float], Any]] = {
     "strut": lambda dice, length: mbs.Strut(mbs.Section(STRIP_WIDTH, dice.log(2e-4, 1e-3))),
     "modal": lambda dice, length: draw_modal(dice),
 }
-"""Generators of bodies by their kind and length [m]; a "strip" is thin and bowed, a "beam" a thick straight bar."""
+"""Functions that draw a body of a kind and a length [m]; a "strip" is thin and bowed, a "beam" a thick straight bar."""
 
 
 def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
@@ -104,8 +104,9 @@ def draw_speed(dice: Dice, kind: str, speed: float, duration: float) -> Any:
     if kind == "table":
         times = [0.0, *np.sort(dice.uniform(0.05, 0.9, 3)).tolist()]
         return Table([t * duration for t in times], (speed * dice.uniform(0.2, 1.0, 4)).tolist())
-    frequency = 2 * pi * float(dice.integers(20, 200)) / duration  # 20 to 199 periods in a run
-    return Expression(f"{dice.uniform(0.02, 0.3) * frequency!r}*cos({frequency!r}*t)")  # the angle swings by 0.02 to 0.3 rad
+    angular_frequency = 2 * pi * float(dice.integers(20, 200)) / duration  # 20 to 199 periods in a run
+    speed_amplitude = dice.uniform(0.02, 0.3) * angular_frequency  # the angle swings by 0.02 to 0.3 rad
+    return Expression(f"{speed_amplitude!r}*cos({angular_frequency!r}*t)")
 
 
 def draw_law(dice: Dice) -> Any:
@@ -213,7 +214,8 @@ def draw_rubbing(dice: Dice) -> Run:
     """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
     speed = dice.uniform(5, 20)
     mechanism = slider_crank(draw_bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=speed)
-    guide = replace(mechanism.guides[0], friction=dice.one(laws.Coulomb(dice.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
+    coulomb, constant = laws.Coulomb(dice.uniform(0.05, 0.4), v_reg=0.05), mbs.GuideFriction(dynamic=1.0)
+    guide = replace(mechanism.guides[0], friction=dice.one(coulomb, constant))
     if dice.chance(0.6):
         mechanism = replace(mechanism, drives=[], velocities={"crank": speed}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
     return replace(mechanism, guides=[guide], gravity=WEIGHT), dice.uniform(0.2, 0.8) * 2 * pi / speed

@@ -86,13 +86,16 @@ def planar_modes(depth: float, name: str) -> tuple[int, ...]:
     modes = SETS[name]
     if isinstance(modes, FreeModes):
         return tuple(int(n) for n in reduced(Modal(section(depth), modes, mesh=MESH), LENGTH).plane.numbers)
-    table = [(number, kind) for number, _, kind, *_ in solid_modes(depth).table()]
+    table = [(number, kind) for number, _frequency, kind, *_ in solid_modes(depth).table()]
     by_letter = {letter: [number for number, each in table if each == kind] for letter, kind in LETTERS.items()}
     return tuple(by_letter[mode[0]][int(mode[1:]) - 1] for mode in modes)
 
 
 def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
-    """Make a modal rocker of the modes of a set that move in the plane, by rising frequency; None if none does."""
+    """Make a modal rocker of the modes of a set that move in the plane, by rising frequency; None if none does.
+
+    The set "craig_bampton" gives its default modes instead.
+    """
     if isinstance(SETS[name], CraigBampton):
         return Modal(section(depth), SETS[name], damping, MESH)
     modes = tuple(sorted(planar_modes(depth, name)))
@@ -103,7 +106,8 @@ def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, fact
     """Make a modal rocker without damping, with modes of one of the `assumptions.KINDS`.
 
     Of a bar, the first `bending` and `axial` modes are taken; the kind "free" has shear, by Timoshenko's theory, the kind
-    "Euler-Bernoulli" has none. Craig-Bampton has its default modes. `factor` multiplies all frequencies.
+    "Euler-Bernoulli" has none. Craig-Bampton has its default modes. `factor` multiplies all frequencies: its square multiplies
+    the modulus, so that static stiffness changes, too.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
@@ -113,7 +117,7 @@ def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, fact
 
 
 def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
-    """Return the rocker with damping ratios by one of the `DAMPINGS`."""
+    """Return the rocker with a damping ratio for each mode by one of the `DAMPINGS`, of size `ratio`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
     is_craig_bampton = isinstance(rocker.modes, CraigBampton)  # it then needs the numbers of the planar modes, one for each ratio
@@ -151,7 +155,7 @@ class PlayParameters(JointAssumptions):
     @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
-        factor = self.friction_thresholds  # of `JointAssumptions`
+        factor = self.friction_thresholds  # on both speeds, see `JointAssumptions`
         return factor * self.stiction_speed, factor * self.friction_speed
 
     def bars(

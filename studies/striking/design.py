@@ -69,7 +69,7 @@ def check(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
     numbers = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
     mechanism = make_slider_crank(model, section, p, stop, given.friction, given.lengths, **numbers)
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
-    release_angle = 2 * pi - chosen.angle  # mirrors the crank angle at the impact in the dead centre at pi
+    release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
     duration = p.extend_for_motor((release_angle + AFTER_RELEASE) / chosen.speed)
     return simulate_model(model, mechanism, duration, solver, p.timeout)
 
@@ -97,9 +97,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong = [f"{p.model}: {line}" for line in wrong]
     notes = "exact: the wish. limit: share of a bound that is used. settled: crank angle from which the slider rests.\n"
     notes += f"{p.describe()}; friction {p.friction_force:g} N."
+    failure = {"status": turn.status, "message": f"{p.model}: {turn.message}"}
     return StudyResult(
-        parameters=p,
-        **(status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}),
+        parameters=p, **(status_of(wrong) if turn.status == "OK" else failure),
         metrics=metrics, signals={"angle": turn.angle, "force": turn.force},
         tables=[replace(metrics_table(metrics), notes=notes)],
     )  # fmt: skip

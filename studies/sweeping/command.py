@@ -31,7 +31,7 @@ PATIENCE = 60.0
 
 
 class _Sweep(NamedTuple):
-    """Sweep requested on the command line; `stored_as` names the study in the store, for a file with a hash of its content."""
+    """Sweep requested on the command line; `stored_as` is its name in the store, with a hash of the content of a file."""
 
     study: Study
     options: argparse.Namespace
@@ -107,7 +107,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     study = find_study(name)
     parser = make_parser(study, prog, OPTIONS)
     add = parser.add_argument_group("sweep").add_argument
-    add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
+    add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, START:STOP:COUNT:log or A,B,C; "
         "several are combined each with each")  # fmt: skip
     add("--workers", type=int, metavar="N", help="processes of this machine, 0: the cases run in this one; default its cores")
     add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
@@ -119,7 +119,8 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    make_case, shared = study.find_case_maker(options, OPTIONS)  # `shared`: values of the parameters that do not vary
+    # `make_case`: class or function that makes a case; `shared`: values of the parameters that do not vary
+    make_case, shared = study.find_case_maker(options, OPTIONS)
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
     planned = plan(make_case, shared, [parse(text, make_case) for text in options.vary])
@@ -138,7 +139,9 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
 def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     """Print the table and write the files of a sweep; for a part, only the number of its cases by status."""
     options, name = request.options, request.study.title
-    counts, versions = Counter(row.status for row in rows), len({row.provenance["sources"] for row in rows})
+    counts = Counter(row.status for row in rows)
+    version_count = len({row.provenance["sources"] for row in rows})  # "sources": a hash of Buckler's source files
+    note = f"cases come from {version_count} versions of Buckler's source files; --store names a new file"
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
     first = next((row for row in rows if row.status != "OK"), None)
     others = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
@@ -147,19 +150,19 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
         message=f"{others} of {len(rows)} cases; the first is case {first.number}: {first.message}" if first else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
         work={"wall_s": wall, "vary": options.vary, "store": str(request.store)},
-        notes=[f"cases come from {versions} versions of Buckler's source files; --store names a new file"] * (versions > 1),
+        notes=[note] * (version_count > 1),
     )  # fmt: skip
     if request.part:
         ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
         return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)
-    found = points(request.plan, rows)
+    design_points = points(request.plan, rows)
     try:
-        shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
+        shown = choose(design_points, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return print_error(error)
     pages = {"cases.csv": to_csv(rows, request.units)}
-    result = replace(result, tables=[table(request.plan, found, shown, request.units)], pages=pages)
+    result = replace(result, tables=[table(request.plan, design_points, shown, request.units)], pages=pages)
     with house_style():
-        drawn = figures(request.plan, found, shown, request.units)
+        drawn = figures(request.plan, design_points, shown, request.units)
     ending = f"in {wall:.2g} s, written to {request.folder}, cases in {request.store}"
     return finish(name, result, drawn, request.folder, options, ending)
