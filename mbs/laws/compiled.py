@@ -79,7 +79,8 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
     except RuntimeError:  # no folder can be written
         return numba.njit(error_model="numpy", **options)(function)
     module = function.__module__.rpartition(".")[2]
-    # Numba names its files module.name-line..., with the stamp module.name_stamp-line...
+    # Numba names its files module.name-line..., with the stamp module.name_stamp-line...; those of a longer name that begins so
+    # match too, but files in use have the same stamp
     for old in Path(found.stats.cache_path).glob(f"{module}.{name}[_-]*"):
         if stamp not in old.name:
             old.unlink(missing_ok=True)

@@ -96,7 +96,7 @@ class Linkage:
 
     @cached_property
     def _forms(self) -> Forms:
-        """Equations of all rows; `ends` finds the body, arm and position of a place that a row connects."""
+        """Equations of all rows; `ends` has the body, arm and position of each place that a row connects."""
         numbers, points = {**self.index, GROUND: len(self.index)}, self.mechanism.points
         ends = Ends(body=lambda end: numbers[end.body], arm=self._arm, position=lambda end: complex(*points[end.point]))
         return Forms(self.rows, len(self.index), ends)

@@ -91,7 +91,7 @@ class StripBody:
             for i, dofs in enumerate(piece.dofs):
 
                 def interpolate(xi: Array, i: int = i, piece: Piece = piece) -> Array:
-                    """Interpolate component i of the bending velocity (vx, vy, spin) of the link's points at xi of the piece."""
+                    """Interpolate component i of the bending velocity (vx, vy, spin) at xi in [-1, 1] of the piece."""
                     x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
                     return start.interpolate(link, along_chord, x)[:, i]
 
@@ -158,6 +158,7 @@ def _fit_piece(line: Line, start: float, end: float, degree: int, kind: int) -> 
     ends = line(np.array([start, end]))
 
     def fit_field(i: int) -> Array:
+        """Fit field i of the piece: x, y or the angle."""
         return fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i]))
 
     return np.array([fit_field(i) for i in range(3 if kind == StripKind.REISSNER else 2)])

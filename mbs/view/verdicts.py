@@ -18,7 +18,7 @@ QUESTIONS = {
     "CROSSED": "Did massless strips stay in the range of their law?",
     "BRANCH": "Does the linkage stay away from dead centres?",
     "LINEAR": "Do modal links stay in the range of linear theory?",
-    "ACCURACY": "Is the error what was asked for, or what a run without settings may have?",
+    "ACCURACY": "Is the error at most the one asked for, or without one, that allowed by convention?",
     "SOLVERS": "Does the other solver say the same?",
 }
 """Questions that the checks answer. The message of a check begins with the name of the check, such as `ENERGY: `."""
