@@ -26,7 +26,7 @@ class NewtonDivergedError(RodError):
     """Newton's iteration did not converge."""
 
 
-class Grid(NamedTuple):
+class CollocationGrid(NamedTuple):
     """Collocation points of both pieces, in one array of shape (2 nodes,); the point of the load occurs twice.
 
     `s` is the stress-free arc length over L, `angle` the stress-free tangent angle [rad]. `J @ f` is the integral of f from s = 0
@@ -67,7 +67,7 @@ def integration(nodes: int) -> tuple[Array, Array]:
     return (points + 1.0) / 2.0, J
 
 
-def make_grid(load_point: float, nodes: int, angle: Angle | None) -> Grid:
+def make_grid(load_point: float, nodes: int, angle: Angle | None) -> CollocationGrid:
     """Return the grid of a strip with a point load at an arc length over L and `nodes` points in each piece."""
     unit, J = integration(nodes)
     left, right = load_point, 1.0 - load_point
@@ -77,7 +77,7 @@ def make_grid(load_point: float, nodes: int, angle: Angle | None) -> Grid:
     both[:nodes, :nodes], both[nodes:, nodes:] = left * J, right * J
     both[nodes:, :nodes] = left * J[-1]  # integral over the whole first piece
     angles = np.zeros_like(s) if angle is None else np.asarray(angle(s), dtype=float)
-    return Grid(s, both, angles, np.repeat((0.0, 1.0), nodes))
+    return CollocationGrid(s, both, angles, np.repeat((0.0, 1.0), nodes))
 
 
 def newton(step: Callable[[Array], Array], unknowns: Array) -> Array:

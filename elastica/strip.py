@@ -31,7 +31,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from .collocation import Angle, Array, Fields, Grid, NewtonDivergedError, make_grid, newton, require, resample
+from .collocation import Angle, Array, CollocationGrid, Fields, NewtonDivergedError, make_grid, newton, require, resample
 
 PRESCRIBED = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Indices of x, y and the rotation that each support at s = 1 prescribes."""
@@ -139,7 +139,7 @@ class Strip:
         require("angle", self.angle, fits, "a function that gives one finite angle, rad, for each s")
 
     @cached_property
-    def grid(self) -> Grid:
+    def grid(self) -> CollocationGrid:
         """Collocation points, integration matrix and stress-free angle."""
         return make_grid(self.at, self.nodes, self.angle)
 

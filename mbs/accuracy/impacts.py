@@ -28,7 +28,7 @@ BISECTIONS = 10
 """Bisections of the logarithm of that distance, of 9 decades: it is then known to 2 %."""
 
 
-class Table(NamedTuple):
+class ImpactTable(NamedTuple):
     """Impacts in the order of time, each field (impacts,)."""
 
     onset: Array  # [s]
@@ -37,9 +37,9 @@ class Table(NamedTuple):
     peak: Array  # highest sample of the force [N]
     missed: Array  # highest vertex of the parabolas through three samples, less `peak` [N]
 
-    def select(self, chosen: Array) -> Table:
+    def select(self, chosen: Array) -> ImpactTable:
         """Return some of the impacts, by a mask (impacts,)."""
-        return Table(*(field[chosen] for field in self))
+        return ImpactTable(*(field[chosen] for field in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Impacts:
     time: Array  # [s], (times,)
     force: Array  # [N], 0 beyond the end, (times,)
     impulse: Array  # up to each time [N s], (times,)
-    table: Table
+    table: ImpactTable
     end: float  # [s]
 
     @classmethod
@@ -60,7 +60,7 @@ class Impacts:
         touches = np.concatenate([[False], force > 0, [False]])
         edges = np.flatnonzero(touches[1:] != touches[:-1])
         if not len(edges):
-            return cls(time, force, impulse, Table(*np.empty((5, 0))), end)
+            return cls(time, force, impulse, ImpactTable(*np.empty((5, 0))), end)
         first = edges[::2]  # first sample of each contact
         after = np.minimum(edges[1::2], len(time) - 1)  # first sample after it, also after a contact that the end cuts
         before = np.maximum(first - 1, 0)
@@ -70,7 +70,7 @@ class Impacts:
         first, before, after = first[is_first], before[is_first], after[is_last]
         peaks = _find_maxima(force, first, after + 1)
         vertices = _find_maxima(_find_vertices(time, force), first, after + 1)
-        table = Table(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
+        table = ImpactTable(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
         return cls(time, force, impulse, table, end)
 
     @property
@@ -78,7 +78,7 @@ class Impacts:
         """Impulse up to the end [N s]."""
         return float(np.interp(self.end, self.time, self.impulse))
 
-    def find_highest(self, impacts: Table, shift: float) -> Array:
+    def find_highest(self, impacts: ImpactTable, shift: float) -> Array:
         """Return the highest force [N] during each impact of another run, widened by a shift [s] and a sample at both ends."""
         first = np.maximum(np.searchsorted(self.time, impacts.onset - shift) - 1, 0)
         after = np.minimum(np.searchsorted(self.time, impacts.end + shift, side="right") + 1, len(self.time))
@@ -101,7 +101,7 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     return {Norm.IMPULSE: impulse, Norm.PEAK: peak, Norm.ONSET: shift / b.end}
 
 
-def _compare_peaks(a: Table, b: Table, highest_b: Array, highest_a: Array) -> float:
+def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: Array) -> float:
     """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
 
     `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b. The excess of a peak is its

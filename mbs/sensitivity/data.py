@@ -80,7 +80,7 @@ class Experiment:
         return float(self.time[-1]) if self.duration is None else float(self.duration)
 
 
-class Column(NamedTuple):
+class DataColumn(NamedTuple):
     """Name and unit of a column, as written, and the heading that contains them."""
 
     name: str
@@ -117,7 +117,7 @@ def read_csv(
         raise ValueError(f"{path}: {error}") from None
 
 
-def _table(text: str) -> tuple[list[Column], Rows]:
+def _table(text: str) -> tuple[list[DataColumn], Rows]:
     """Split a text into columns and rows of numbers, by the first separator for which a line of names is followed by numbers."""
     lines = text.splitlines()
     for separator in ("\t", ";", ",", " "):  # each is tried, in this order: a decimal comma is no separator
@@ -147,7 +147,7 @@ def _is_unit(text: str) -> bool:
     return False
 
 
-def _columns(above: list[list[str]], line: int) -> list[Column]:
+def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
     split = [_column(cell, "") for cell in names]
@@ -165,18 +165,18 @@ def _columns(above: list[list[str]], line: int) -> list[Column]:
     return columns
 
 
-def _column(heading: str, unit: str) -> Column:
+def _column(heading: str, unit: str) -> DataColumn:
     """Split a heading into name and unit: text in brackets is a unit, text after a slash may be one."""
     if found := BRACKETED.fullmatch(heading):
-        return Column(found["name"], found["square"] or found["round"] or "", heading)
+        return DataColumn(found["name"], found["square"] or found["round"] or "", heading)
     name, slash, after = heading.partition("/")
     if slash and _is_unit(after):
-        return Column(name.strip(), after.strip(), heading)
-    return Column(heading, unit, heading)
+        return DataColumn(name.strip(), after.strip(), heading)
+    return DataColumn(heading, unit, heading)
 
 
 def _experiments(
-    columns: list[Column], rows: Rows, signals: Sequence[str], settings: Sequence[str], start: float | None
+    columns: list[DataColumn], rows: Rows, signals: Sequence[str], settings: Sequence[str], start: float | None
 ) -> list[Experiment]:
     """Convert the columns of signals and settings to SI, and split their rows into experiments where a setting changes."""
     pairs = [text.partition("=") for text in signals]  # COLUMN=NAME
@@ -184,7 +184,7 @@ def _experiments(
     set_columns = {name: _find(columns, name) for name in settings}
     used = (columns[0], *fitted.values(), *set_columns.values())
     factors = {column: _factor(column, "s" if column is columns[0] else "") for column in used}
-    values: dict[Column, list[float]] = {column: [] for column in factors}
+    values: dict[DataColumn, list[float]] = {column: [] for column in factors}
     for line, row in rows:
         if len(row) < len(columns) or any(row[len(columns) :]):
             raise ValueError(f"line {line}: {len(row)} cells for {len(columns)} columns")
@@ -213,7 +213,7 @@ def _experiments(
     return experiments
 
 
-def _find(columns: Sequence[Column], name: str) -> Column:
+def _find(columns: Sequence[DataColumn], name: str) -> DataColumn:
     """Find a column by its name or its heading."""
     for column in columns:
         if name in (column.name, column.heading):
@@ -223,7 +223,7 @@ def _find(columns: Sequence[Column], name: str) -> Column:
     raise ValueError(f"no column '{name}'; {f'did you mean {close[0]}?' if close else 'there are: ' + ', '.join(names)}")
 
 
-def _factor(column: Column, expected: str) -> float:
+def _factor(column: DataColumn, expected: str) -> float:
     """Return the factor from a column's unit to SI; ValueError unless it is a unit, with the dimension of `expected` if given."""
     try:  # `expected` is '' for signals: their dimension is known when a run has ended
         return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))

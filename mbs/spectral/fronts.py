@@ -24,7 +24,7 @@ BITS = 32
 """Bits of an entry of `swaps` that hold the row exchanged; those above hold the constraint. A shift is faster than a division."""
 
 
-class Orders(NamedTuple):
+class EliminationOrders(NamedTuple):
     """Orders of elimination: of Newton's matrices, and of the saddle-point matrix of masses and constraints."""
 
     newton: Fronts

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry import Array
 from .elimination import Fronts
-from .fronts import Orders
+from .fronts import EliminationOrders
 from .tables import Tables, Work
 
 Record = Any
@@ -122,7 +122,7 @@ class Radau(NamedTuple):
     """Data of the implicit integrator: a mechanism, orders of elimination of its matrices, work arrays, state."""
 
     tables: Tables
-    orders: Orders
+    orders: EliminationOrders
     work: Work
     state: RadauState
 

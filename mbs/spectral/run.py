@@ -20,7 +20,7 @@ from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import SECOND_LEVEL_STEPS, Spectral, subdivide
 from . import explicit, implicit, output
-from .fronts import Orders
+from .fronts import EliminationOrders
 from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
@@ -193,7 +193,7 @@ def _choose_integrator(
         model = dormand_prince(scene, state.q, state.v, start.multipliers, state.memory)
         return explicit.run_explicit, model, explicit.SHORTEST
     arrays = radau_state(scene, state.q, state.v, start.acceleration, start.multipliers, state.memory)
-    orders, tables = Orders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
+    orders, tables = EliminationOrders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
     return implicit.run_implicit, Radau(tables, orders, scene.work, arrays), implicit.SHORTEST
 
 

@@ -70,7 +70,7 @@ class Critical:
     rounding: float = 0.0
 
 
-class Piece(NamedTuple):
+class PathPiece(NamedTuple):
     """Step or a part of it, with the stability at both ends and the direction of the path at the second end."""
 
     step: Step
@@ -79,7 +79,7 @@ class Piece(NamedTuple):
     direction_after: Array
 
 
-def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]:
+def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[Critical]:
     """Find the critical points within a whole step, in their order; `last` is the step before."""
     found = []
     for piece in _pieces(arc, whole, last):
@@ -101,7 +101,7 @@ def find_criticals(arc: Arc, whole: Piece, last: Piece | None) -> list[Critical]
     return sorted(found, key=lambda critical: arc.arc_of(whole.step, critical.rest))
 
 
-def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
+def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[PathPiece]:
     """Halve a piece until no eigenvalue decreases more than `MOST_DECREASE` in it, nor would at the rate of the `last` piece."""
     pairs = _pairs(arc.problem, piece)
     decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)  # inf: 0 instead of 0/0
@@ -116,9 +116,9 @@ def _pieces(arc: Arc, piece: Piece, last: Piece | None) -> Iterator[Piece]:
         yield piece
         return
     between = state_at(arc.problem, halves[1].rest)
-    first = Piece(halves[0], piece.before, between, halves[1].direction)
+    first = PathPiece(halves[0], piece.before, between, halves[1].direction)
     yield from _pieces(arc, first, last)
-    yield from _pieces(arc, Piece(halves[1], between, piece.after, piece.direction_after), first)
+    yield from _pieces(arc, PathPiece(halves[1], between, piece.after, piece.direction_after), first)
 
 
 def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
@@ -147,7 +147,7 @@ class Pairs(NamedTuple):
     momenta: Array
 
 
-def _pairs(problem: Problem, piece: Piece) -> Pairs:
+def _pairs(problem: Problem, piece: PathPiece) -> Pairs:
     """Pair eigenvalues at the ends of a piece by the overlap of their shapes, as their order changes where two cross."""
     ends = []
     for rest, state in ((piece.step.rest, piece.before), (piece.step.new, piece.after)):
@@ -196,7 +196,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
     return found
 
 
-def _flutters(arc: Arc, piece: Piece) -> list[Critical]:
+def _flutters(arc: Arc, piece: PathPiece) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of those changes whose rate is above a threshold."""
     # near its onset a rate often grows like a square root: the low threshold, over the rounding error, is passed closer to it;
     # if it gives the same number at both ends, take 1, the threshold by which `find_criticals` counted different numbers

@@ -17,7 +17,7 @@ from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
-from .critical import Critical, Piece, TangentState, find_criticals, state_at
+from .critical import Critical, PathPiece, TangentState, find_criticals, state_at
 from .problem import Problem, Rest, StaticsError, has_strips, loads_of
 from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
@@ -207,7 +207,7 @@ class _Follower:
             if self.continuation.may_have_jumped(step, after):
                 length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as short as allowed
                 continue
-            piece, found = Piece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
+            piece, found = PathPiece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
             # at a branching eigenvalues are zero; they jump at a corner, where a contact closes or opens
             if not (at_branching or step.passes_corner):
                 found = find_criticals(self.continuation, piece, last)

@@ -45,7 +45,7 @@ class OnceSetting(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Motion:
+class ComparedMotion:
     """Motion of a mechanism with its duration [s], and the signals that are compared."""
 
     mechanism: Mechanism
@@ -97,7 +97,7 @@ class Work:
     references: Mapping[str, Run]
     scale: float | None = None
     largest: bool = False
-    motion: Motion | None = None
+    motion: ComparedMotion | None = None
 
     def difference(self, found: Array, exact: Array) -> float:
         """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""

@@ -28,7 +28,20 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import ENGINE, KNOWN, ONCE, STEPS, HandSetting, Motion, OnceSetting, Runs, Work, cross_references, engine_runs, power
+from .work import (
+    ENGINE,
+    KNOWN,
+    ONCE,
+    STEPS,
+    ComparedMotion,
+    HandSetting,
+    OnceSetting,
+    Runs,
+    Work,
+    cross_references,
+    engine_runs,
+    power,
+)
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -86,7 +99,7 @@ def slider_work(
     mechanism = build(beam)
     speed = mechanism.drives[0].speed
     assert isinstance(speed, int | float)
-    motion = Motion(mechanism, 2 * pi / speed, ("coupler.deflection",))
+    motion = ComparedMotion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def run_engine(setting: HandSetting) -> Array:
         cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
@@ -139,7 +152,7 @@ def chain_work(
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
     point = f"link{last}" if bars else f"P{LINKS}"
-    motion = Motion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
+    motion = ComparedMotion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
         return _import_plain().chain(build(setting.elements), motion.times, setting.steps, setting.relative, setting.absolute)
@@ -210,7 +223,7 @@ def rattling(
         solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS))
         return replace(motion, mechanism=build(elements)).simulate(solver=solver)
 
-    motion = Motion(build(), 0.01, signals)
+    motion = ComparedMotion(build(), 0.01, signals)
     runs: Runs = {(ENGINE, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(run_engine, n, x) for n, x in hand}
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
     references = cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))

@@ -8,15 +8,15 @@ from types import ModuleType
 from typing import NamedTuple
 
 
-class Entry(NamedTuple):
+class StudyEntry(NamedTuple):
     """Module of a study, and its subject in one line."""
 
     module: str
     summary: str
 
 
-STUDIES: dict[str, Entry] = {
-    name: Entry(f"buckler.studies.{package}.{name.replace('-', '_')}", summary)
+STUDIES: dict[str, StudyEntry] = {
+    name: StudyEntry(f"buckler.studies.{package}.{name.replace('-', '_')}", summary)
     for package, name, summary in (
         ("strips", "elastica-law", "load of the pinned strip against shortening: exact, quartic, fast law"),
         ("strips", "contact-force-table", "largest contact force for three strip thicknesses, with and without dry friction"),
@@ -37,15 +37,15 @@ STUDIES: dict[str, Entry] = {
 """Studies of Buckler, by name, in the order in which they are listed."""
 
 
-def find_studies() -> dict[str, Entry]:
+def find_studies() -> dict[str, StudyEntry]:
     """Find the studies of Buckler, and those that other packages declare as entry points of the group `buckler.studies`."""
     from importlib.metadata import entry_points
 
     points = entry_points(group="buckler.studies")
-    return {point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in points} | STUDIES
+    return {point.name: StudyEntry(point.value, f"of {point.dist.name}" if point.dist else "") for point in points} | STUDIES
 
 
-def entry(name: str) -> Entry:
+def entry(name: str) -> StudyEntry:
     """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:

@@ -50,7 +50,7 @@ KIND = Declaration(
 )  # fmt: skip
 
 
-class Setting(NamedTuple):
+class SolverSetting(NamedTuple):
     """Setting of a solver: the classes of solvers or steps that have it, the name of its field, its declaration."""
 
     classes: tuple[type, ...]
@@ -64,15 +64,15 @@ class Setting(NamedTuple):
 
 
 @cache
-def settings() -> dict[str, Setting]:
+def settings() -> dict[str, SolverSetting]:
     """Collect the settings of all solvers and steps by their names in files; an option has hyphens for underscores."""
-    found: dict[str, Setting] = {}
+    found: dict[str, SolverSetting] = {}
     for kind in (Controlled, Equal, *SOLVERS.values()):
         for key, about in declarations(kind).items():
             if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
                 name = RENAMED.get(key, key)
                 classes = (*found[name].classes, kind) if name in found else (kind,)
-                found[name] = Setting(classes, key, about._replace(group=SOLVER_GROUP))
+                found[name] = SolverSetting(classes, key, about._replace(group=SOLVER_GROUP))
     return found
 
 

@@ -27,7 +27,7 @@ def dummy(monkeypatch, tmp_path):
     module = ModuleType("dummy_study", "A study for tests.\n\nNot shown in the help.")
     module.Parameters, module.run, module.figure = Parameters, run, figure
     monkeypatch.setitem(sys.modules, "dummy_study", module)
-    monkeypatch.setitem(registry.STUDIES, "dummy", registry.Entry("dummy_study", "a study for tests"))
+    monkeypatch.setitem(registry.STUDIES, "dummy", registry.StudyEntry("dummy_study", "a study for tests"))
 
     def call(*words):
         return main(argv=["run", "dummy", "--out", str(tmp_path), *words])
@@ -219,7 +219,7 @@ def euler_load(monkeypatch, tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "how-to-add-a-study.md").read_text(), re.DOTALL)
     (tmp_path / "euler_load.py").write_text(blocks[0])
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setitem(registry.STUDIES, "euler-load", registry.Entry("euler_load", "rate of convergence"))
+    monkeypatch.setitem(registry.STUDIES, "euler-load", registry.StudyEntry("euler_load", "rate of convergence"))
     yield importlib.import_module("euler_load")
     del sys.modules["euler_load"]
 

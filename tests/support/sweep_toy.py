@@ -63,7 +63,7 @@ def figure(result):
 
 
 def register():
-    registry.STUDIES["toy"] = registry.Entry("sweep_toy", "a study for tests")
+    registry.STUDIES["toy"] = registry.StudyEntry("sweep_toy", "a study for tests")
 
 
 if __name__ == "__main__":  # python sweep_toy.py sweep toy --vary ...
