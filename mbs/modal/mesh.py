@@ -133,9 +133,9 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 
 
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order, each in place of the nearest node of the straight cell.
+    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: each node of the straight cell takes the nearest one.
 
-    In a cell where two of them have the same nearest node, the Hungarian method minimises the sum of squared distances. `linear`
+    In a cell where two nodes take the same one, the Hungarian method minimises the sum of squared distances. `linear`
     is the element of the straight cells, `file_element` that of the file, `full_element` that of the grid, with all inner nodes.
     """
     fem, dim = skfem(), straight.p.shape[0]
