@@ -10,19 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
-from .breaks import WIDTH, Edges, breaks, evaluate, search, search_between
+from .breaks import Edges, breaks, evaluate, search
+from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Curve, find_crossings, find_state_of_edges, is_resolved, scan_states
 
-ON_SAMPLE = 1e-9
-"""Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
-MISFIT = 0.1
-"""Error of a cubic through the samples of a run, over the range of a function, beyond which the run does not resolve it."""
-MISFIT_SHARE = 0.01
-"""Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
 CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the coarsest level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
@@ -31,22 +26,12 @@ STOP_DISTANCE = 1e-5
 It is halved after each run whose edges have settled: the difference from the next, finer run shows its effect."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
-MOST_EDGES = 200
-"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample."""
-SCANNED = 1e-4
-"""Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
 SAME_EDGE = 1e-12
 """Distance of two edges, over the run, below which they are the same edge."""
 TIME = -1
 """Index of the time among the states, for edges at fixed times."""
 BEYOND = 1e-3
 """Distance by which a state may leave the range in which edges were searched, over the range: finer runs differ less."""
-PROBE_DISTANCE = 1e-6
-"""Distance from an edge, over the range of the state, at which values on both sides are compared."""
-LEAST_KINK = 1e-8
-"""Least second difference across a kink, over the range of the function: a kink has some 1e-6, a smooth curve 1e-12."""
-PROBES = 50
-"""Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
 
 
 class Argument(NamedTuple):
@@ -63,10 +48,6 @@ class Argument(NamedTuple):
         return PchipInterpolator(time, known) if self.rates is None else CubicHermiteSpline(time, known, self.rates[samples])
 
 
-Curve = Callable[[Array], Array]
-"""Argument of a function over time, between the samples of a run."""
-
-
 class Passed(NamedTuple):
     """Edges [s] that a run passed two or more at a time, between two samples: error control may miss such a pulse.
 
@@ -81,8 +62,6 @@ class Passed(NamedTuple):
 
 Called = tuple[Callable[..., object], Sequence[Argument]]
 """A function of time and states, and the states over a run."""
-MEASURE = 0
-"""Index of the state at whose values steps can end: elongation or angle. No speed, as it has kinks itself where bodies stick."""
 
 
 class _Known(NamedTuple):
@@ -114,7 +93,7 @@ class _Known(NamedTuple):
 
     def times(self, curves: Sequence[Curve], end: float) -> Array:
         """Return the times of the edges in a run [s]."""
-        return self.values if self.state == TIME else _crossings(curves[self.state : self.state + 1], [self.values], end)
+        return self.values if self.state == TIME else find_crossings(curves[self.state : self.state + 1], [self.values], end)
 
 
 class _Comparison(NamedTuple):
@@ -188,21 +167,21 @@ class EdgeMemory:
                 continue
             times, is_capped = self._search_run(k, function, time, curves)
             found.append(times)
-            too_many = too_many or (is_capped and not _is_resolved(function, time, curves))
+            too_many = too_many or (is_capped and not is_resolved(function, time, curves))
         found = [each for k, each in enumerate(found) if not self._is_located(k)]
         # functions of time alone of which the search left edges out
         capped = [function for function, edges in self._of_time.values() if edges.capped]
-        return found, too_many or not all(_is_resolved(function, time, ()) for function in capped)
+        return found, too_many or not all(is_resolved(function, time, ()) for function in capped)
 
     def _search_run(self, k: int, function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> tuple[Array, bool]:
         """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
         end = float(time[-1])
         edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
-        times = _merge([np.array(edges.times), _crossings(curves, _scan(function, time, curves), end)], time)
+        times = _merge([np.array(edges.times), find_crossings(curves, scan_states(function, time, curves), end)], time)
         before, self._times_before[k] = self._times_before.get(k), times
         if edges.capped:
             return times, True
-        state = _state_of_edges(function, time, curves, times)
+        state = find_state_of_edges(function, time, curves, times)
         known = None if state is None else _Known.of(state, curves[state](time), curves[state](times))
         if known is not None:
             self._known[k] = known
@@ -252,86 +231,10 @@ def edges_along(duration: float) -> tuple[float, ...]:
     return () if memory is None else tuple(t for t in memory.stops.tolist() if 0 < t < duration)
 
 
-def _scan(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
-    """Find the edges of a function in each state alone over the state's range, with other arguments zero.
-
-    The times at which a run passes these values then count as its edges, too.
-    """
-    found = []
-    for k, curve in enumerate(curves):
-        values = curve(time)
-        low, high = float(values.min()), float(values.max())
-
-        def along_state(x: Array, k: int = k) -> Array:
-            """Evaluate the function at values of one state."""
-            others = [np.zeros_like(x)] * len(curves)
-            return evaluate(function, np.zeros_like(x), *others[:k], x, *others[k + 1 :])
-
-        edges = search_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
-        found.append(edges if len(edges) <= MOST_EDGES else np.empty(0))
-    return found
-
-
-def _crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> Array:
-    """Find the times within a run [s] at which states pass values."""
-    cubics: Any = curves  # SciPy's, made by `Argument.curve`; unlike a `Curve` they have `solve`
-    found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
-    times = np.concatenate([np.empty(0), *found])
-    return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
-
-
-def _state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
-    """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
-    probes = edges[:: 1 + len(edges) // MOST_EDGES]
-    state = _only_state(function, time, curves, probes)
-    if state is None and len(edges) and _has_fixed_edges(function, time, curves, probes):
-        return MEASURE
-    return state
-
-
-def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
-    """Return True if all edges [s] lie at values of the first state, whatever the other states are.
-
-    The second difference across each edge is as large as at a kink, along the run and with the other arguments zero.
-    """
-    states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
-    values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))
-    size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
-    for t, others in ((edges, states[1:]), (zero, [zero] * len(states[1:]))):
-        before, here, after = (evaluate(function, t, values + side * step, *others) for side in (-1, 0, 1))
-        largest = np.abs(after - 2 * here + before).max(axis=1)  # of the function's components
-        if (largest <= LEAST_KINK * size).any():
-            return False
-    return True
-
-
-def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
-    """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
-    near = ON_SAMPLE * float(time[-1])
-    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
-    states = [curve(times) for curve in curves]
-    known, zero = evaluate(function, times, *states), np.zeros_like(times)
-    for k, state in enumerate(states):
-        alone = [state if j == k else zero for j in range(len(states))]
-        if np.array_equal(known, evaluate(function, zero, *alone)):
-            return k
-    return None
-
-
 def _merge(found: Sequence[Array], time: Array) -> Array:
     """Join edges [s] in order, each once."""
     every = np.sort(np.concatenate([np.empty(0), *found]))
     return every[np.diff(every, prepend=-np.inf) > SAME_EDGE * float(time[-1])]
-
-
-def _is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Callable[[Array], Array]]) -> bool:
-    """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
-    from scipy.interpolate import PchipInterpolator
-
-    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `search` samples
-    known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))  # (times, components)
-    error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
-    return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)
 
 
 def _spacings(edges: Array) -> Array:

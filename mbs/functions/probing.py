@@ -1,0 +1,109 @@
+"""One function of states along one run: its edges in each state alone, the state that has them, and if samples resolve it.
+
+Edges are jumps and kinks. `curves` interpolate the states, one each, by cubics between the samples `time` of the run.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..geometry import Array
+from .breaks import WIDTH, evaluate, search_between
+
+ON_SAMPLE = 1e-9
+"""Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
+MISFIT = 0.1
+"""Error of a cubic through the samples of a run, over the range of a function, beyond which the run does not resolve it."""
+MISFIT_SHARE = 0.01
+"""Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
+MOST_EDGES = 200
+"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample."""
+SCANNED = 1e-4
+"""Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
+PROBE_DISTANCE = 1e-6
+"""Distance from an edge, over the range of the state, at which values on both sides are compared."""
+LEAST_KINK = 1e-8
+"""Least second difference across a kink, over the range of the function: a kink has some 1e-6, a smooth curve 1e-12."""
+PROBES = 50
+"""Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
+MEASURE = 0
+"""Index of the state at whose values steps can end: elongation or angle. No speed, as it has kinks itself where bodies stick."""
+Curve = Callable[[Array], Array]
+"""Argument of a function over time, between the samples of a run."""
+
+
+def scan_states(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
+    """Find the edges of a function in each state alone over the state's range, with other arguments zero.
+
+    The times at which a run passes these values then count as its edges, too.
+    """
+    found = []
+    for k, curve in enumerate(curves):
+        values = curve(time)
+        low, high = float(values.min()), float(values.max())
+
+        def along_state(x: Array, k: int = k) -> Array:
+            """Evaluate the function at values of one state."""
+            others = [np.zeros_like(x)] * len(curves)
+            return evaluate(function, np.zeros_like(x), *others[:k], x, *others[k + 1 :])
+
+        edges = search_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
+        found.append(edges if len(edges) <= MOST_EDGES else np.empty(0))
+    return found
+
+
+def find_crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> Array:
+    """Find the times within a run [s] at which states pass values."""
+    cubics: Any = curves  # SciPy's, made by `Argument.curve`; unlike a `Curve` they have `solve`
+    found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
+    times = np.concatenate([np.empty(0), *found])
+    return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
+
+
+def find_state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
+    """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
+    probes = edges[:: 1 + len(edges) // MOST_EDGES]
+    state = _only_state(function, time, curves, probes)
+    if state is None and len(edges) and _has_fixed_edges(function, time, curves, probes):
+        return MEASURE
+    return state
+
+
+def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
+    """Return True if all edges [s] lie at values of the first state, whatever the other states are.
+
+    The second difference across each edge is as large as at a kink, along the run and with the other arguments zero.
+    """
+    states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
+    values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))
+    size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
+    for t, others in ((edges, states[1:]), (zero, [zero] * len(states[1:]))):
+        before, here, after = (evaluate(function, t, values + side * step, *others) for side in (-1, 0, 1))
+        largest = np.abs(after - 2 * here + before).max(axis=1)  # of the function's components
+        if (largest <= LEAST_KINK * size).any():
+            return False
+    return True
+
+
+def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
+    """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
+    near = ON_SAMPLE * float(time[-1])
+    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
+    states = [curve(times) for curve in curves]
+    known, zero = evaluate(function, times, *states), np.zeros_like(times)
+    for k, state in enumerate(states):
+        alone = [state if j == k else zero for j in range(len(states))]
+        if np.array_equal(known, evaluate(function, zero, *alone)):
+            return k
+    return None
+
+
+def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Callable[[Array], Array]]) -> bool:
+    """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
+    from scipy.interpolate import PchipInterpolator
+
+    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `search` samples
+    known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))  # (times, components)
+    error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
+    return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)
