@@ -19,7 +19,7 @@ from .breaks import Edges, breaks, evaluate, search
 from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Curve, find_crossings, find_state_of_edges, is_resolved, scan_states
 
 CLOSE = 0.025
-"""Distance of two edges, over the run, below which one step may pass both: the longest step of the coarsest level is as long.
+"""Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
 STOP_DISTANCE = 1e-5
 """Distance from an edge to the ends of steps before and after it, over the distance of two edges: a short step crosses the edge.
