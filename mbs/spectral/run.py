@@ -25,7 +25,7 @@ from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, dormand_prince, radau_state, start_rates
-from .tables import ForceKind, Forces, Memory, State
+from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory, State
 
 NEWTON_SHARE = 1e-4
 """Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above. Below, it falls as tol^(1/4).
@@ -43,7 +43,7 @@ FIRST_STEP = 1e-3
 CLEARANCE_SHARE = 4e-3
 """Largest local error of explicit steps, over the smallest clearance. At 0.01 contacts chatter: a tenth more onsets are found."""
 MOST_VIOLATION = 1e-6
-"""Largest violation of constraints at the end, over the longest link [m], with the same bound for angles [rad].
+"""Largest violation of a constraint at the end, over its unit: 1 rad for angles, the longest link for lengths.
 
 Constraints are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
@@ -111,17 +111,21 @@ def once(
         "rejected": float(counts.rejected),
     }
     notes, record = [*scene.source.remarks, *scene.notes], record_of(scene, out)
-    return Run(solver, record, failure or _find_contradiction(scene, out), work, scene.summary(), notes)
+    return Run(solver, record, failure or find_contradiction(scene, out), work, scene.summary(), notes)
 
 
-def _find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
+def find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     """Report constraints that are violated at the end: Newton's method leaves the residuals of contradictory ones."""
-    t = float(out.time[-1])
+    t, tables = float(out.time[-1]), scene.tables
     violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
-    if not violation.max(initial=0.0) > MOST_VIOLATION * scene.length:
+    is_angle = tables.measures[:, Measures.KIND] == MeasureKind.ANGLE
+    measure_units = np.abs(tables.measure_numbers[:, MeasureNumber.FACTOR]) * np.where(is_angle, 1.0, scene.length)
+    units = np.array([measure_units[row.measures].max() for row in scene.builder.rows])
+    if not (violation > MOST_VIOLATION * units).any():
         return None
-    worst = f"'{scene.row_names[int(violation.argmax())]}' is off by {violation.max():.2g} m or rad"
-    return Failure(Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {worst}")
+    worst = int((violation / units).argmax())
+    name, amount = scene.row_names[worst], violation[worst]
+    return Failure(Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: '{name}' is off by {amount:.2g} m or rad")
 
 
 def integrate(

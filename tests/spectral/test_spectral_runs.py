@@ -23,7 +23,8 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Spectral
-from buckler.mbs.spectral.run import integrate, is_explicit, once
+from buckler.mbs.spectral.output import Output
+from buckler.mbs.spectral.run import find_contradiction, integrate, is_explicit, once
 from buckler.mbs.spectral.scene import CompiledScene
 
 BAR = Section(0.02, 0.005)
@@ -129,6 +130,21 @@ def test_a_drive_that_what_is_held_does_not_let_go_is_named() -> None:
     for how in ({"solver": Spectral()}, {"accuracy": 1e-2}):
         result = simulate(mechanism, 1.0, **how)
         assert result.status == "SINGULAR" and "is off by 0.0005 m" in result.message  # the drive or the pin, which is one
+
+
+@pytest.mark.parametrize("length", [1e-3, 1e3])
+def test_a_drive_is_violated_from_the_same_angle_on_at_any_length_of_its_link(length) -> None:
+    """Ten millionths of a radian are too much on a long link, and a tenth of a millionth is little on a short one."""
+    mechanism = Mechanism(
+        {"O": (0.0, 0.0), "A": (length, 0.0)}, [Link("bar", "O", "A", Rigid(Section(length / 10, length / 50)))],
+        [Revolute("O", "ground", "bar")], drives=[Drive("bar", 1.0)],
+    )  # fmt: skip
+    scene = CompiledScene.of(mechanism)
+    for angle, is_too_much in ((1e-5, True), (1e-7, False)):
+        q = np.array([[length / 2 * np.cos(angle), length / 2 * np.sin(angle), angle]])  # the pin stays where it is
+        out = Output(np.zeros(1), q, 0 * q, 0 * q, np.zeros((1, 3)), np.zeros((1, 0, 4)))
+        failure = find_contradiction(scene, out)
+        assert ("'drive' is off by 1e-05" in failure.message) if is_too_much else failure is None
 
 
 def test_order_on_a_pendulum() -> None:
