@@ -1,4 +1,4 @@
-"""Equations of motion linearised about a state as sparse matrices, and their factors (`CompiledScene.linear`).
+"""Terms of the equations of motion at a state, with the matrices of their linearised form, and factors of sparse matrices.
 
     M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
@@ -14,10 +14,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.sparse import bmat, csc_array, csr_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from ..geometry import Array
@@ -87,24 +87,3 @@ class Factors:
         if np.iscomplexobj(right) and not np.iscomplexobj(self.matrix):
             return np.asarray(self._lu.solve(right.real) + 1j * self._lu.solve(right.imag))
         return np.asarray(self._lu.solve(np.asarray(right, dtype=self.matrix.dtype)))
-
-
-class Linear(NamedTuple):
-    """Sparse matrices of the linearised equations of motion: M and the four of `Equations`; `matrix` combines them."""
-
-    mass: csr_array  # M, (n, n)
-    damping: csr_array  # C = -df/dv, (n, n)
-    stiffness: csr_array  # K = -df/dq + d(G^T lambda)/dq, (n, n)
-    jacobian: csr_array  # G, (r, n)
-    cross: csr_array  # X, the transpose of df/dlambda, (r, n)
-
-    def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
-        """Return [mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""
-        inner = mass * self.mass + damping * self.damping + stiffness * self.stiffness
-        if not self.jacobian.shape[0]:
-            return csc_array(inner)
-        return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
-
-    def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
-        """Factor the `matrix`; raise a SingularError if it has no inverse: a free motion, or redundant constraints."""
-        return Factors(self.matrix(mass, damping, stiffness))

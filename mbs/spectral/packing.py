@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..laws.table import CODES, NUMBERS
+from . import tables
 from .builder import Builder, ConstraintRow
 from .tables import FORCE_NUMBERS, BlockColumn, ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
@@ -23,7 +24,7 @@ class Block(NamedTuple):
 
 
 def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
-    """Number the slots, with one more for zeros; return `blocks`, `block_unknowns`, `slots`, `row`, `col` of `Tables`."""
+    """Number the slots, with one more for zeros; return the first five fields of `Tables`."""
     table = np.zeros((len(blocks), len(BlockColumn)), dtype=np.int64)
     block_unknowns: list[Array] = [np.empty(0, dtype=np.int64)]
     pairs: list[Array] = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer, -1 if it is always zero
@@ -39,8 +40,7 @@ def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
         pairs.append(np.where(filled, pair, -1).ravel())
         first_unknown += len(own)
         first_entry += len(own) ** 2
-    # slots: of each entry of the blocks
-    found, slots = np.unique(np.concatenate(pairs), return_inverse=True)
+    found, slots = np.unique(np.concatenate(pairs), return_inverse=True)  # pairs[i] is found[slots[i]]
     if len(found) and found[0] < 0:  # -1 was sorted to the front
         zeros = len(found) - 1  # number of the slot for zeros, behind the others
         found, slots = found[1:], np.where(slots == 0, zeros, slots - 1)
@@ -55,17 +55,18 @@ def _list_blocks(builder: Builder) -> list[Block]:
     for force in builder.forces:
         acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
         a, b = builder.measures[force.a][1:] if acts_along_measure else (force.a, force.b)
-        # b is a marker, perhaps the ground; if a law has states, the first of their markers, one a state, which follow each other
-        count = int(force.numbers[StatefulData.STATES]) if force.kind == ForceKind.STATEFUL else 1
-        unknowns = [dof for marker in (a, *range(b, b + count)) for dof in _list_dofs(builder, marker)]
+        markers = [a, b]
+        if force.kind == ForceKind.STATEFUL:  # each state of its law has a marker; they follow each other from b on
+            markers = [a, *range(b, b + int(force.numbers[StatefulData.STATES]))]
+        unknowns = [dof for marker in markers for dof in _list_dofs(builder, marker)]
         if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
             unknowns.append(n + force.row)
         forces.append(Block(unknowns))
     strips = []
-    for kind, functions, _, first, _ in builder.strips:  # `StripColumn`; `functions`: basis functions of each field
+    for kind, functions, _, first, *_ in builder.strips:  # `StripColumn`; `functions`: basis functions of each field
         fields = 3 if kind == StripKind.REISSNER else 2  # x, y and, with shear, the angle
         strips.append(Block(builder.dofs[first : first + fields * functions]))
-    modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]  # x, y, angle of the frame, then m modes
+    modal = [Block(range(first, first + 3 + modes)) for first, modes, _ in builder.modal]  # x, y, angle of the frame, then modes
     return [*rows, *forces, *strips, *modal, *(Block(dofs) for dofs, _ in builder.masses)]
 
 
@@ -90,46 +91,50 @@ def _list_dofs(builder: Builder, marker: int) -> list[int]:
 
 
 def pack(builder: Builder) -> Tables:
-    """Pack a builder's lists into tables; append forces' numbers to its data. Values None are 0 until the scene sets them."""
-    n = len(builder.q)
+    """Pack a builder's lists into tables. The values of constraints that are None are 0 until the scene sets them."""
+    n, data, forces = len(builder.q), list(builder.data), []
+    for f in builder.forces:
+        forces.append((f.kind, f.a, f.b, f.law, f.friction, f.row, len(data)))
+        data += [*f.numbers, *[0.0] * (FORCE_NUMBERS - len(f.numbers))]
     weight = np.zeros(n)
     for dofs, amounts in builder.weights:
         np.add.at(weight, dofs, amounts)
     blocks = _list_blocks(builder)
     table, block_unknowns, slots, row, col = _number_slots(blocks, n + len(builder.rows))
+    first_mass = len(blocks) - len(builder.masses)  # blocks of masses are the last
     mass = np.zeros(len(row) + 1)
-    for (_, count, first), (_, block) in zip(table[len(blocks) - len(builder.masses) :], builder.masses, strict=True):
-        np.add.at(mass, slots[first : first + count**2], np.ravel(block))
+    for (_, width, entries), (_, block) in zip(table[first_mass:], builder.masses, strict=True):
+        np.add.at(mass, slots[entries : entries + width**2], np.ravel(block))
     nonzero = np.flatnonzero(mass)
-    forces = [
-        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.add_numbers([*f.numbers, *[0.0] * (FORCE_NUMBERS - len(f.numbers))]))
-        for f in builder.forces
-    ]
     return Tables(
-        *(table, block_unknowns, slots, row, col),
+        blocks=table,
+        block_unknowns=block_unknowns,
+        slots=slots,
+        row=row,
+        col=col,
         mass=mass,
         mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),  # compressed rows, as slots are sorted by row
         mass_col=col[nonzero],
         mass_value=mass[nonzero],
         weight=weight,
-        modal=_build_table(builder.modal, 3),
-        strips=_build_table(builder.strips, 5),
-        markers=_build_table(builder.markers, 7),
+        modal=_build_table(builder.modal, len(tables.Modal)),
+        strips=_build_table(builder.strips, len(tables.StripColumn)),
+        markers=_build_table(builder.markers, len(tables.Markers)),
         dofs=np.array(builder.dofs, dtype=np.int64),
-        measures=_build_table(builder.measures, 3),
-        measure_numbers=_build_table(builder.measure_numbers, 3, float),
-        rows=_build_table([(r.measure, r.motion, r.count) for r in builder.rows], 3),
+        measures=_build_table(builder.measures, len(tables.Measures)),
+        measure_numbers=_build_table(builder.measure_numbers, len(tables.MeasureNumber), float),
+        rows=_build_table([(r.measure, r.motion, r.count) for r in builder.rows], len(tables.RowColumn)),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
         motions=_build_table(builder.motions, 3),
         ramps=_build_table(builder.ramps, 3, float),
-        forces=_build_table(forces, 7),
+        forces=_build_table(forces, len(tables.Forces)),
         factors=np.ones(len(forces) + 1),  # of each force, the last of gravity; statics varies them
         time_factor=np.ones(1),  # of the time in functions of time; statics varies it
-        elastic=_build_table(builder.elastic, 7),
+        elastic=_build_table(builder.elastic, len(tables.Elastic)),
         laws=_build_table(builder.laws, CODES),
         law_numbers=_build_table(builder.law_numbers, NUMBERS, float),
         edges=np.empty((0, 2)),  # an implicit run adds those that are known
-        data=np.array(builder.data, dtype=float),
+        data=np.array(data, dtype=float),
     )
 
 

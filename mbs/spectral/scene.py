@@ -2,9 +2,10 @@
 
     M(q) a = f(q, v, lambda, t) - G(q)^T lambda,    g(q, t) = 0.
 
-Coordinates q (n,), rates v, accelerations a; multipliers lambda (r,); G = dg/dq (r, n). Differentiated in time, g = 0 gives
-G v = speed, which drives have, and G a = change, the terms without a on the right. Slots are the nonzeros that M, C, K and G can
-have; arrays over them have one entry more, which is not used. C = -df/dv and K = -df/dq + d(G^T lambda)/dq.
+There are n coordinates q with rates v and accelerations a, and r multipliers lambda; G = dg/dq (r, n). The derivatives of g = 0
+by time are G v = speed and G a = change: `speed` is -dg/dt, which is not zero for drives, `change` has all terms without a. The
+tangents are C = -df/dv and K = -df/dq + d(G^T lambda)/dq. Slots are the entries of M, C, K and G that can be nonzero. Arrays over
+the slots have one entry more, for the zeros in blocks of these matrices (`tables`).
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
 from .lawtable import LawData
-from .linear import Equations, Linear, Matrix, MatrixRow
+from .linear import Equations, Matrix, MatrixRow
 from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
-from .strut import StrutBody, find_hosts, join_strut
+from .strut import join_struts
 from .tables import ForceKind, Forces, Instant, MarkerKind, Markers, MeasureNumber, Memory, State, Tables, Work, allocate_work
 
 DEGREE = 8
@@ -71,12 +72,7 @@ class CompiledScene:
         _attach_masses(builder)
         for link in mechanism.links:
             builder.bodies[link.name] = add_body(builder, link)
-        struts = [body for body in builder.bodies.values() if isinstance(body, StrutBody)]
-        for _ in struts:  # in a chain of struts, each pinned to the next, every pass finds the marker of one more
-            for body in struts:
-                find_hosts(builder, body)
-        for body in struts:
-            join_strut(builder, body)
+        join_struts(builder)
         bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}  # equal ones may be different bodies
         for name, element in Scene.of(mechanism).elements.items():
             if id(element) not in bodies:
@@ -91,7 +87,7 @@ class CompiledScene:
         for r, row in enumerate(builder.rows):
             if row.value is None:  # the sum keeps the value that it has at t = 0
                 terms = (tables.measure_numbers[i, MeasureNumber.FACTOR] * scene.measure(i, scene.q0) for i in row.measures)
-                row.value = tables.values[r] = sum(terms)
+                tables.values[r] = sum(terms)
         return scene
 
     @property
@@ -141,9 +137,10 @@ class CompiledScene:
         row, col, n, unknowns = self.tables.row, self.tables.col, self.size, self.size + len(self.tables.rows)
         is_in_jacobian = (row >= n) | (col >= n)
         can_be_nonzero = (self.tables.mass[:-1] != 0.0) | is_in_jacobian
-        for first, modes, _ in [] if constant else self.tables.modal:  # columns of `Modal`
-            last = first + 3 + modes  # x, y, angle, modes: M changes between all of them
-            can_be_nonzero |= (first <= row) & (row < last) & (first <= col) & (col < last)
+        if not constant:
+            for first, modes, _first_number in self.tables.modal:
+                link = range(first, first + 3 + modes)  # x, y, angle, modes: M changes between all of them
+                can_be_nonzero |= np.isin(row, link) & np.isin(col, link)
         return fronts_of(row, col, n, unknowns, can_be_nonzero)
 
     def mass_entries(self, q: Array) -> Array:
@@ -186,7 +183,7 @@ class CompiledScene:
         return self.at(Instant(time=float(t), since=0.0, q=q, v=v, lam=lam, memory=memory), tangents, sparse)
 
     def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
-        """Compute the terms of `assemble` at an instant, which may be later than the bristles of its memory."""
+        """Compute the terms of `assemble` at an instant; its bristles are those `now.since` seconds before."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((len(MatrixRow), len(self.tables.mass)))
         filled = matrices if tangents else matrices[MatrixRow.JACOBIAN :]  # the last row alone: G and G^T, but no tangents
@@ -200,22 +197,13 @@ class CompiledScene:
         entry_points.accelerate(self.tables, self.mass_fronts, self.work, q, out)
         return out[: self.size], out[self.size :]
 
-    def linear(
-        self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
-        *, tangents: bool = True,
-    ) -> Linear:  # fmt: skip
-        """Linearise the equations of motion about a state, as sparse matrices."""
-        terms = self.assemble(q, v, t, lam, memory, tangents=tangents, sparse=True)
-        matrices = (terms.damping, terms.stiffness, terms.jacobian, terms.cross)
-        return Linear(self.mass_at(q, sparse=True), *map(csr_array, matrices))
-
     def edges(self) -> Array:
         """Collect the jumps and kinks of laws that earlier runs found, (edges, 2): index of the force, value of its measure."""
         laws = {self.force_names[k]: k for k in np.flatnonzero(self.tables.forces[:, Forces.KIND] == ForceKind.LAW)}
         found = [np.empty((0, 2))]
         for name, arguments in current_memory(self.edge_memory).locate([*laws]).items():
-            offset = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] + LawData.OFFSET]
-            found.append(np.column_stack([np.full(len(arguments), float(laws[name])), arguments + offset]))
+            at_zero = self.tables.data[self.tables.forces[laws[name], Forces.NUMBERS] + LawData.OFFSET]  # measure at argument 0
+            found.append(np.column_stack([np.full(len(arguments), float(laws[name])), arguments + at_zero]))
         return np.concatenate(found)
 
     def marker(self, link: str, point: str) -> int:
@@ -257,16 +245,15 @@ class CompiledScene:
         """Pack the tables again if markers were added to the builder since."""
         if len(self.builder.markers) == len(self.tables.markers):
             return
-        old, count = self.tables, len(self.builder.data)
+        old = self.tables
         self.tables = pack(self.builder)
-        del self.builder.data[count:]  # forces' numbers, which `pack` appends and copies into the tables
         self.tables.values[:], self.tables.factors[:] = old.values, old.factors
         self.tables.time_factor[:] = old.time_factor
         self.work = allocate_work(self.tables)
         self._reset_turns()
 
     def _reset_turns(self) -> None:
-        """Set the angles of markers on Kirchhoff strips to those at t = 0, from which their whole turns are counted."""
+        """Set the angles of markers on strips without angle coordinates to those at t = 0, from which whole turns are counted."""
         for m in np.flatnonzero(self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE):
             self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
 

@@ -27,7 +27,7 @@ class StrutBody:
 
 
 def add_strut(builder: Builder, link: Link) -> StrutBody:
-    """Add masses that elements attach to a `Strut` link as point masses with own coordinates; `join_strut` adds its spring."""
+    """Add masses that elements attach to a `Strut` link as point masses with own coordinates; `join_struts` adds its spring."""
     body = StrutBody(link)
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
@@ -38,8 +38,18 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
     return body
 
 
-def find_hosts(builder: Builder, body: StrutBody) -> None:
-    """Find the markers of the neighbours at both ends, once all links are added; a neighbour may be another strut."""
+def join_struts(builder: Builder) -> None:
+    """Add the springs of all struts between the bodies to which they are pinned, once all links are added."""
+    struts = [body for body in builder.bodies.values() if isinstance(body, StrutBody)]
+    for _ in struts:  # a strut pinned to another one ends at that one's marker: each pass finds one more in a chain of struts
+        for body in struts:
+            _find_hosts(builder, body)
+    for body in struts:
+        _add_spring(builder, body)
+
+
+def _find_hosts(builder: Builder, body: StrutBody) -> None:
+    """Find the markers of the neighbours at both ends; that of another strut may not be known yet."""
     link = body.link
     for joint in builder.mechanism.joints:
         if link.name not in (joint.first, joint.second) or joint.point in body.hosts:
@@ -48,16 +58,16 @@ def find_hosts(builder: Builder, body: StrutBody) -> None:
         neighbour = None if other == GROUND else builder.bodies[other]
         if not isinstance(neighbour, StrutBody):
             body.hosts[joint.point] = builder.marker(other, joint.point)
-        elif joint.point in neighbour.hosts:  # if not yet, a later call finds it: `CompiledScene.of` repeats this for chains
+        elif joint.point in neighbour.hosts:
             body.hosts[joint.point] = neighbour.hosts[joint.point]
 
 
-def join_strut(builder: Builder, body: StrutBody) -> None:
+def _add_spring(builder: Builder, body: StrutBody) -> None:
     """Add the spring between a strut's ends; `lawtable.strut` lists its numbers."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
     (load_function,) = numbers_of(strut.load, ["u"])  # of the shortening over the length
-    load = function_pointer(load_function, 1)
+    load = function_pointer(load_function, arguments=1)
     key = ("strut", strut.load)  # struts with the same load share a law
     law = builder.add_law(key, ForceKind.STRUT, numbers=(), pointers=[load], about=f"the load of strut '{link.name}'")
     measure = builder.add_measure(MeasureKind.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))

@@ -13,7 +13,7 @@ from spectral_scenes import apart, scenes, state
 from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section
 from buckler.mbs.spectral import elimination, fronts
 from buckler.mbs.spectral.elimination import fronts_of
-from buckler.mbs.spectral.linear import SingularError
+from buckler.mbs.spectral.linear import Factors, SingularError
 from buckler.mbs.spectral.scene import CompiledScene
 
 SCENES = scenes()
@@ -32,6 +32,12 @@ def solved(e, a, right):
     return x
 
 
+def saddle(scene: CompiledScene, mass, terms, shift: complex):
+    """Return the matrix [M + shift C + shift^2 K, (G - X)^T; G, 0]."""
+    inner, r = mass + shift * terms.damping + shift**2 * terms.stiffness, len(scene.row_names)
+    return np.block([[inner, (terms.jacobian - terms.cross).T], [terms.jacobian, np.zeros((r, r))]])
+
+
 def chain(links: int, body) -> Mechanism:
     points = {f"P{i}": (0.1 * i, 0.0) for i in range(links + 1)}
     made = [Link(f"{i}", f"P{i}", f"P{i + 1}", body) for i in range(links)]
@@ -44,13 +50,13 @@ def chain(links: int, body) -> Mechanism:
 def test_solutions_are_those_of_the_dense_matrix(name: str, shift: complex) -> None:
     scene = SCENES[name]
     q, v, lam = state(scene, 1)
-    matrix = scene.linear(q, v, 0.1, lam).matrix(1.0, shift, shift**2).toarray()
+    matrix = saddle(scene, scene.mass_at(q), scene.assemble(q, v, 0.1, lam), shift)
     e, s = scene.fronts, scene.tables
     right = np.random.default_rng(2).standard_normal(len(matrix))
     found = solved(e, np.append(matrix[s.row, s.col], 0.0), right)
     assert apart(matrix @ found, right) < 1e-9
     assert apart(found, np.linalg.solve(matrix, right)) < 1e-7
-    assert apart(scene.linear(q, v, 0.1, lam).factor(1.0, shift, shift**2).solve(right), found) < 1e-7
+    assert apart(Factors(matrix).solve(right), found) < 1e-7
 
 
 def test_a_row_that_says_what_another_does_has_no_multiplier() -> None:
@@ -79,7 +85,7 @@ def test_work_grows_with_the_chain(body) -> None:
 def test_a_matrix_without_inverse_says_so() -> None:
     scene = CompiledScene.of(chain(2, Rigid(Section(0.02, 0.005))))
     with pytest.raises(SingularError):
-        scene.linear(scene.q0).factor(stiffness=1.0).solve(np.ones(scene.size + 4))
+        Factors(saddle(scene, 0.0, scene.assemble(scene.q0), 1.0)).solve(np.ones(scene.size + 4))
 
 
 def test_the_order_of_elimination_is_found_once_for_all_of_one_structure() -> None:
