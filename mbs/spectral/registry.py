@@ -3,7 +3,7 @@
 The order of a force's `numbers` is the one in which `lawtable` and `forces` read them for its kind.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import cast
 
@@ -66,9 +66,11 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
             return builder.add_measure(MeasureKind.FIXED, a, b, direction)
         return builder.add_measure(MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, direction))
 
-    law, numbers = add_normal(builder, stop.law), (stop.side(mechanism), face)
+    side = stop.side(mechanism)  # 1 if `across` leads from the point to the face, else -1
+    law, numbers = add_normal(builder, stop.law), (side, face)
     contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=numbers)
-    if stop.friction_at:
+    has_friction = stop.friction_at != ""
+    if has_friction:
         friction, along = add_friction(builder, stop.friction), add_distance((-across[1], across[0]))
         builder.add_force(name, ForceKind.FRICTION, along, b=contact, friction=friction)  # the contact gives the normal force
 
@@ -78,18 +80,23 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
-        builder.add_stateful(name, load, a, column=State.X, offset=0.0)
+        builder.add_stateful(name, load, a, column=State.X, offset=0.0)  # its law gets x and y
         return
     b = builder.add_ground(ORIGIN) if turns is None else marker_at(builder, turns)
     line_of_action = [] if load.through is None else [1.0, *load.through]  # 1: there is a point through which it goes
     law, components = -1, [0.0, 0.0]
     if callable(load.value):
-        parts = [function_pointer(component, 1) for component in numbers_of(load.value, ["t"], size=2)]  # x and y, by time
-        law = builder.add_law(None, ForceKind.PRESCRIBED, (), parts, f"the function of {name}")
+        law = _add_function(builder, load.value, ["t"], f"the function of {name}", components=2)
     else:
         components = [float(x) for x in load.value]
     numbers = [*components, 0.0 if turns is None else builder.angle_of(b), *line_of_action]
     builder.add_force(name, ForceKind.POINT_FORCE, a, b, law=law, numbers=numbers)
+
+
+def _add_function(builder: Builder, function: object, variables: Sequence[str], about: str, components: int = 1) -> int:
+    """Add a law of functions without parameters of its own, one for each component; return its index."""
+    pointers = [function_pointer(each, len(variables)) for each in numbers_of(function, variables, components)]
+    return builder.add_law(key=None, kind=ForceKind.LAW, numbers=(), pointers=pointers, about=about)
 
 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
@@ -114,15 +121,16 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, a function of time, angle since t = 0 and speed, or a law with states."""
     marker = marker_at(builder, load.at(builder.mechanism))
     if load.states is not None:
-        builder.add_stateful(name, load, marker, column=State.ANGLE, offset=builder.angle_of(marker))
+        angle_at_start = builder.angle_of(marker)  # its law gets the angle less this one
+        builder.add_stateful(name, load, marker, column=State.ANGLE, offset=angle_at_start)
         return
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     if not callable(load.value):
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
-    pointer = function_pointer(numbers_of(load.value, TURN)[0], len(TURN))  # of time, angle and speed
-    law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(0.0, builder.angle_of(marker)))  # `LawData`
+    law = _add_function(builder, load.value, TURN, f"the function of {name}")  # of time, angle and speed
+    is_spring, angle_at_start = 0.0, builder.angle_of(marker)  # in the order of `LawData`
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(is_spring, angle_at_start))
 
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
@@ -131,8 +139,7 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     law, voltage = -1, 0.0
     if callable(load.voltage):
-        pointer = function_pointer(numbers_of(load.voltage, ["t"])[0], 1)
-        law = builder.add_law(None, ForceKind.PRESCRIBED, (), [pointer], f"the voltage of {name}")
+        law = _add_function(builder, load.voltage, ["t"], f"the voltage of {name}")
     else:
         voltage = float(load.voltage)
     # CREEP: speed of the rotor [rad/s] below which its friction falls linearly to zero
@@ -151,9 +158,8 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
     if load.law is None:
         builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
-    pointer = function_pointer(numbers_of(load.law, ["x", "v"])[0], 2)
-    law = builder.add_law(None, ForceKind.LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(1.0, free))  # `LawData`
+    law, is_spring = _add_function(builder, load.law, ["x", "v"], f"the law of {name}"), 1.0
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(is_spring, free))  # in the order of `LawData`
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
