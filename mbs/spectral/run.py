@@ -1,6 +1,6 @@
 """Run of the compiled solver: its scene, the choice of the integrator, the loop over calls of the integrator, the record.
 
-Step ends are the times at which a step must end. Compiled functions raise no exceptions: the counts tell a run's status.
+Step ends are the times at which a step must end. Compiled functions raise no exceptions: the record `counts` has the status.
 """
 
 from collections.abc import Callable
@@ -28,14 +28,14 @@ from .start import Balance, balance, dormand_prince, radau_state, start_rates
 from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory, State
 
 NEWTON_SHARE = 1e-4
-"""Last Newton step over the local error allowed, at `NEWTON_TOLERANCE` and above. Below, it falls as tol^(1/4).
+"""Size of the last Newton increment, over the local error allowed, for tolerances from `NEWTON_TOLERANCE` on.
 
-Errors left by Newton's method add up alike in runs of different tolerance, so that their difference does not show them. They
-must be small beside those of the steps even in the finest runs. A tenth of the share costs a tenth more iterations."""
+Runs of different tolerance have similar errors of Newton's method, which add up along a run. The difference of two runs does not
+show them, so they must be small. A tenfold smaller share costs 10 per cent more iterations."""
 NEWTON_TOLERANCE = 1e-5
-"""Tolerance above which the last Newton step is a fixed share of it."""
+"""Tolerance below which the share falls as tol^(1/4), a chosen exponent: errors of steps fall more slowly than the tolerance."""
 NEWTON_EQUAL = 1e-12
-"""Last Newton step, in units of coordinates, of steps of equal length, which have no error control."""
+"""Size of the last Newton increment, in units of coordinates, in steps of equal length, which have no error control."""
 END_ROUNDING = 1.1e-12
 """Time left, over the end, at which a run is over; the integrators themselves stop 1e-12 before the end."""
 FIRST_STEP = 1e-3
@@ -51,15 +51,18 @@ DISTINCT = 1e-12
 ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold."""
 LANDING = 1e-2
-"""`face_tolerance` of the controls, over the tolerance and the longest link: a step does not end anew at a face to which a
-contact is nearer than this at its start."""
+"""Distance to its face within which a contact counts as closed as a step starts, so that the step does not end there again.
+
+The distance is over the tolerance and the longest link. It is the controls' `face_tolerance`."""
 EXPLICIT_LANDING = 1e-3
 """`LANDING` of the explicit method, whose steps have no error of Newton's method."""
 LEAST_LANDING = 1e-12
 """Least `face_tolerance` of the explicit method, over the longest link: rounding errors of a step."""
 OUTSIDE = 0.1
-"""Distance before a face at which an implicit step to an onset ends, `stop_gap`, over `face_tolerance`: ten times the error left
-by Newton's method. A last node inside the face would already have the contact's force."""
+"""Distance before a face at which an implicit step to an onset ends, over `face_tolerance`: the controls' `stop_gap`.
+
+A last node inside the face would already have the contact's force. The distance is 1e-3 of the tolerance, by `LANDING`: ten times
+the error left by Newton's method, `NEWTON_SHARE`."""
 ROUNDING = 1e-15
 """Rounding of a distance, over the longest link: no shorter step reduces an error below it."""
 
@@ -89,7 +92,10 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces to continue a run, (forces, 4). The fastest onset, not in rows, is replaced by the last."""
+    """Return the memories of forces, (forces, 4), with which a run goes on from its last row.
+
+    Rows have another number in the column of the fastest onset, see `Memory`: the last onset replaces it.
+    """
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -124,8 +130,8 @@ def find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     if not (violation > MOST_VIOLATION * units).any():
         return None
     worst = int((violation / units).argmax())
-    name, amount = scene.row_names[worst], violation[worst]
-    return Failure(Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: '{name}' is off by {amount:.2g} m or rad")
+    where = f"'{scene.row_names[worst]}' is off by {violation[worst]:.2g} m or rad"
+    return Failure(Status.SINGULAR, f"constraints contradict each other at t = {t:.6g} s: {where}")
 
 
 def integrate(
@@ -134,24 +140,21 @@ def integrate(
 ) -> tuple[Output, Failure | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
-    Step lengths follow from the local error. With `ends` there is no error control: steps end only at these times [s], at kinks
-    and at onsets of contacts. One step in `every` is written as a row, and rows within steps only if that is 1. A function
-    `take` gets all rows, part by part; then only the last one is returned, and explicit steps do not end at onsets of contacts
-    whose force begins smoothly.
+    Parameters
+    ----------
+    ends : times of the only step ends, beside kinks and onsets of contacts [s]; there is no error control then
+    every : number of steps for each row; there are rows within steps only if `every` is 1
+    take : function that gets all rows, part by part. Then only the last row is returned, and explicit steps do not end at onsets
+        of contacts whose force begins smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     # from here on the solver counts the whole turns of each marker's angle
     scene.work.state[:, State.ANGLE] = scene.turns() if state.turns is None else state.turns
     start = balance(scene, state.q, state.v, state.time, state.memory)
-    controls = _set_controls(scene, state.time, end, solver, ends)
+    controls = _set_controls(scene, state.time, end, solver, ends, every, gives_parts=take is not None)
+    step_ends = _find_step_ends(scene, state.time, controls, ends)
+    run, model = _choose_integrator(scene, solver, state, start)
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
-    step_ends = _find_step_ends(scene, state.time, end, None if controls.fixed else controls.longest)
-    if ends is not None:
-        step_ends = np.unique(np.concatenate([step_ends, ends]))
-    run, model, shortest = _choose_integrator(scene, solver, state, start)
-    controls.stops_at_all_onsets = take is None or run is implicit.run_implicit
-    controls.shortest, controls.every = shortest * end, every
-    controls.writes_within_steps = every == 1 and not controls.fixed
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
@@ -165,9 +168,8 @@ def integrate(
             part = Output(*(x[: counts.samples] for x in out))
             if RAISED:
                 part, failure = _cut_at_exception(scene, part)
-            if take is None:
-                parts.append(part)
-            elif len(part.time):
+            parts.append(part)
+            if take is not None and len(part.time):
                 take(part)
                 parts = [Output(*(x[-1:].copy() for x in part))]
             if progress is not None:
@@ -178,27 +180,27 @@ def integrate(
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 
-def _find_step_ends(scene: CompiledScene, start: float, end: float, longest: float | None) -> Array:
-    """Find the step ends [s]: kinks of functions of time, the end and, if `longest` is given, times that `subdivide` adds."""
-    factor = scene.tables.time_factor[0]  # functions of time are taken at factor * t: so their speed is varied
+def _find_step_ends(scene: CompiledScene, start: float, controls: output.Record, ends: Array | None) -> Array:
+    """Find the step ends [s]: kinks of functions of time, the end, `ends`; unless steps are fixed, times between close kinks."""
+    factor, end = scene.tables.time_factor[0], controls.end  # functions of time are taken at factor * t: so their speed is varied
     with use_memory(current_memory(scene.edge_memory)):  # edges of users' functions are searched once, not in every run
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
-    if longest is not None:
-        kinks = subdivide(kinks, longest, end / SECOND_LEVEL_STEPS)
+    if not controls.fixed:
+        kinks = subdivide(kinks, controls.longest, end / SECOND_LEVEL_STEPS)
     times = np.unique([*kinks, end])
-    return times[np.append(np.diff(times) > DISTINCT * end, True)]
+    times = times[np.append(np.diff(times) > DISTINCT * end, True)]
+    return times if ends is None else np.unique(np.concatenate([times, ends]))
 
 
 def _choose_integrator(
     scene: CompiledScene, solver: Spectral, state: RunState, start: Balance
-) -> tuple[Callable[..., None], Radau | DormandPrince, float]:
-    """Choose the integrator that suits a scene; return it with its data and its shortest step over the end."""
+) -> tuple[Callable[..., None], Radau | DormandPrince]:
+    """Choose the integrator that suits a scene; return it with its data."""
     if is_explicit(scene, solver):
-        model = dormand_prince(scene, state.q, state.v, start.multipliers, state.memory)
-        return explicit.run_explicit, model, explicit.SHORTEST
+        return explicit.run_explicit, dormand_prince(scene, state.q, state.v, start.multipliers, state.memory)
     arrays = radau_state(scene, state.q, state.v, start.acceleration, start.multipliers, state.memory)
     orders, tables = EliminationOrders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
-    return implicit.run_implicit, Radau(tables, orders, scene.work, arrays), implicit.SHORTEST
+    return implicit.run_implicit, Radau(tables, orders, scene.work, arrays)
 
 
 def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
@@ -214,13 +216,18 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
     return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 
 
-def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectral, ends: Array | None) -> output.Record:
-    """Set the options of the integrator, `output.CONTROLS`, but the shortest step and those of rows; `ends` as in `integrate`."""
-    out, duration = output.blank(output.CONTROLS), end - start
+def _set_controls(
+    scene: CompiledScene, start: float, end: float, solver: Spectral, ends: Array | None, every: int, gives_parts: bool
+) -> output.Record:
+    """Set the options of the integrator, `output.CONTROLS`; `ends`, `every` as in `integrate`, `gives_parts` with its `take`."""
+    out, duration, runs_explicitly = output.blank(output.CONTROLS), end - start, is_explicit(scene, solver)
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.max_steps, out.fixed = solver.steps.max_steps, ends is not None or not solver.steps.adaptive
     out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
     out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / SECOND_LEVEL_STEPS)
+    out.shortest = end * (explicit.SHORTEST if runs_explicitly else implicit.SHORTEST)
+    out.every, out.writes_within_steps = every, every == 1 and not out.fixed
+    out.stops_at_all_onsets = not (runs_explicitly and gives_parts)
     out.least_onset = SLOWEST_ONSET
     # least onset speed over the fastest so far; finer runs allow slower onsets: their difference shows what `GRAZE` changes
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
@@ -230,7 +237,7 @@ def _set_controls(scene: CompiledScene, start: float, end: float, solver: Spectr
         out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
     size = scene.units.max()  # of coordinates: the longest link [m], or 1 of an angle
     out.rounding = ROUNDING * size
-    if is_explicit(scene, solver):
+    if runs_explicitly:
         shares = (CLEARANCE_SHARE * joint.gap / scene.length for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
         out.face_tolerance, out.stop_gap = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
