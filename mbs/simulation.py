@@ -19,8 +19,8 @@ from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import explain_not_applicable, find_suspicions
 from .elements import Drive
 from .functions import EdgeMemory, use_memory
-from .functions.breaks import MOST, WIDTH
 from .functions.edge_memory import SETTLED
+from .functions.edge_search import MOST, WIDTH
 from .geometry import Array
 from .imports import import_late
 from .kinematics import exact

@@ -119,7 +119,7 @@ class Motion(Declared):
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Return the times in (0, duration) at which the motion jumps, has a kink or changes quickly (`functions.breaks`) [s]."""
+        """Return the times in (0, duration) at which the motion jumps, has a kink or changes quickly [s]."""
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..declare import declared, field, names, quantity
 from ..functions import Argument, Called
-from ..functions.breaks import evaluate, search_between
+from ..functions.edge_search import evaluate, find_edges_between
 from ..functions.fields import Function
 from ..geometry import Array, unit
 from .element import GROUND, Parts, Push, Recorded
@@ -29,7 +29,7 @@ def potential(law: Law, values: Array) -> Array:
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)
-    edges = search_between(low, high, lambda x: evaluate(law, x, np.zeros_like(x)))
+    edges = find_edges_between(low, high, lambda x: evaluate(law, x, np.zeros_like(x)))
     both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # the search returns the last value before a jump
     grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from .breaks import Edges, breaks, evaluate, search
+from .edge_search import Edges, evaluate, find_edges, find_edges_in_time
 from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Curve, find_crossings, find_state_of_edges, is_resolved, scan_states
 
 CLOSE = 0.025
@@ -127,7 +127,10 @@ class EdgeMemory:
         """Find the edges of a function of time, once for each duration [s]."""
         key = id(function), duration
         if key not in self._of_time:
-            self._of_time[key] = function, breaks(function, duration)  # a reference to the function keeps its id unique
+            self._of_time[key] = (
+                function,
+                find_edges_in_time(function, duration),
+            )  # a reference to the function keeps its id unique
         return self._of_time[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
@@ -176,7 +179,7 @@ class EdgeMemory:
     def _search_run(self, k: int, function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> tuple[Array, bool]:
         """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
         end = float(time[-1])
-        edges = search(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
+        edges = find_edges(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
         times = _merge([np.array(edges.times), find_crossings(curves, scan_states(function, time, curves), end)], time)
         before, self._times_before[k] = self._times_before.get(k), times
         if edges.capped:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..declare import Declared, declared, field, quantities, quantity
-from .breaks import count_others, evaluate, sharpen
+from .edge_search import count_others, evaluate, sharpen
 from .fields import Callables
 from .values import UserFunction
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry import Array
-from .breaks import WIDTH, evaluate, search_between
+from .edge_search import WIDTH, evaluate, find_edges_between
 
 ON_SAMPLE = 1e-9
 """Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
@@ -48,7 +48,7 @@ def scan_states(function: Callable[..., object], time: Array, curves: Sequence[C
             others = [np.zeros_like(x)] * len(curves)
             return evaluate(function, np.zeros_like(x), *others[:k], x, *others[k + 1 :])
 
-        edges = search_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
+        edges = find_edges_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
         found.append(edges if len(edges) <= MOST_EDGES else np.empty(0))
     return found
 
@@ -103,7 +103,7 @@ def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[C
     """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
     from scipy.interpolate import PchipInterpolator
 
-    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `search` samples
+    fine = np.linspace(0.0, float(time[-1]), round(1 / WIDTH) + 1)  # the times that `find_edges` samples
     known, exact = (evaluate(function, t, *(curve(t) for curve in curves)) for t in (time, fine))  # (times, components)
     error = np.abs(PchipInterpolator(time, known)(fine) - exact).max(axis=1)
     return bool((error > MISFIT * np.ptp(exact, axis=0).max()).mean() < MISFIT_SHARE)

@@ -39,7 +39,7 @@ QUADRATURE_TOLERANCE = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.breaks` finds.
+    """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.edge_search` finds.
 
     A function may give them by `kinks_until(duration)` or by `kinks`. Components have the kinks of their parts, an integral those
     of its integrand. Others are searched within the duration of the run [s], and have no kinks if it is infinite.

@@ -8,7 +8,7 @@ from scipy.special import erf
 
 from buckler.mbs import Exudyn, Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
 from buckler.mbs.functions import Components, Expression, Piecewise, kinks
-from buckler.mbs.functions.breaks import breaks
+from buckler.mbs.functions.edge_search import find_edges_in_time
 
 JUMPS = {
     "pulse of one look": (lambda t: (1e3 if 5.0 <= t < 5.0001 else 0.0, 0.0), 10.0, (5.0, 5.0001)),
@@ -24,16 +24,16 @@ JUMPS = {
 @pytest.mark.parametrize("name", JUMPS)
 def test_jumps_and_kinks_are_found_where_they_are(name):
     function, duration, right = JUMPS[name]
-    assert breaks(function, duration).times == pytest.approx(right, abs=1e-9 * duration)
+    assert find_edges_in_time(function, duration).times == pytest.approx(right, abs=1e-9 * duration)
 
 
 @pytest.mark.parametrize("function", [lambda t: np.sin(20 * t), lambda t: 1 - np.exp(-t / 0.2), lambda t: t**3, lambda _t: 4.0])
 def test_smooth_functions_have_none(function):
-    assert breaks(function, 1.0).times == ()
+    assert find_edges_in_time(function, 1.0).times == ()
 
 
 def test_a_narrow_hump_is_stepped_onto():
-    found = breaks(lambda t: np.exp(-(((t - 0.3) / 1e-3) ** 2)), 1.0).times
+    found = find_edges_in_time(lambda t: np.exp(-(((t - 0.3) / 1e-3) ** 2)), 1.0).times
     assert found and all(abs(t - 0.3) < 6e-3 for t in found)
 
 
@@ -41,8 +41,8 @@ def test_what_fails_or_swings_too_fast_has_none():
     def fails(t):
         raise RuntimeError("no")
 
-    assert breaks(fails, 1.0).times == () == breaks(lambda t: np.inf if t > 0.5 else 0.0, 1.0).times
-    assert breaks(lambda t: np.sin(1e7 * t * t), 1.0).capped
+    assert find_edges_in_time(fails, 1.0).times == () == find_edges_in_time(lambda t: np.inf if t > 0.5 else 0.0, 1.0).times
+    assert find_edges_in_time(lambda t: np.sin(1e7 * t * t), 1.0).capped
 
 
 @dataclass
@@ -56,7 +56,7 @@ class Blow:
 
 
 def test_a_function_that_cannot_be_hashed_is_looked_at_too():
-    assert breaks(Blow(0.25), 1.0).times == pytest.approx([0.25], abs=1e-9)
+    assert find_edges_in_time(Blow(0.25), 1.0).times == pytest.approx([0.25], abs=1e-9)
 
 
 def test_a_function_that_fails_only_between_looks_has_none():
@@ -65,7 +65,7 @@ def test_a_function_that_fails_only_between_looks_has_none():
             raise RuntimeError("no")
         return float(t >= 0.500005)
 
-    assert breaks(fails, 1.0).times == ()
+    assert find_edges_in_time(fails, 1.0).times == ()
 
 
 def test_work_of_a_force_that_jumps_on_a_line_through_a_point():

@@ -60,29 +60,29 @@ class Edges(NamedTuple):
     capped: bool = False
 
 
-def breaks(function: Callable[..., object], duration: float) -> Edges:
-    """Find the edges of a function of time in (0, duration) [s], with all other arguments zero, by `search`."""
-    return search(lambda times: evaluate(function, times, *[np.zeros_like(times)] * count_others(function)), duration)
+def find_edges_in_time(function: Callable[..., object], duration: float) -> Edges:
+    """Find the edges of a function of time in (0, duration) [s], with all other arguments zero, by `find_edges`."""
+    return find_edges(lambda times: evaluate(function, times, *[np.zeros_like(times)] * count_others(function)), duration)
 
 
-def search_between(low: float, high: float, values_at: Values, width: float = WIDTH) -> Array:
-    """Find the edges of a function of another variable than time in (low, high), as `search` finds times from 0 on."""
-    return low + np.array(search(lambda x: values_at(low + x), high - low, width).times)
+def find_edges_between(low: float, high: float, values_at: Values, width: float = WIDTH) -> Array:
+    """Find the edges of a function of another variable than time in (low, high), as `find_edges` finds times from 0 on."""
+    return low + np.array(find_edges(lambda x: values_at(low + x), high - low, width).times)
 
 
-def search(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
+def find_edges(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
     """Find the edges in (0, duration) [s] of a function of an array of times; none if it fails or is not finite.
 
     `width` is the distance of samples over the duration.
     """
     try:
-        return _search(values_at, duration, width)
+        return _find_edges(values_at, duration, width)
     except (Exception, SystemExit):  # a function may raise anything: the run reports it
         return Edges()
 
 
-def _search(values_at: Values, duration: float, width: float) -> Edges:
-    """Find the edges as `search` does, but raise the errors of the function."""
+def _find_edges(values_at: Values, duration: float, width: float) -> Edges:
+    """Find the edges as `find_edges` does, but raise the errors of the function."""
     times = np.linspace(0.0, duration, round(1 / width) + 1)
     values = values_at(times)
     span = float(np.ptp(values, axis=0).max(initial=0.0))
