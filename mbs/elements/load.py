@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..declare import Declared, declared, field, quantities
-from ..functions import Argument, Called, Table, kinks, numbers_of
+from ..functions import Argument, Called, Table, component_functions, kinks
 from ..functions.fields import Function, Law, Rates
 from ..geometry import Array
 from ..validate import short
@@ -135,10 +135,10 @@ class Stateful(Load):
 
     def functions(self) -> list[Callable[..., float]]:
         """Return the components of the load, then the rates of the states, each a function of `variables`."""
-        components = numbers_of(self.value, self.variables, self.signature.size)
+        components = component_functions(self.value, self.variables, self.signature.size)
         if self.states is None:
             return components
-        return components + numbers_of(self.states.rates, self.variables, len(self.states.initial))
+        return components + component_functions(self.states.rates, self.variables, len(self.states.initial))
 
     def check_states(self, mechanism: Parts) -> None:
         """Raise a ValueError if, at t = 0, the function or a rate fails or returns another number of values."""

@@ -2,9 +2,9 @@
 
 from .edge_memory import Argument, Called, EdgeMemory, current_memory, edges_along, use_memory
 from .piecewise import Piecewise
-from .values import TURN, Components, Expression, Integral, Table, has_user_code, kinks, numbers_of
+from .values import TURN, Components, Expression, Integral, Table, component_functions, has_user_code, kinks
 
 __all__ = [
     "TURN", "Argument", "Called", "Components", "EdgeMemory", "Expression", "Integral", "Piecewise", "Table", "current_memory",
-    "edges_along", "has_user_code", "kinks", "numbers_of", "use_memory",
+    "edges_along", "has_user_code", "kinks", "component_functions", "use_memory",
 ]  # fmt: skip

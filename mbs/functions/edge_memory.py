@@ -1,8 +1,9 @@
 """Edges (jumps, kinks, quick changes) of a user's functions along a run, which is then repeated with steps that end on edges.
 
-A state here is any argument besides the time: a coordinate, its rate, or a state of a law. Edges of a function of time are known
+A state is any argument besides the time: a coordinate, its rate, or a state of a law. Edges of a function of time are known
 before the run. Edges of a function of states are found along the run, with the states interpolated by cubics between samples.
-If the function depends on one state only, its edges are values of that state.
+If a function depends on one state only, its edges are values of this state. Steps can end at values of the first state,
+`MEASURE` = 0, which is a place or an angle.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
 STOP_DISTANCE = 1e-5
-"""Distance from an edge to the ends of steps before and after it, over the distance of two edges: a short step crosses the edge.
-It is halved after each run whose edges have settled: the difference from the next, finer run shows its effect."""
+"""Distance from an edge to the ends of steps before and after the edge, over the distance of two edges.
+
+A short step crosses the edge. The distance is halved after each run whose edges have settled, so that the difference of two runs
+contains the effect of the distance."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
 SAME_EDGE = 1e-12
@@ -41,7 +44,7 @@ class Argument(NamedTuple):
     rates: Array | None = None
 
     def curve(self, time: Array, samples: Array) -> Curve:
-        """Return the cubic interpolant of some samples, at increasing times [s]."""
+        """Return the cubic interpolant through the samples of these indices, at increasing times [s]."""
         from scipy.interpolate import CubicHermiteSpline, PchipInterpolator  # they take a while to load, and few runs need them
 
         known = self.values[samples]
@@ -49,7 +52,7 @@ class Argument(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """Edges [s] that a run passed two or more at a time, between two samples: error control may miss such a pulse.
+    """Edges [s] that lie two or more between neighbouring samples of a run: error control may miss the pulse between two edges.
 
     `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge. `too_many` is
     True if a function has more edges than can be located, and the samples do not resolve it.
@@ -76,7 +79,7 @@ class _Known(NamedTuple):
     def of(cls, state: int, course: Array, values: Array) -> _Known | None:
         """Return the edges at `values` of a state with a course (times,), nearly equal ones as one; None above `MOST_EDGES`.
 
-        Of the state `MEASURE` distinct values count, as steps end at values of it; of another state each passage counts.
+        Distinct values count for the state `MEASURE`, as steps can end at its values. For other states each passage counts.
         """
         low, high = float(course.min()), float(course.max())
         values = np.sort(values)
@@ -108,8 +111,8 @@ class EdgeMemory:
     """`edges` [s] of the last run of a call, and `stops` [s], shortly before and after them, at which steps of the next run end.
 
     A function is searched in each run until its edges are known: as values of one state, or as equal times in two runs. Edges are
-    settled if they shift by `SETTLED` at most from one run to the next. Then all functions are searched once more, which confirms
-    the known edges. Edges are located if the solver itself ends steps on them, which it can at values of the state `MEASURE`.
+    settled if they shift by `SETTLED` at most from one run to the next. Then a second search of all functions confirms the known
+    edges. Edges are located if the solver itself ends steps on them, at values of the state `MEASURE`.
     """
 
     def __init__(self) -> None:
@@ -135,8 +138,9 @@ class EdgeMemory:
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
         """Return, by element, the known values of the first state at edges; the next run of the caller ends its steps there."""
-        known = {self._names[k]: known for k, known in self._known.items()}
-        self._located = {name: known[name].values for name in names if name in known and known[name].state == MEASURE}
+        by_element = {self._names[k]: known for k, known in self._known.items()}  # these elements have one function
+        measures = {name: by_element[name] for name in names if name in by_element and by_element[name].state == MEASURE}
+        self._located = {name: known.values for name, known in measures.items()}
         return self._located
 
     def find_passed(self, time: Array, functions: Iterable[tuple[str, Called]]) -> Passed:
@@ -180,7 +184,8 @@ class EdgeMemory:
         """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
         end = float(time[-1])
         edges = find_edges(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
-        times = _merge([np.array(edges.times), find_crossings(curves, scan_states(function, time, curves), end)], time)
+        of_states = scan_states(function, time, curves)  # edges in each state alone
+        times = _merge([np.array(edges.times), find_crossings(curves, of_states, end)], time)
         before, self._times_before[k] = self._times_before.get(k), times
         if edges.capped:
             return times, True

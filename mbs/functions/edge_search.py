@@ -1,9 +1,9 @@
 """Edges of a function of time, found by sampling: jumps, kinks and quick changes, on which steps of a run shall end.
 
 The function is sampled at each `WIDTH` of the run. A second difference that is much larger than its neighbours is a jump or a
-kink, which bisection locates. The intervals between are halved until polynomials fit the pieces, as in R. Pachon, R. B. Platte,
-L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. The ends of pieces
-shorter than `PIECE` samples are quick changes. Jumps missing in a periodic series are added: pulses may be below `WIDTH`.
+kink. Bisection locates it. The intervals between jumps and kinks are halved until polynomials fit the pieces, as in R. Pachon,
+R. B. Platte, L. N. Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008. The ends
+of pieces shorter than `PIECE` samples are quick changes. Jumps that a periodic series of jumps lacks are added.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,16 +25,17 @@ MOST = 20_000
 MOST_SMOOTH = 2000
 """Most quick changes on which steps end: with more of them, error control resolves the function anyway."""
 OUTSTANDING = 30.0
-"""Least second difference of a jump or kink, over the largest of its neighbours."""
+"""Least second difference of a jump or kink, over the largest of its neighbours; chosen. A larger number misses weaker kinks."""
 REACHES = (6, 9)
 """Distances of neighbours [samples] with which a second difference is compared: another edge spoils one of the two only."""
 DEGREE = 8
-"""Degree of the polynomials that are fitted to pieces."""
+"""Degree of the polynomials that are fitted to pieces; chosen."""
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
-"""Largest error of a polynomial, over the range of the function. It also bounds the error summed over the samples of a piece,
-over the sum of |value - median| over the samples of the run."""
+"""Largest error of a polynomial, relative to the range of the function.
+
+It also limits the error times the number of samples in the piece, relative to the sum of |value - median| over all samples."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -44,10 +45,13 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
-"""Half width of the interval about a predicted or named jump in which the jump is located, over the duration: more than the
-rounding of thousands of periods. A tenfold width could hold the next jump as well."""
+"""Half width, over the duration, of the interval in which a predicted or named jump is located.
+
+It is more than the rounding of thousands of periods. A tenfold width could hold the next jump as well."""
 RECURRING = 20
-"""Least number of jumps from which a period is detected, and largest number of jumps in a period."""
+"""Least number of jumps from which a period is detected, and largest number of jumps in a period; chosen.
+
+Half as many must lead upwards."""
 
 Values = Callable[[Array], Array]
 """Function from times (times,) [s] to values (times, components)."""
@@ -88,13 +92,14 @@ def _find_edges(values_at: Values, duration: float, width: float) -> Edges:
     span = float(np.ptp(values, axis=0).max(initial=0.0))
     if not np.isfinite(values).all() or span == 0:
         return Edges()
-    outstanding = _find_outstanding(values / span)
+    scaled = values / span
+    outstanding = _find_outstanding(scaled)
     if len(outstanding) > MOST:
         return Edges(capped=True)
     sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
     edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # first samples at or after edges
-    integral = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # of |value - median|/range [samples]
-    quick = (times[k] for a, b in pairwise(edges) for k in _find_quick_changes(values / span, a, b, MISFIT * integral))
+    deviation = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # summed over all samples
+    quick = (times[k] for a, b in pairwise(edges) for k in _find_quick_changes(scaled, a, b, MISFIT * deviation))
     quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
     capped = len(quick_times) > MOST_SMOOTH
     found = sorted({*sudden.tolist(), *([] if capped else quick_times)})
@@ -104,7 +109,8 @@ def _find_edges(values_at: Values, duration: float, width: float) -> Edges:
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:
     """Evaluate a function for columns of arguments (times,), as (times, components).
 
-    Machine code of an earlier run does so, or one call with arrays if a sample of single calls agrees, or a call for each row.
+    Three ways are tried in this order: machine code of an earlier run, one call with arrays, and a call for each row. The call
+    with arrays counts if some seven single calls agree.
     """
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
@@ -113,7 +119,8 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
         some = slice(None, None, count // 7)  # seven rows or a few more
         single = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
-            values = np.broadcast_to(np.asarray(function(*columns), dtype=float).T, (count, *single.shape[1:]))
+            found = np.asarray(function(*columns), dtype=float).T  # (times, components), or a constant without times
+            values = np.broadcast_to(found, (count, *single.shape[1:]))
             if np.allclose(values[some], single, rtol=ROUNDING, atol=ROUNDING * np.abs(single).max()):
                 return values.reshape(count, -1)
         except (Exception, SystemExit):  # the function accepts numbers only
@@ -139,7 +146,7 @@ def _find_outstanding(values: Array) -> Array:
     padded = np.pad(second, pad, mode="edge")  # neighbours of the first and last samples
 
     def largest(*shifts: int) -> Array:
-        """Return the largest second difference at some shifts [samples] from each sample."""
+        """Return the largest second difference at given shifts [samples] from each sample."""
         return np.asarray(reduce(np.maximum, (padded[pad + k : pad + k + len(second)] for k in shifts)))
 
     neighbours = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
@@ -192,24 +199,24 @@ def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
 def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Array:
     """Add missing jumps to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
 
-    The period is the median distance of upward jumps, refined by their mean distance; phases are times of jumps in a period.
-    Times are equal here if they round to the same multiple of `side`. A jump that is predicted twice is kept once.
+    The period is the median distance of upward jumps, refined by their mean distance. Phases are times of jumps in a period.
+    Two times count as one if they round to the same multiple of `same`, half of the half width in which `sharpen` searches.
     """
     if len(jumps) < RECURRING:
         return jumps
-    side = JUMP_ERROR * duration / 2
-    sizes = values_at(np.minimum(jumps + side, duration)) - values_at(np.maximum(jumps - side, 0.0))
+    same = JUMP_ERROR * duration / 2
+    sizes = values_at(np.minimum(jumps + same, duration)) - values_at(np.maximum(jumps - same, 0.0))
     up = jumps[sizes[:, np.abs(sizes).max(axis=0).argmax()] > 0]  # upward in the component with the largest jump
     if len(up) < RECURRING / 2:
         return jumps
     whole = float(np.ptp(up))
     count = max(1, round(whole / float(np.median(np.diff(up)))))  # of periods from the first to the last upward jump
     period = whole / count
-    phases = np.unique(np.round((jumps % period) / side) * side)
+    phases = np.unique(np.round((jumps % period) / same) * same)
     if not period > 0 or len(phases) > RECURRING or len(phases) * duration / period > MOST:
         return jumps
     predicted = (np.arange(np.ceil(duration / period) + 1)[:, None] * period + phases).ravel()
-    missing = predicted[~np.isin(np.round(predicted / side), np.round(jumps / side))]
+    missing = predicted[~np.isin(np.round(predicted / same), np.round(jumps / same))]
     found, is_jump = sharpen(values_at, missing, duration)
     return np.unique(np.concatenate([jumps, found[is_jump]]))
 
@@ -227,8 +234,8 @@ def sharpen(values_at: Values, times: Array, duration: float) -> tuple[Array, Ar
 def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
     """Yield the samples between polynomial pieces of a smooth interval from sample `first` to `last`, by recursive halving.
 
-    A polynomial fits a piece if its error is at most `MISFIT`, and at most `allowed` [samples] if it is summed over the piece.
-    In a piece longer than `PIECE`, which is no quick change, the error is summed over `PIECE` samples only.
+    A polynomial fits a piece if its largest error is at most `MISFIT`, and error times samples of the piece at most `allowed`.
+    A piece longer than `PIECE`, which is no quick change, counts as `PIECE` samples.
     """
     length = last - first
     if length < FEWEST or _misfit(values[first : last + 1]) <= min(MISFIT, allowed / min(length, PIECE)):

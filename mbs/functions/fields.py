@@ -1,4 +1,7 @@
-"""Specifications of fields for functions: Python functions, formulas and tables, which are called once as a check."""
+"""Specifications of fields for functions: Python functions, formulas and tables of values, which are called once as a check.
+
+In a file a callable object is a mapping with its kind, such as `{ kind = "Table", ... }`.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,22 +16,22 @@ from ..declare.spec import Schema, show
 from ..units import is_measured
 from ..validate import function as call_checked
 from ..validate import short
-from .values import Components, Expression, numbers_of
+from .values import Components, Expression, component_functions
 
 
 class Callables(Spec):
-    """Specification of a function: Python function, formula, or callable object, in files a document (table) with its kind."""
+    """Specification of a function: Python function, formula, or callable object."""
 
     words = "a formula such as '2*sin(3*t)'"
 
     def fits(self, raw: object) -> bool:
-        """Return True for a function, a formula or a document of a callable object."""
+        """Return True for a function, a formula or the mapping of a callable object."""
         if isinstance(raw, Mapping):
             return raw.get("kind") in _callable_kinds()
         return (callable(raw) and not isinstance(raw, type)) or (isinstance(raw, str) and not is_measured(raw))
 
     def read(self, name: str, raw: object) -> Any:
-        """Return the function, built from a formula or a document if necessary."""
+        """Return the function, built from a formula or a mapping if necessary."""
         if isinstance(raw, Mapping):
             return build(name, raw, _callable_kinds())
         if isinstance(raw, str):
@@ -41,15 +44,15 @@ class Callables(Spec):
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return the formula or the document of a function."""
-        if isinstance(value, Expression) and self.fits(value.text):  # not the formula '2', which is read as a number
+        """Return the formula or the mapping of a function; raise a ValueError for a Python function, which files cannot hold."""
+        if isinstance(value, Expression) and self.fits(value.text):  # '2' alone would be read as a number: it gets a mapping
             return value.text
         if type(value) not in _callable_kinds().values():
             raise nameless(name, value)
         return {"kind": type(value).__name__, **fields_written(name, value)}
 
     def schema(self) -> Schema:
-        """Return the JSON schema of a formula, or a document of a callable object."""
+        """Return the JSON schema of a formula, or the mapping of a callable object."""
         refs: list[Schema] = [{"$ref": f"#/$defs/{kind}"} for kind in sorted(_callable_kinds())]
         return any_of([{"type": "string", "description": "A formula such as '2*sin(3*t)'."}, *refs])
 
@@ -76,7 +79,7 @@ class Function(Callables):
         return f"a function of {self.variables}, in files {' or '.join(self.named) or 'a formula'}"
 
     def fits(self, raw: object) -> bool:
-        """Return True for a function, or a list of functions and numbers, one for each component and not all numbers."""
+        """Return True for a function, or a list with one entry for each component, at least one of them a function."""
         if self.size > 1 and is_list(raw) and len(raw) == self.size:
             return any(super(Function, self).fits(part) for part in raw)
         return super().fits(raw)
@@ -93,12 +96,14 @@ class Function(Callables):
         """Call the function with arguments, by default zeros; ValueError if it fails or does not return `size` numbers."""
         names = self.variables.split(", ")
         arguments = arguments or [0.0] * len(names)
-        is_formula = isinstance(function, Expression | Components)  # it is made a function of all variables
+        is_formula = isinstance(function, Expression | Components)  # which may contain some of the variables only
         try:
-            parts: list[Any] = numbers_of(function, names) if is_formula else [function]
+            parts: list[Any] = component_functions(function, names) if is_formula else [function]
         except ValueError as error:
             raise ValueError(f"{name} = {error}") from None
-        values = [call_checked(name, part, *arguments)(*arguments) for part in parts]  # a trial call, then one for the value
+        for part in parts:
+            call_checked(name, part, *arguments)  # raises a ValueError if the call fails
+        values = [part(*arguments) for part in parts]
         value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = {arguments[0]:g}"
         if np.shape(value) != ((self.size,) if self.size > 1 else ()):
             raise ValueError(f"{label} = {short(value)}: must be {f'{self.size} numbers' if self.size > 1 else 'a number'}")
@@ -110,7 +115,7 @@ class Function(Callables):
         return Components(_PARTS.read(name, raw)) if is_list(raw) and self.fits(raw) else super().read(name, raw)
 
     def write(self, name: str, value: object) -> Any:
-        """Return the name of a function, or else its formula or document."""
+        """Return the name of a function, or else its formula or mapping."""
         for key, function in self.named.items():
             if value is function:
                 return key
@@ -120,7 +125,10 @@ class Function(Callables):
 
 
 class Law(Function):
-    """Specification of the law of a load that may have states; the load checks the law by a call, as the load has the states."""
+    """Specification of the law of a load that may have states.
+
+    `read` makes no call, as the number of states is known to the load only, which checks its law.
+    """
 
     @property
     def words(self) -> str:  # type: ignore[override]
@@ -128,7 +136,7 @@ class Law(Function):
         return f"{super().words}; also of the load's states if it has any"
 
     def read(self, name: str, raw: object) -> Any:
-        """Return the law, built from a formula or a document if necessary."""
+        """Return the law, built from a formula or a mapping if necessary."""
         return self.make(name, raw)
 
 

@@ -16,7 +16,7 @@ from ..geometry import Array
 from ..validate import short
 
 LONGEST = 2000
-"""Largest number of characters of a formula."""
+"""Largest number of characters of a formula; chosen."""
 DEEPEST = 60
 """Largest depth of nesting of a formula, below the limit of Python's parser."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
@@ -30,6 +30,7 @@ def _step(x: float, begin: float, low: float, end: float, high: float) -> float:
 
 
 def _step_of_arrays(x: Array, begin: Array, low: Array, end: Array, high: Array) -> Array:
+    """Return `_step` of each entry."""
     fraction = np.clip((x - begin) / (end - begin), 0.0, 1.0)
     return low + (high - low) * fraction * fraction * (3.0 - 2.0 * fraction)
 
@@ -51,7 +52,8 @@ OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)  # + - * / **
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
     """Parse a formula; a ValueError names the part that is not allowed.
 
-    `functions` maps names to pairs of a function, or of a text about its use, and the number of arguments.
+    `functions` has, for each name, the pair (function, number of arguments). In place of the function may stand a text about its
+    use, for the message.
     """
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")
@@ -133,9 +135,10 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     """Make the Python function of a formula; its arguments are the variables, as arrays if `arrays` is true, or floats."""
     arguments = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
     tree = ast.fix_missing_locations(ast.Expression(ast.Lambda(arguments, _RealArithmetic().visit(parse(text, variables)))))
+    others = {"min": np.minimum, "max": np.maximum, "step": _step_of_arrays}  # whose names differ in NumPy
     names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}
     if arrays:
-        by_numpy = {name: getattr(np, name, _step_of_arrays) for name in names}  # all names but `step` are NumPy's
-        names = by_numpy | {"min": np.minimum, "max": np.maximum}
+        names = {name: others[name] if name in others else getattr(np, name) for name in names}
+    # `__name__` becomes `__module__` of the function, which `laws.compiled` reads
     names |= {"__builtins__": {}, "__name__": __name__, **CONSTANTS}
     return eval(compile(tree, "<formula>", "eval"), names)  # `parse` has checked all of it

@@ -1,6 +1,7 @@
-"""One function of states along one run: its edges in each state alone, the state that has them, and if samples resolve it.
+"""Examination of one function of states: its edges along each state, the state that decides them, its resolution by samples.
 
-Edges are jumps and kinks. `curves` interpolate the states, one each, by cubics between the samples `time` of the run.
+Edges are jumps and kinks. Along one state all other states and the time are zero. `curves` interpolate the states of a run, one
+each, by cubics between its samples `time`.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +19,9 @@ MISFIT = 0.1
 MISFIT_SHARE = 0.01
 """Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
 MOST_EDGES = 200
-"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample."""
+"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample.
+
+Where more are found along one state, none of them is used."""
 SCANNED = 1e-4
 """Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
 PROBE_DISTANCE = 1e-6
@@ -28,16 +31,13 @@ LEAST_KINK = 1e-8
 PROBES = 50
 """Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
 MEASURE = 0
-"""Index of the state at whose values steps can end: elongation or angle. No speed, as it has kinks itself where bodies stick."""
+"""Index of the state at whose values the solver can end steps: elongation or angle. A speed has kinks where bodies stick."""
 Curve = Callable[[Array], Array]
 """Argument of a function over time, between the samples of a run."""
 
 
 def scan_states(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
-    """Find the edges of a function in each state alone over the state's range, with other arguments zero.
-
-    The times at which a run passes these values then count as its edges, too.
-    """
+    """Find the edges of a function along each state over the state's range; a run that passes them has edges there, too."""
     found = []
     for k, curve in enumerate(curves):
         values = curve(time)

@@ -1,6 +1,7 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). Kinks here include jumps and quick changes.
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). In this file kinks include jumps and changes that are quick
+compared with a run.
 """
 
 from __future__ import annotations
@@ -39,18 +40,13 @@ QUADRATURE_TOLERANCE = 1e-11
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
-    """Return the kinks [s] of a function of time: the times of a table, or edges that `buckler.mbs.functions.edge_search` finds.
+    """Return the kinks [s] of a function of time in a run of a duration [s].
 
-    A function may give them by `kinks_until(duration)` or by `kinks`. Components have the kinks of their parts, an integral those
-    of its integrand. Others are searched within the duration of the run [s], and have no kinks if it is infinite.
+    A function may give them by a method `kinks_until(duration)`, or as an attribute `kinks`. All of these times are returned for
+    an infinite duration. `edge_search` searches the kinks of other functions, which have none for an infinite duration.
     """
-    if isinstance(function, Integral) and duration < inf:
-        function.span(duration)  # its quadrature in the run needs the kinks of the integrand as well
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
-    if isinstance(function, Integral | Components):
-        parts = function.parts if isinstance(function, Components) else (function.integrand,)
-        return tuple(sorted({t for part in parts for t in kinks(part, duration)}))
     times: tuple[float, ...] | None = getattr(function, "kinks", None)
     if times is not None:
         return tuple(t for t in times if 0 < t < duration) if duration < inf else times
@@ -100,6 +96,7 @@ class Expression(UserFunction, Declared):
 
     @cached_property
     def _on_floats(self) -> Callable[..., Any]:
+        """Function of `variables` as floats."""
         return self.of(self.variables)
 
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
@@ -180,8 +177,14 @@ class Integral(UserFunction):
     _kinks: tuple[float, ...] = plain_field(default=(), init=False, repr=False, compare=False)  # of the integrand in the span
     _sums: list[float] = plain_field(default_factory=lambda: [0.0], init=False, repr=False, compare=False)  # up to each piece
 
-    def span(self, duration: float) -> None:
-        """Set the time span [s] that is divided into pieces and searched for kinks of the integrand; forget the stored sums."""
+    def kinks_until(self, duration: float) -> tuple[float, ...]:
+        """Return the kinks of the integrand [s]; prepare the quadrature in a run of this duration [s]."""
+        if duration < inf:
+            self._divide(duration)
+        return kinks(self.integrand, duration)
+
+    def _divide(self, duration: float) -> None:
+        """Divide a time span [s] into pieces, and search it for kinks of the integrand."""
         if duration != self._span:
             object.__setattr__(self, "_span", duration)
             object.__setattr__(self, "_kinks", kinks(self.integrand, duration))
@@ -202,9 +205,9 @@ class Integral(UserFunction):
         if t == 0:
             return 0.0
         if abs(t) * (1 - 1e-9) > self._span:  # beyond the span by more than rounding
-            self.span(2.0 ** ceil(log2(abs(t))))  # a power of two, so that the span changes seldom
+            self._divide(2.0 ** ceil(log2(abs(t))))  # a power of two, so that the span changes seldom
         sums, width = self._sums, self._span / PIECES
-        full = max(0, int(t / width))  # number of full pieces before t
+        full = max(0, int(t / width))  # full pieces before t; none for t < 0, just before the start of a run
         while len(sums) <= full:
             k = len(sums)
             sums.append(sums[-1] + self._piece((k - 1) * width, k * width))
@@ -217,10 +220,6 @@ class TableIntegral(Integral):
 
     integrand: Table
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.integrand, Table):
-            raise ValueError(f"integrand = {self.integrand!r}: must be a Table")
-
     @cached_property
     def _curve(self) -> Any:
         """Antiderivative of the table between its first and last time."""
@@ -230,7 +229,7 @@ class TableIntegral(Integral):
     def _at_zero(self) -> Any:
         return self._since_first(0.0)
 
-    def span(self, duration: float) -> None:
+    def _divide(self, duration: float) -> None:
         """Do nothing: a table needs no pieces and no search."""
 
     def _since_first(self, t: Any) -> Any:
@@ -258,20 +257,26 @@ class Components(UserFunction, Declared):
         parts = (part if callable(part) else Quantity("").read(f"parts[{k}]", part) for k, part in enumerate(self.parts))
         object.__setattr__(self, "parts", tuple(parts))
 
+    def kinks_until(self, duration: float) -> tuple[float, ...]:
+        """Return the kinks of all parts [s]."""
+        return tuple(sorted({t for part in self.parts for t in kinks(part, duration)}))
+
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Return the values of all parts."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
 
 
-def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
-    """Return the numbers that a function gives, each as a function of the variables that returns a float.
+def component_functions(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
+    """Return the components of a function or number, each as a Python function of the variables that returns a float.
 
-    A Python function gives `size` numbers. A formula of other variables raises ValueError.
+    A Python function has `size` components. A formula of other variables raises ValueError.
     """
     if isinstance(function, Components):
-        return [each for part in function.parts for each in numbers_of(part, variables)]
-    if hasattr(function, "kinks_until"):  # a `Piecewise`, whose value is a function
-        return numbers_of(function.value, variables, size)
+        return [each for part in function.parts for each in component_functions(part, variables)]
+    from .piecewise import Piecewise  # which imports this module
+
+    if isinstance(function, Piecewise):
+        return component_functions(function.value, variables, size)
     if isinstance(function, Expression):
         return [function.of(variables)]
     if not callable(function):
@@ -280,7 +285,6 @@ def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[C
 
 
 def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
-    """Return the function of component i."""
     return lambda *values: function(*values)[i]
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ..elements import Motion, Ramp
 from ..elements.element import GROUND
 from ..elements.load import Stateful
-from ..functions import numbers_of
+from ..functions import component_functions
 from ..functions.values import has_user_code
 from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
@@ -262,7 +262,7 @@ class Builder:
             self.motions.append((MotionKind.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:
-            functions = [function_pointer(numbers_of(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
+            functions = [function_pointer(component_functions(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
             if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
                 self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.pointers += functions

@@ -12,7 +12,7 @@ from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
 from ..elements.motor import CREEP
 from ..elements.references import holder_reference
-from ..functions import TURN, numbers_of
+from ..functions import TURN, component_functions
 from ..imports import extensions
 from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
@@ -95,7 +95,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 
 def _add_function(builder: Builder, function: object, variables: Sequence[str], about: str, components: int = 1) -> int:
     """Add a law of functions without parameters of its own, one for each component; return its index."""
-    pointers = [function_pointer(each, len(variables)) for each in numbers_of(function, variables, components)]
+    pointers = [function_pointer(each, len(variables)) for each in component_functions(function, variables, components)]
     return builder.add_law(key=None, kind=ForceKind.LAW, numbers=(), pointers=pointers, about=about)
 
 

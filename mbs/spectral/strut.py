@@ -6,7 +6,7 @@ from typing import cast
 from ..elements import Link, Strut
 from ..elements.element import GROUND
 from ..elements.strut import StrutLaw
-from ..functions import numbers_of
+from ..functions import component_functions
 from ..laws.compiled import function_pointer
 from .builder import Builder
 from .tables import ForceKind, MeasureKind
@@ -66,7 +66,7 @@ def _add_spring(builder: Builder, body: StrutBody) -> None:
     """Add the spring between a strut's ends; `lawtable.strut` lists its numbers."""
     link, strut = body.link, cast(Strut, body.link.body)
     spring = StrutLaw(strut, builder.mechanism.length(link.name))
-    (load_function,) = numbers_of(strut.load, ["u"])  # of the shortening over the length
+    (load_function,) = component_functions(strut.load, ["u"])  # of the shortening over the length
     load = function_pointer(load_function, arguments=1)
     key = ("strut", strut.load)  # struts with the same load share a law
     law = builder.add_law(key, ForceKind.STRUT, numbers=(), pointers=[load], about=f"the load of strut '{link.name}'")

@@ -3,7 +3,7 @@
 import pytest
 
 from buckler.mbs import Force, Guide, Link, Mechanism, Revolute, Rigid, States, Torque, equilibrium, frequencies, path, periodic
-from buckler.mbs.functions import numbers_of
+from buckler.mbs.functions import component_functions
 from buckler.mbs.laws.compiled import function_pointer
 
 
@@ -107,7 +107,7 @@ def test_a_law_with_helpers_of_its_own_is_compiled():
     def law(t, angle, speed, x):
         return error(t, angle) + x, speed
 
-    assert all(function_pointer(each, 4).compiled for each in numbers_of(law, ["t", "angle", "speed", "state1"], 2))
+    assert all(function_pointer(each, 4).compiled for each in component_functions(law, ["t", "angle", "speed", "state1"], 2))
 
 
 def test_kinks_of_a_law_with_states_are_found():

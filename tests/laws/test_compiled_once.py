@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from buckler.mbs.functions import TURN, Components, Expression, numbers_of
+from buckler.mbs.functions import TURN, Components, Expression, component_functions
 from buckler.mbs.laws import compiled
 from buckler.mbs.laws.compiled import evaluate_compiled, function_pointer
 
@@ -34,7 +34,7 @@ def called(pointer, *values):
 
 @pytest.mark.parametrize("text", FORMULAS)
 def test_a_formula_is_machine_code_and_right(text):
-    pointer = function_pointer(numbers_of(Expression(text), TURN)[0], 3)
+    pointer = function_pointer(component_functions(Expression(text), TURN)[0], 3)
     assert pointer.compiled
     for values in np.random.default_rng(5).uniform(-1, 1, (20, 3)):
         assert called(pointer, *values) == pytest.approx(FORMULAS[text](*values), rel=1e-14)
@@ -42,7 +42,7 @@ def test_a_formula_is_machine_code_and_right(text):
 
 
 def test_components_and_states_are_compiled_too():
-    parts = numbers_of(Components((Expression("state1*t"), Expression("2*x"))), ["t", "x", "y", "vx", "vy", "state1"])
+    parts = component_functions(Components((Expression("state1*t"), Expression("2*x"))), ["t", "x", "y", "vx", "vy", "state1"])
     assert all(function_pointer(part, 6).compiled for part in parts)
 
 
