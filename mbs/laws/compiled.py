@@ -41,22 +41,24 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     members = {name: getattr(law, name) for name in used}
     values: list[Any] = [compile_method(law, name, jit) if callable(each) else float(each) for name, each in members.items()]
     law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
-    inner, bound = compile_plain(function, jit), law_type(*values)
+    inner, bound = compile_function(function, jit), law_type(*values)
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
-def compile_plain(function: Callable[..., object], jit: Callable[..., object], outer: Callable[..., object] | None = None) -> Any:
-    """Compile a plain function, and the plain functions that it calls, by `jit`; by `outer`, if given, the function itself."""
-    if not isinstance(function, types.FunctionType):
-        return function
+def compile_function(function: Callable[..., object], jit: Callable[..., object]) -> Any:
+    """Compile a function, and the Python functions that it calls, by `jit`; return anything else unchanged."""
+    return jit(with_compiled_names(function, jit)) if isinstance(function, types.FunctionType) else function
+
+
+def with_compiled_names(function: types.FunctionType, jit: Callable[..., object]) -> types.FunctionType:
+    """Copy a function with compiled functions in its globals and closure; a function that may raise an error is a TypeError."""
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
-    names = function.__code__.co_names  # without those that only functions within it use
-    used = {name: compile_plain(each, jit) for name, each in function.__globals__.items() if name in names}
-    cells = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
+    names = function.__code__.co_names  # a name that only a nested function uses is not among them
+    used = {name: compile_function(each, jit) for name, each in function.__globals__.items() if name in names}
+    cells = tuple(types.CellType(compile_function(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
     used["__name__"] = function.__module__
-    plain = types.FunctionType(function.__code__, used, function.__name__, function.__defaults__, cells)
-    return (outer or jit)(plain)
+    return types.FunctionType(function.__code__, used, function.__name__, function.__defaults__, cells)
 
 
 def stamp_of(*paths: Path) -> str:
@@ -79,8 +81,8 @@ def compile_cached(function: Callable[..., object], stamp: str, **options: objec
     except RuntimeError:  # no folder can be written
         return numba.njit(error_model="numpy", **options)(function)
     module = function.__module__.rpartition(".")[2]
-    # Numba names its files module.name-line..., with the stamp module.name_stamp-line...; those of a longer name that begins so
-    # match too, but files in use have the same stamp
+    # Numba names its files module.name_stamp-line... The pattern also matches functions with a longer name of the same module.
+    # Their files in use have this stamp, too, as all functions of a module are compiled with one stamp.
     for old in Path(found.stats.cache_path).glob(f"{module}.{name}[_-]*"):
         if stamp not in old.name:
             old.unlink(missing_ok=True)
@@ -94,7 +96,7 @@ def function_pointer(function: Callable[..., object], arguments: int) -> Pointer
         key: tuple[Any, ...] = ("method", type(law), _identify(law), name, arguments)
         compile_with = partial(compile_method, law, name)
     else:
-        key, compile_with = (_identify(function), arguments), partial(compile_plain, function)
+        key, compile_with = (_identify(function), arguments), partial(compile_function, function)
     if None in key:  # code or values are not known
         return _compile_pointer(compile_with, arguments) or _make_callback(function, arguments)
     if key not in _COMPILED:
@@ -130,15 +132,16 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return type(thing), repr(thing)
     head: object
     parts: Sequence[object]
-    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have; hash fails for lists
+    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
     if isinstance(thing, types.FunctionType):
         head, parts = thing.__code__, _values_used(thing)
     elif has_equality or callable(thing) or isinstance(thing, types.ModuleType):
+        # the object is its own key: by its equality, or by its identity as a built-in or compiled function or a module
         try:
             hash(thing)
-        except TypeError:
+        except TypeError:  # such as a list
             raise _UnknownError from None
-        return type(thing), thing  # the object is its own key
+        return type(thing), thing
     elif hasattr(thing, "__dict__"):
         head, parts = type(thing), [*thing.__dict__.items()]  # its present attributes
     else:

@@ -9,7 +9,7 @@ of the pair is plain Python.
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any, Protocol
@@ -20,7 +20,7 @@ from .. import laws
 from ..geometry import Array
 from ..process import has_compiler
 from . import journal
-from .compiled import Pointer, compile_cached, compile_plain, function_pointer, stamp_of
+from .compiled import Pointer, compile_cached, compile_function, function_pointer, stamp_of, with_compiled_names
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
 from .journal import add_forces
 from .pieces import NormalLaw
@@ -130,7 +130,7 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     report = journal.make_report(
         normal=lambda _numbers, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
         friction=lambda _numbers, speed, bristle: bristle_law.coefficient(speed, bristle),
-        bristle_after=lambda _numbers, bristle, speed, time: bristle_law.after(bristle, speed, time),
+        bristle_after=lambda _numbers, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
     )
     return Kernel(_with_report(_forces, report), report, compiled=False)
 
@@ -181,12 +181,12 @@ def _friction(numbers: Array, speed: float, bristle: float) -> float:
     return friction(_laws_of(numbers), LawRow.FRICTION, speed, bristle)
 
 
-def _bristle(numbers: Array, bristle: float, speed: float, time: float) -> float:
-    return bristle_after(_laws_of(numbers), LawRow.FRICTION, bristle, speed, time)
+def _bristle(numbers: Array, bristle: float, speed: float, duration: float) -> float:
+    return bristle_after(_laws_of(numbers), LawRow.FRICTION, bristle, speed, duration)
 
 
 def _report(*_: object) -> None:
-    """Raise NotImplementedError: `_with_report` replaces this function by the report of joints."""
+    """Stand for the report of joints in the two functions below: `_with_report` copies them with a given report instead."""
     raise NotImplementedError
 
 
@@ -215,12 +215,12 @@ def _compile_functions() -> tuple[Any, Any]:
     from numba import float64, int64, void
 
     jit = numba.njit(error_model="numpy")
-    compiled_laws = [compile_plain(law, jit) for law in (_normal, _friction, _bristle)]
-    report = compile_plain(journal.make_report(*compiled_laws), jit)
-    files = (Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py"))
-    on_disk = partial(compile_cached, stamp=stamp_of(*files))  # for the two kernels, which contain the code of all others
-    forces = compile_plain(_with_report(_forces, report), jit, outer=on_disk)
-    fill_report = compile_plain(_with_report(_fill_report, report), jit, outer=on_disk)
+    compiled_laws = [compile_function(law, jit) for law in (_normal, _friction, _bristle)]
+    report = compile_function(journal.make_report(*compiled_laws), jit)
+    stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py")))
+    # only these two are kept on disk, as they contain the code of all others
+    forces = compile_cached(with_compiled_names(_with_report(_forces, report), jit), stamp)
+    fill_report = compile_cached(with_compiled_names(_with_report(_fill_report, report), jit), stamp)
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
     arguments = float64, vector, vector, table, offsets, table
     forces.compile(void(*arguments, vector))

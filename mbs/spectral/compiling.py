@@ -27,7 +27,7 @@ from numba.core.event import Event, Listener, register
 from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
-from ..laws.compiled import compile_cached, compile_plain, stamp_of
+from ..laws.compiled import compile_cached, compile_function, stamp_of
 from ..process import COMPILING
 from ..progress import Ticker, Watch, is_interactive
 
@@ -275,7 +275,7 @@ def view(array, first, count):
 
 def compile_law(function: F) -> F:
     """Compile a plain function of `laws`, and those that it calls, as kernel functions; `laws` itself does not import this."""
-    return compile_plain(function, kernel_function)
+    return compile_function(function, kernel_function)
 
 
 @kernel_function
