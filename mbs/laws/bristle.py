@@ -20,14 +20,14 @@ class _Bristle(Declared):
     static: float = quantity("1", low="dynamic", doc="mu_s")
     dynamic: float = quantity("1", above=0, doc="mu_d")
     v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic")
-    bristle_stiffness: float = quantity("1/m", above=0, doc="s0: a stuck body moves by mu/s0", default=1e5)
+    bristle_stiffness: float = quantity("1/m", above=0, doc="s0: a stuck body moves by mu/s0", default=1e5)  # chosen: 3 um at 0.3
     bristle_damping: float = quantity("s/m", low=0, doc="s1: damps the vibration of a stuck body", default=0.0)
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     exponent: ClassVar[float] = 2.0  # of g(v)
 
     def limit(self, speed: Reals) -> Reals:
-        """Return g(v) [1] at a speed [m/s], which limits the coefficient of a stuck body."""
+        """Return g(v) [1] at a speed [m/s], the largest coefficient of a stuck body."""
         return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, self.exponent)
 
     def stored(self, bristle: Reals) -> Reals:
@@ -93,7 +93,7 @@ class Stiction(_Bristle):
         """Return the signed coefficient [1] at a speed [m/s] and a deflection [m]."""
         limit = self.limit(speed)
         bending = self.bristle_stiffness * bristle + self.bristle_damping * speed
-        return limit * saturate(bending / limit) + self.viscous * speed
+        return limit * saturate(bending / limit) + self.viscous * speed  # bending clipped to [-limit, limit]
 
     def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
         """Return the deflection [m] after a time [s] at constant speed [m/s]."""

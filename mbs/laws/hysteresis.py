@@ -9,8 +9,8 @@ from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import ClassVar
 
-from ..declare import Declared, Quantity, declared, quantity
-from ..validate import non_negative
+from ..declare import Declared, declared, quantity
+from ..validate import non_negative, number
 from .normal import PowerLaw
 from .pieces import Reals, ramp
 from .rebound import chi_exact, restitution
@@ -29,7 +29,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     def agree(self) -> None:
         """Raise a ValueError at a pole of the hysteresis factor, or if it is negative, so that energy would be created."""
         if self.pole_at_zero:
-            Quantity("1", 0.0, 1.0, open_low=True).read("restitution", self.restitution)
+            number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
         non_negative("chi", self.chi, "1")
 
     @staticmethod
@@ -44,10 +44,10 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Return the contact force [N] at depth [m], rate [m/s], positive when penetrating, and onset speed > 0 [m/s]."""
-        return self.stiffness * ramp(depth) ** self.exponent * ramp(1.0 + self.chi * rate / onset)
+        return self.stiffness * ramp(depth) ** self.exponent * ramp(1.0 + self.chi * rate / onset)  # ramp(x) is max(0, x)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Return the restitution delivered [1], the same for every mass and speed."""
+        """Return the restitution delivered [1], here the same for every mass and speed; other laws depend on them."""
         return restitution(self.chi)
 
 
@@ -187,7 +187,7 @@ class HuGuo(HysteresisLaw):
 
 
 class CarvalhoMartins(HysteresisLaw):
-    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit; delivers e to 2e-4 for e from 0.5.
+    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit; delivers e with an error of at most 2e-4 for 0.5 <= e <= 1.
 
     References
     ----------

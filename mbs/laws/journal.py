@@ -1,14 +1,15 @@
 """Contact of a pin in a bush with clearance c: kinematics and forces, as functions of floats and arrays.
 
 The pin of radius R belongs to the first body, the bush to the second. Let r_p and r_b be their centres, e = r_p - r_b,
-n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c, the force on the pin F = -F_N n - mu F_N t. F and its opposite act
-at the same point P = r_p + R n, so that forces and moments balance to rounding. The friction coefficient mu depends on the speed
-at which the surface of the pin slides over the surface of the bush at P.
+n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin is F = -F_N n - mu F_N t. F and its opposite act at
+one point P = r_p + R n, on the surface of the pin, so that forces and moments balance to rounding. The signed friction
+coefficient mu depends on the speed along t at which the pin's surface slides over the bush's surface at P.
 
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
 law computes the present one: the bristle has slid since that step at the mean of the sliding speeds then and now.
 
-Laws take the numbers and the state of a joint, and are no objects: so `laws.contact` compiles this module once for all laws.
+The three laws of a joint are functions of a row of numbers. So `laws.contact` compiles this module once, with functions that
+read kind and parameters of both laws from the row.
 """
 
 from collections import namedtuple
@@ -34,7 +35,7 @@ ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 RADIUS = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after 8 numbers: place (x, y) and arm (x, y) of both ends."""
 GAP = RADIUS + 1
-"""Column of the clearance [m] in a joint's row of numbers."""
+"""Column of the clearance c [m] in a joint's row of numbers; kinds and parameters of both laws follow."""
 TINY = 1e-300
 """Distance [m] added to |e|, so that a pin in the middle of its bush has n = 0 and not 0/0."""
 
@@ -87,8 +88,8 @@ def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins
 def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[..., None]:
     """Make the function that fills row j of an array with the `COLUMNS` of joint j, for joints with these laws.
 
-    The laws are normal(numbers, depth, rate, onset speed) [N], friction(numbers, sliding, bristle) [1] and
-    bristle_after(numbers, bristle, speed, time) [m], with a joint's row of numbers.
+    The laws are normal(numbers, depth, rate, onset speed) [N], friction(numbers, sliding, bristle), which returns mu [1], and
+    bristle_after(numbers, bristle, speed, duration) [m], with a joint's row of numbers.
     """
 
     def compute_columns(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
@@ -113,11 +114,14 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
 
 
 def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    """Sum the generalised forces (x, y, theta of each node) in `out`, cleared first, from the report `rows` of the joints."""
+    """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`.
+
+    `offsets` (joints, 2) are the indices in `out` of (x, y, theta) of both bodies' nodes, -1 for the ground.
+    """
     out[:] = 0.0
     for j in range(offsets.shape[0]):
         radius, row = numbers[j, RADIUS], rows[j]
-        if row[NORMAL] == 0.0:
+        if row[NORMAL] == 0.0:  # no contact
             continue
         pin, bush = _states(offsets[j], numbers[j], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P

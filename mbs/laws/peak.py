@@ -20,7 +20,8 @@ For Q = 0 this is exact; for chi = 0 it is F = Q + sqrt(Q^2 + S^2). Equation (4)
 
     F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2].                                           (4)
 
-It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, for restitutions of 0.2 and more.
+It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, for values of chi with which the law delivers a restitution of 0.2 or
+more (see `rebound.restitution`).
 """
 
 from typing import Any
@@ -34,8 +35,10 @@ _ELASTIC = 1e-8
 """Factor chi below which w = chi is used for the root of (2), with an error of chi^2."""
 _GAUSS = np.polynomial.legendre.leggauss(12)
 """Twelve Gauss points and weights on [-1, 1]."""
-_NODES, _WEIGHTS = (_GAUSS[0] + 1.0) / 2.0, _GAUSS[1] / 2.0
-"""Nodes and weights of Gauss quadrature on [0, 1]."""
+_NODES = (_GAUSS[0] + 1.0) / 2.0
+"""Nodes of Gauss quadrature on [0, 1]."""
+_WEIGHTS = _GAUSS[1] / 2.0
+"""Weights of Gauss quadrature on [0, 1]."""
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:

@@ -24,7 +24,7 @@ from ..validate import non_negative, number, positive
 from .pieces import NormalLaw
 
 _LONGEST = 1e6
-"""Time after which a body in contact counts as not rebounding, over `elastic_depth`/speed; without damping it leaves after 3."""
+"""Longest time of an impact that is integrated, over `elastic_depth`/speed; chosen. A body without damping leaves after 3."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
 """Relative tolerance of roots: four roundings."""
 

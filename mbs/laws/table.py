@@ -22,21 +22,22 @@ if has_compiler():
     from numba.extending import intrinsic
 
     @intrinsic
-    def call(_typing: Any, address: Any, arguments: Any) -> Any:
+    def call(_typing: Any, _address: Any, arguments_type: Any) -> Any:
         """Call the machine code at an address with the numbers of an array or a tuple."""
 
         def codegen(context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
             """Emit the call of the function at the address, which takes a pointer to doubles."""
+            address, arguments = values
             kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType().as_pointer()])
-            if isinstance(arguments, types.Array):  # its numbers lie in memory
-                data = context.make_array(arguments)(context, builder, values[1]).data
+            if isinstance(arguments_type, types.Array):  # its numbers lie in memory
+                data = context.make_array(arguments_type)(context, builder, arguments).data
             else:  # the numbers of a tuple are stored on the stack
-                data = cgutils.alloca_once(builder, ir.DoubleType(), size=len(arguments))
-                for i, (type_, value) in enumerate(zip(arguments, cgutils.unpack_tuple(builder, values[1]), strict=True)):
+                data = cgutils.alloca_once(builder, ir.DoubleType(), size=len(arguments_type))
+                for i, (type_, value) in enumerate(zip(arguments_type, cgutils.unpack_tuple(builder, arguments), strict=True)):
                     builder.store(context.cast(builder, value, type_, float64), cgutils.gep_inbounds(builder, data, i))
-            return builder.call(builder.inttoptr(values[0], kind.as_pointer()), [data])
+            return builder.call(builder.inttoptr(address, kind.as_pointer()), [data])
 
-        return float64(int64, arguments), codegen
+        return float64(int64, arguments_type), codegen
 
 else:
 
