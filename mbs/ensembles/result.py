@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ..geometry import Array
-from ..record.errors import LEVEL as CONFIDENCE
+from ..record.errors import CONFIDENCE
 from ..sensitivity.numbers import Family
 from ..units import label_with_unit
 from .members import Members

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from ..validate import near
 
-LEVEL = 0.95
+CONFIDENCE = 0.95
 """Probability with which a confidence interval contains the true value, of fits, ensembles and means: a convention."""
 SHOWN = 3
 """Number of signals with the largest errors that `repr` shows: they fit into a line."""
@@ -19,10 +19,10 @@ class Status(StrEnum):
     """Outcome of a run; any status but OK has a message that says what to do.
 
     OK and five others are statuses of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow
-    exponentially; SENSITIVE: more runs than allowed would be needed; both have the requested accuracy up to `error.until` only.
+    exponentially. SENSITIVE: more runs than allowed would be needed. Both have the requested accuracy up to `error.until` only.
     UNSTABLE: an equilibrium is not stable. UNSEEN: steps went over jumps or kinks of a user's function. All others ended early.
     LOCKED: the linkage cannot go on as it is driven. SINGULAR: its constraints no longer decide the motion. STRUT_OUT_OF_RANGE: a
-    strut is shorter than its law allows. The other names say what happened.
+    strut is shorter than its law allows.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class Norm(StrEnum):
 
 
 Key = tuple[str, Norm]
-"""A signal's name and a norm, always a member of `Norm`; only a key that is looked up may have the norm's text instead."""
+"""A signal's name and a norm."""
 
 
 class Deferred(Mapping[Key, float]):
@@ -131,8 +131,6 @@ class Errors(Mapping[Any, float]):
     >>> errors["B.x"], errors["B.x", "peak"], errors.motion
     (0.01, 0.02, 0.01)
 
-    Each error is estimated from the difference of two runs, up to the time `until`; see `mbs.accuracy`.
-
     Attributes
     ----------
     motion : float, largest error of all places; nan without an estimate
@@ -140,11 +138,11 @@ class Errors(Mapping[Any, float]):
         Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
         over their own norm. Empty without an estimate. Most are computed when they are read.
     sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative, in the signal's unit
-    kind : str, origin of the estimate, in words
+    kind : str, origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
     until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
-    turn : float
-        Period of revolution of the drive [s], 0 if no drive has a constant speed. A chaotic motion is divided into batches of
-        whole periods for its statistics.
+    drive_period : float
+        Period of revolution of the drive [s], 0 if no drive has a constant speed. Statistics of a chaotic motion are those of
+        batches of whole periods.
     unresolved : tuple of str, forces `F` that vibrate too fast for the steps, which resolve only their running means `F.mean`
     notes : tuple of str, remarks on the errors, in sentences
     """
@@ -154,7 +152,7 @@ class Errors(Mapping[Any, float]):
     sizes: Mapping[Key, float] = field(default_factory=dict)
     kind: str = ""
     until: float = nan
-    turn: float = 0.0
+    drive_period: float = 0.0
     unresolved: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

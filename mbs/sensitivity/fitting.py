@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from ..geometry import Array
 from ..imports import import_late
 from ..progress import USER_STOPS, watch, watching
-from ..record.errors import LEVEL
+from ..record.errors import CONFIDENCE
 from ..solvers import Spectral
 from ..units import unit_suffix
 from ..validate import one_of, whole
@@ -216,7 +216,7 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
 
 def _quantile(problem: FitProblem) -> float:
     """Return the half width of a 95 % interval in standard deviations: by Student's t unless these were given."""
-    return float(student.ppf(0.5 + LEVEL / 2, np.inf if problem.has_errors else problem.freedom))
+    return float(student.ppf(0.5 + CONFIDENCE / 2, np.inf if problem.has_errors else problem.freedom))
 
 
 def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..accuracy.demand import USUAL_ERROR
 from ..geometry import Array
-from ..record.errors import LEVEL, Key, Norm, Status
+from ..record.errors import CONFIDENCE, Key, Norm, Status
 from ..record.result import Result
 from .curve import Smooth
 from .reading import ARGUMENTS, parse_reading, read_number, value_of
@@ -141,13 +141,13 @@ def _sampling_error(call: ast.Call, function: str, result: Result, signals: Mapp
     n = len(values)
     if n < LEAST_BATCHES:
         return nan
-    quantile = t.ppf(0.5 + LEVEL / 2, n - 1)  # the 97.5 % quantile
+    quantile = t.ppf(0.5 + CONFIDENCE / 2, n - 1)  # the 97.5 % quantile
     return float(quantile * np.std(values, ddof=1) * n ** POWERS[function])
 
 
 def find_batch_edges(result: Result) -> Array:
     """Return the edges of batches [s]: whole revolutions of the drive, some `BATCHES` batches, or equal parts."""
-    end, period = float(result.time[-1]), result.error.turn  # period: time of a revolution, 0 if nothing revolves
+    end, period = float(result.time[-1]), result.error.drive_period  # 0 if nothing revolves
     if not period > 0 or end < LEAST_BATCHES * period:
         return np.linspace(0.0, end, BATCHES + 1)
     revolutions = max(1, round(end / period / BATCHES))
