@@ -7,8 +7,9 @@ steps up to a time add up to a missing amplitude A [N]. A force A cos(w t) gives
 it by up to A/(w^2 m): these are the errors of speed and place, and A/w is that of the impulse on m. The force of an impact is
 proportional to the speed of approach and errs by the same share.
 
-The mass m is not known exactly; it is at most half of the mass M of the mechanism. The record has running means of forces over
-the longest axial period that is possible, T = 2 pi sqrt(M/k), k the axial stiffness. So w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
+The mass m is not known. It is at most half of the mass M of the mechanism, and `MASS_RATIO` assumes this half. The record has
+running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, with k the axial stiffness. The frequency
+follows from this period: w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -24,11 +25,11 @@ from .trajectory import TINY, Trajectory
 Factor = Callable[[Array], Array]
 """Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 MASS_RATIO = 2.0
-"""Ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. The ratio is not known;
-as A and A/(w m) = A sqrt(M/m)/(2 pi M/T) increase with it, errors are rather under- than overestimated."""
+"""Assumed ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. All errors
+increase with the ratio, so that none is overestimated by this choice."""
 MOST_OVER_DIFFERENCE = 3.0
-"""Largest error by damping that is estimated for strips, over the difference of two runs. Such runs also differ by damping, as
-their steps damp unequally. Errors of most randomly drawn mechanisms are 2 to 5 times the difference; this is a middle value."""
+"""Largest error by damping that is estimated for strips, over the difference of two runs, whose steps damp unequally. Errors of
+most randomly drawn mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
@@ -55,9 +56,9 @@ def compute_lost_force(run: Trajectory, forces: Collection[str], factor: Factor)
 def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count only where nothing strikes, and errors are then `MOST_OVER_DIFFERENCE` times the difference of the runs at
-    most: strips also vibrate laterally, for which the formula gives too much. Deflections, which are lateral, then get no error.
-    No place errs by more than its own range.
+    Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much: so errors are then
+    at most `MOST_OVER_DIFFERENCE` times the difference of the runs, and deflections get none. No place errs by more than its own
+    range.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
     has_strips = bool(forces & run.strip_forces)

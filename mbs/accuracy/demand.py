@@ -1,8 +1,8 @@
 """Errors allowed of a run: by the accuracy that a user requested (`Asked`), or else by conventions (`Usual`).
 
-Without an accuracy, limits exist for what a drawing and a design need: places, journals, impulses and peaks of contacts,
-energies. Forces over time, rates and end shortenings of strips vibrate with a phase that depends on microseconds of an impact:
-their errors are limited only where the user names them. Errors are relative to `run.sizes`, see `trajectory`.
+Without an accuracy, limits exist for places, journals, impulses and peaks of contacts, and energies. Forces over time, rates and
+end shortenings of strips have none: they vibrate, and a shift of an impact by microseconds changes the phase of the vibration.
+Errors are relative to `run.sizes`, see `trajectory`.
 """
 
 from __future__ import annotations
@@ -30,10 +30,12 @@ PLACE_PEAK_ERROR = 1e-3
 """Error allowed of a place at any time, over the longest link (an angle: a radian) or the range, whichever is larger: a tolerance
 of manufacture. A convention."""
 STRUCK_PLACE_ERROR = 5e-3
-"""Root mean square of the error allowed of a place where bodies strike, stick or slip, over the length of `PLACE_PEAK_ERROR`: as
-much as an error of 5 % in the speed of a rebound causes."""
+"""Root mean square of the error allowed of a place where bodies strike, stick or slip, over the longest link or the range,
+whichever is larger: as much as an error of 5 % in the speed of a rebound causes. `PLACE_ERROR` holds as well. The error at any
+time then has no limit."""
 LAW_ERROR = COARSEST
-"""Error allowed of a journal's place, over its clearance, and of states of loads: 0.1, as their laws are known no better."""
+"""Error allowed of a journal's place, over its clearance, and of the states x of a load with equations dx/dt = f, over their
+largest values: 0.1, as their laws are known no better."""
 USUAL_ERROR = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
 ENERGIES = (
@@ -50,7 +52,7 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 class DeflectionLimits(NamedTuple):
     """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough.
 
-    An error of a deflection moves no place by more than itself; it is assumed to change forces and rates by the same share.
+    An error of a deflection moves no place by more than itself. It is assumed to change forces and rates by the same share.
     """
 
     rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite if no place has a limit
@@ -84,7 +86,7 @@ class Worst(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Signal, with the norm where it is not the usual one."""
+        """Signal, with the norm where it is not RMS."""
         signal, norm = self.key
         return signal if norm is Norm.RMS else f"{norm}({signal})"
 
@@ -93,8 +95,7 @@ class Worst(NamedTuple):
 class Asked:
     """An accuracy and the signals that shall have it: one of `WORDS`, names, or norms such as 'impulse(B.contact_force)'.
 
-    With 'forces' it holds for peaks and impulses of contacts, too. The root mean square error of a named signal is relative to
-    the signal's own size, all other errors to `run.sizes`.
+    The root mean square error of a named signal is relative to the signal's own size, all other errors to `run.sizes`.
     """
 
     accuracy: float
@@ -121,19 +122,16 @@ class Asked:
             return self._accuracies_by_name(run, [key_of(name) for name in self.of])
         if self.of == PLACES:
             return {(n, Norm.RMS): self.accuracy for n, s in run.signals.items() if s.kind in (Kind.PLACE, Kind.STATE)}
-        found = dict[Key, float]()
+        found = dict[Key, float]()  # `of` is ALL_FORCES
         for name, signal in run.signals.items():
-            is_running_mean = signal.period > 0
+            is_running_mean = signal.period > 0  # a signal `F.mean`, beside the force F, which has the limit
             if signal.kind in FORCE_KINDS and signal.unit in FORCE_UNITS and not is_running_mean:
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
                 found |= {(name, norm): self.accuracy for norm in norms}
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the errors allowed of named signals, relative to `run.sizes`.
-
-        The size of a component there is that of its vector. Its own size may be smaller, and so is then the limit of its rms.
-        """
+        """Return the errors allowed of named signals, relative to `run.sizes`, where a component has the size of its vector."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:
@@ -164,16 +162,17 @@ class Usual:
         found = dict[Key, float]()
         # of the places only those of journals have a `scale`, the clearance
         clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        # the error allowed of a journal [m], over the longest link: other places, which it moves, may err by this length or angle
+        # share of the longest link by which a journal may err; places that it moves may err by the same share, angles by it in
+        # rad
         journal_error = LAW_ERROR * min(clearances, default=0.0) / run.longest_link
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:
                 length_over_range = (run.longest_link if signal.unit == "m" else 1.0) / run.sizes[name, Norm.RMS]
                 larger_over_range = max(1.0, length_over_range)  # the larger one of the two, over the range
+                allowed = PLACE_ERROR
                 if run.strikes:
-                    allowed = min(PLACE_ERROR, STRUCK_PLACE_ERROR * larger_over_range)
+                    allowed = min(allowed, STRUCK_PLACE_ERROR * larger_over_range)
                 else:
-                    allowed = PLACE_ERROR
                     found[name, Norm.PEAK] = PLACE_PEAK_ERROR * larger_over_range
                 found[name, Norm.RMS] = max(allowed, journal_error * length_over_range)
             elif signal.kind in (Kind.PLACE, Kind.STATE):

@@ -1,7 +1,7 @@
 """Difference of two runs of one mechanism, signal by signal, in norms that bound the errors of maxima, means and integrals.
 
-Both runs are cubics between their samples and compared at the samples of both. Two maxima may agree by chance; a norm of the
-difference of two functions does not, and bounds the difference of their maxima, means and integrals:
+Both runs are cubics between their samples and compared at the samples of both. Two maxima may agree by chance. A norm of the
+difference of two functions does not, and bounds the difference of maxima, means and integrals:
 
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
@@ -25,16 +25,17 @@ from .impacts import Impacts, compare_impacts, match_times
 from .trajectory import CONTINUOUS, FORCE_KINDS, SMALL, TINY, Trajectory
 
 NEAR = 0.02
-"""Largest shift of two onsets that belong together, over the duration; farther ones are two events. A convention: twice the share
-of its range by which a place may be off (`demand.PLACE_ERROR`)."""
+"""Largest shift of two onsets that belong together, over the duration; farther ones are two events. A convention: twice
+`demand.PLACE_ERROR`."""
 BLOCK = 50_000
 """Most values that are compared at once, but one signal at least: they then stay in the processor's cache."""
 
 
 class Difference:
-    """Run a less run b, up to a time [s]; b, the finer one, gives the sizes. Norms are computed when they are first asked for.
+    """Run a less run b, up to a time [s]. Norms are computed when they are first asked for.
 
-    `sizes` are those of `Trajectory` in the norms RMS and PEAK; those in other norms are added with the norms.
+    A norm is relative to the size of the signal, by name and norm. Run b, the finer one, gives the sizes: those of `Trajectory`
+    in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
     """
 
     def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: Grid | None = None) -> None:
@@ -55,36 +56,28 @@ class Difference:
         return {key: self._found[key] for key in asked}, {key: self.sizes[key] for key in asked}
 
     def _compare(self, keys: list[Key]) -> dict[Key, float]:
-        """Return norms in the signals' units: of all continuous signals at once, of others those asked for."""
+        """Return norms in the signals' units; with one norm of a continuous signal all norms of all of them."""
         norms, signals = dict[Key, float](), {name: self.b.signals[name] for name, _ in keys}
         if any(signal.kind in CONTINUOUS for signal in signals.values()):
             for names, difference in self._continuous:
                 norms |= self._means_and_peaks(names, difference, self.grid.weights)
             del self._continuous  # frees memory: the norms of all continuous signals are known now
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
-        over_time, impacts, impulses = list[str](), list[str](), list[str]()  # names of signals by the way they are compared
-        for name, norm in jumping:
-            is_normal = is_normal_force(signals[name])
-            if norm is Norm.RMS or (norm is Norm.PEAK and not is_normal):
-                over_time.append(name)
-            elif is_normal:  # IMPULSE, PEAK, ONSET
-                impacts.append(name)
-            else:  # IMPULSE of another force
-                impulses.append(name)
+        normal = {name for name, _ in jumping if is_normal_force(signals[name])}
+        by_impact = [name for name, norm in jumping if name in normal and norm is not Norm.RMS]
+        over_time = [name for name, norm in jumping if norm is Norm.RMS or (norm is Norm.PEAK and name not in normal)]
         found = self._compare_over_time(dict.fromkeys(over_time))  # each name once, in order
-        for name in dict.fromkeys(impacts):
+        for name in dict.fromkeys(by_impact):
             found |= self._compare_impacts(name)
-        for name in impulses:
-            found |= self._compare_impulses(name)
+        for name, norm in jumping:
+            if norm is Norm.IMPULSE and name not in normal:
+                found |= self._compare_impulses(name)
         # the norm of a sum is at most the sum of the norms
         return norms | {(name, norm): found[name, norm] + self._possible_contact(name).get(norm, 0.0) for name, norm in jumping}
 
     @cached_property
     def _continuous(self) -> list[tuple[list[str], Array]]:
-        """Continuous signals of both runs in groups: names, and differences (signals, times).
-
-        They are kept from a call of `places` to that of `norms`, the last use, which deletes them.
-        """
+        """Continuous signals in groups: names, and differences (signals, times). `places` uses them first, then `norms`."""
         signals = self.b.signals
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
 
@@ -119,11 +112,11 @@ class Difference:
         """Grid on which matched onsets coincide, and a mask of its times, True next to a jump in either run."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
-        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads, at the same times in both runs
+        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads
         jumps_a = np.append(onsets_a[1:-1], kinks)
-        jumps_b = np.interp(jumps_a, onsets_a, onsets_b)
-        is_next_in_a = grid.find_jumps(grid.times_a, self.a.time, jumps_a)
-        return grid, is_next_in_a | grid.find_jumps(grid.times_b, self.b.time, jumps_b)
+        jumps_b = np.interp(jumps_a, onsets_a, onsets_b)  # moved as the onsets are, kinks as well
+        is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
+        return grid, is_next_in_a | _is_next_to_jump(grid.times_b, self.b.time, jumps_b)
 
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that onsets coincide, and without the times next to jumps."""
@@ -182,8 +175,8 @@ class Difference:
         """Return the force [N] of contacts that a better run might make where neither run touches, (times,).
 
         Depths are uncertain by their largest difference in the two runs, so that the possible depth is the larger one plus this.
-        The force is zero in each interval of positive possible depth in which a run touches: its force is compared elsewhere.
-        `b.elastic` gives the elastic force at a depth.
+        An interval of positive possible depth in which a run touches has no such force: the forces of the runs are compared. The
+        elastic part of the contact law, `b.elastic`, gives the force at a depth, zero where the depth is not positive.
         """
         if not len(b.depth):
             return np.empty(0)
@@ -192,14 +185,15 @@ class Difference:
         larger = np.maximum(depth_a, depth_b)
         possible, order = larger + np.abs(depth_a - depth_b).max(), self.grid.order
         is_possible = possible[order] > 0
-        interval = np.empty(len(order), int)  # number of the interval, of possible contact or between two of them
-        interval[order] = np.cumsum(is_possible != np.append(False, is_possible[:-1]))
-        touching = np.unique(interval[larger > 0])
+        begins = is_possible & ~np.append(False, is_possible[:-1])
+        interval = np.empty(len(order), int)
+        interval[order] = np.cumsum(begins)  # number of the last interval of possible contact that has begun
+        touching = interval[larger > 0]
         return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(possible, 0.0))))
 
 
 def norms_of(signal: Signal) -> tuple[Norm, ...]:
-    """Return the norms in which a signal is compared: an energy only in root mean square."""
+    """Return the norms in which a signal is compared; an energy only in RMS, the one norm in which it has a limit."""
     if signal.kind is Kind.ENERGY:
         return (Norm.RMS,)
     impulse = (Norm.IMPULSE,) if signal.kind in FORCE_KINDS else ()
@@ -209,6 +203,17 @@ def norms_of(signal: Signal) -> tuple[Norm, ...]:
 def is_normal_force(signal: Signal) -> bool:
     """Return True for the normal force of a contact."""
     return signal.kind is Kind.CONTACT and not signal.group and signal.unit == "N"  # components have a group
+
+
+def _is_next_to_jump(times: Array, samples: Array, jumps: Array) -> Array:
+    """Return a mask of times of a run, True from the sample before a jump to the sample after it, or for a jump at a sample."""
+    near = 1e-6 * float(samples[-1])  # chosen: a jump this near to a sample [s] is at the sample
+    after = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
+    before = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
+    first, last = samples[np.minimum(before, after)], samples[np.maximum(before, after)]
+    begun = np.searchsorted(np.sort(first), times, side="right")  # number of intervals from first to last that have begun
+    ended = np.searchsorted(np.sort(last), times)  # number of those that end before the time
+    return np.asarray(begun > ended)
 
 
 def _samples(run: Trajectory, names: list[str], has_rates: bool, smooth: bool) -> tuple[Array, Array]:
@@ -228,6 +233,7 @@ class Grid:
 
     def __init__(self, time_a: Array, time_b: Array, matched: Array) -> None:
         matched_a, matched_b = matched
+        # samples before the end, which is a matched time; 1e-12 is chosen, above the rounding of the end
         a, b = (time[time < end * (1 - 1e-12)] for time, end in zip((time_a, time_b), matched[:, -1], strict=True))
         b_in_a, a_in_b = np.interp(b, matched_b, matched_a), np.interp(a, matched_a, matched_b)
         self.times_a, self.times_b = np.concatenate([a, b_in_a, matched_a]), np.concatenate([a_in_b, b, matched_b])
@@ -249,17 +255,4 @@ class Grid:
         """Weights of the trapezoidal rule [s], (times,)."""
         steps, found = np.diff(self.times_a[self.order]), np.empty(len(self.times_a))
         found[self.order] = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
-        return found
-
-    def find_jumps(self, times: Array, samples: Array, jumps: Array) -> Array:
-        """Return a mask of the grid's `times` in one run: True from its sample before a jump [s] to its sample after it."""
-        near, times = 1e-6 * float(samples[-1]), times[self.order]
-        # a jump this near to a sample is at the sample, which is then both the one after and the one before the jump
-        after = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
-        before = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
-        first, last = samples[np.minimum(before, after)], samples[np.maximum(before, after)]
-        changes, found = np.zeros(len(times) + 1, int), np.empty(len(times), bool)
-        np.add.at(changes, np.searchsorted(times, first), 1)  # an interval begins
-        np.add.at(changes, np.searchsorted(times, last, side="right"), -1)  # an interval has ended
-        found[self.order] = np.cumsum(changes[:-1]) > 0
         return found

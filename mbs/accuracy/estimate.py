@@ -4,11 +4,11 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
-A first pair does not show the order q. A low one is assumed, so that the error is overestimated where the true order is higher
-(the values are `levels.Orders`). With q = 1/3 and tolerances in the ratio 8 the estimated error is the difference itself. If the
-true order is between 1.46 and 0.2, the true error is 0.05 to 2 times that. Later pairs show the order, see `estimate_gains`.
-This is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009; the run itself
-is not extrapolated.
+A first pair does not show the order q. A low one of `levels.Orders` is assumed, which overestimates the error where the true
+order is higher. With q = 1/3 and tolerances in the ratio 8 the estimated error is the difference itself. If the true order is
+between 1.46 and 0.2, the true error is 0.05 to 2 times the estimated one. Later pairs show the order, see `estimate_gains`. This
+is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without
+extrapolation.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,8 +25,8 @@ much is the most by which two motions within one range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5
-"""Least share of windows, from one to the last, in which runs are separate if they separate there: the different instants of one
-impact separate them briefly."""
+"""Share of the windows from the separation to the end in which runs must be separate: one impact at two different instants
+separates them briefly."""
 LAST_WINDOWS = 10
 """Windows at the end in which no separation begins: too few are left to see whether it lasts."""
 LEAST_ERROR = float(np.sqrt(np.finfo(float).eps))
@@ -39,11 +39,11 @@ def estimate_gains(
 ) -> dict[Key, float]:  # fmt: skip
     """Estimate the ratio of errors of the coarser to the finer run of a pair, for each signal and norm.
 
-    Let r be the ratio of tolerances of this pair, s of the one before. Differences fall by before/now = (s^q - 1)/(1 - r^-q).
-    Fixed-point iteration solves this for q. With r = s = 8 each iteration
-    reduces the error of q by the factor 8^-q; 20 iterations from 0.5 leave 1e-5 at q = 1/4 and less above.
+    Let r be the ratio of tolerances of this pair, s of the one before; `ratios` are (r, s). The ratio of differences before/now
+    is (s^q - 1)/(1 - r^-q), which fixed-point iteration solves for q. With r = s = 8 each iteration reduces the error of q by the
+    factor 8^-q: 20 iterations from 0.5 leave 1e-5 at q = 1/4 and less above.
 
-    `ratios` are (r, s). `orders` returns for a signal the order of a first pair, and the least and the largest of later ones.
+    `orders` returns for a signal the order assumed of a first pair, and the least and the largest of later pairs.
     """
     gains, (ratio, ratio_before) = dict[Key, float](), ratios
     for key, difference in now.items():
@@ -63,10 +63,7 @@ def estimate_errors(differences: Mapping[Key, float], gains: Mapping[Key, float]
 
 
 class Separation:
-    """Difference of two runs over time, the largest of all places: relative to their ranges, and to the allowed errors.
-
-    The allowed error is that of the root mean square. To compare the difference at each time with it is the stricter test.
-    """
+    """Difference of two runs over time, the largest of all places: over their ranges, and over the allowed errors in RMS."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
         self.time, self.end = pair.grid.times_a, pair.end  # times at which the runs are compared, not in order; the last [s]

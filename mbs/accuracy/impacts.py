@@ -1,8 +1,8 @@
 """Difference of the forces of one contact in two runs, impact by impact: impulses, peaks and times of onset.
 
 Impacts are not paired by number: after a graze that only one run has, all pairs would be wrong. Impulses are compared by Levy's
-distance of two increasing functions of time (P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, 1937),
-which hardly changes where one impact is resolved as two; peaks by the highest force that the other run has nearby.
+distance of two increasing functions of time (P. Levy, Theorie de l'addition des variables aleatoires, Gauthier-Villars, 1937).
+It hardly changes where one impact is resolved as two. Peaks are compared by the highest force that the other run has nearby.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ bending strip touches zero within a blow."""
 LEAST_DISTANCE = -9.0
 """Decimal logarithm of the least result of `levy`: it is below the least error that is estimated (`estimate.LEAST_ERROR`)."""
 BISECTIONS = 10
-"""Bisections of the logarithm of that distance, of 9 decades: it is then known to 2 %."""
+"""Bisections of the logarithm of the result of `levy`, over 9 decades: the result is then known to 2 %."""
 
 
 class ImpactTable(NamedTuple):
@@ -68,8 +68,9 @@ class Impacts:
         is_distinct = gap > SPLIT * (time[after] - time[first])[:-1]
         is_first, is_last = np.append(True, is_distinct), np.append(is_distinct, True)
         first, before, after = first[is_first], before[is_first], after[is_last]
-        peaks = _find_maxima(force, first, after + 1)
-        vertices = _find_maxima(_find_vertices(time, force), first, after + 1)
+        beyond = after + 1  # the sample `after` is still in contact where the run ends in contact
+        peaks = _find_maxima(force, first, beyond)
+        vertices = _find_maxima(_find_vertices(time, force), first, beyond)
         table = ImpactTable(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
         return cls(time, force, impulse, table, end)
 
@@ -104,22 +105,22 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
 def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: Array) -> float:
     """Bound the error of the highest peak of b, over that peak, from the highest forces of each run at impacts of the other.
 
-    `highest_b` is the force of b at the impacts of a [N], `highest_a` that of a at the impacts of b. The excess of a peak is its
-    height above this force of the other run, or 0. If only one run has an impact in two parts, one peak of the other covers both.
-    The peaks of one impact may agree by chance. So no peak of b is known better than the relative scatter s of all peaks:
+    `highest_b` is the highest force of b during each impact of a [N], `highest_a` that of a during each impact of b. The excess
+    of a peak is its height above this force of the other run, or 0. The peaks of one impact may agree by chance. So no peak of b
+    is known better than the relative scatter s of all peaks:
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 
-    It is a mean with weights F^4, so that an impact half as high counts a sixteenth. The first sum is over impacts of a and of b
-    that both runs have; of two peaks of one impact only the higher one has an excess. The bounds are those of b. The peaks of a,
-    the coarser run, can only raise the upper one.
+    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 count an impact half as high as a
+    sixteenth. Each peak of b has an upper and a lower bound, by the scatter, its excess and the vertex between its samples. The
+    peaks of a, the coarser run, can only raise the largest upper bound.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
     weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))  # (excess/F) F^2
     scatter = np.sqrt(np.sum(weighted**2) / np.sum(b.peak**4)) * b.peak
-    upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # bounds of the highest force of b [N]
-    lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()
+    upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # [N]
+    lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()  # [N]
     peak = b.peak.max()
     return float(max(upper - peak, peak - lower) / peak)
 
@@ -154,10 +155,10 @@ def _find_vertices(time: Array, force: Array) -> Array:
 def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float) -> float:
     """Compute Levy's distance of two impulses: the least e with J_b(t - e unit) - e J <= J_a(t) <= J_b(t + e unit) + e J.
 
-    J_a(t), J_b(t) are the impulses up to t, given with their times; J is J_b(end). `unit` is the mean time between impacts [s]: a
-    shift by a share of it counts as much as an error of the same share of J. The result is at most 1, also for larger distances.
-    The least e is found by bisection of its logarithm. Times t that meet the inequalities at an e meet them at all larger ones;
-    so, once an e is too small, only the times that failed there are looked at further.
+    J_a(t) and J_b(t) are the impulses up to t, given with their times; J is J_b(end). `unit` is the mean time between impacts
+    [s]. The inequalities are tested at the samples of a. The result is at most 1. The least e is found by bisection of its
+    logarithm. A time that meets the inequalities at an e meets them at all larger ones. So only the times that failed at the
+    largest e that is too small are tested further.
     """
     (time_a, impulse_a), (time_b, impulse_b) = a, b
     grid = np.append(time_a[time_a < end], end)

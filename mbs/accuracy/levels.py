@@ -6,16 +6,15 @@ tol^(3/4) at best: h^3 is the local error of the forces of Radau IIA with 3 stag
 Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps ~ tol^(1/3). Loop closure
 integrates nothing: only its samples can be too few.
 
-The degree of a strip is chosen by the last two terms of the polynomials in its deflection, which must be small enough. The
-difference of two runs is not enough: runs of neighbouring degrees may agree by chance.
-Where errors of forces or rates are limited, the terms at any time are compared with the largest deflection of their strip. Where
-errors of places are limited, the root mean square of the terms is compared with the allowed error [m].
+The degree of a strip is chosen by the last two terms of the polynomials in its deflection, which must be small enough: runs of
+neighbouring degrees may agree by chance. If errors of forces or rates are limited, the terms at any time are compared with the
+largest deflection of their strip. If errors of places are, their root mean square is compared with the allowed error [m].
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import ceil, log, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -37,8 +36,8 @@ STICKING = 1 / 128
 DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link, between two examples. A fifth of it would lower the error of a double pendulum of 10 s
-from 6e-5 to 4e-6. But a modal rocker with rattling pins, which is chaotic, would then take eight runs instead of fewer."""
+"""Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6,
+but a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
@@ -55,8 +54,6 @@ PREFIX = 1 / 8
 is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
 SHORT_RUN = 5000
 """Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
-
-
 Runner = Callable[[Mechanism, float, Any], Run]
 """Function that makes one run of a mechanism for a duration [s] by a solver."""
 
@@ -91,8 +88,9 @@ class Levels:
     duration: float
     solver: Any
     place_error: float = PLACE_ERROR  # allowed of a place, over its range; a smaller one makes the first tolerance smaller
-    damping: Factor | None = field(default=None, init=False)  # by a step; None if unknown or different in levels
 
+    damping: ClassVar[Factor | None] = None
+    """Factor by which a step damps the amplitude of a vibration; None if it is unknown or different in levels."""
     ratio = 8.0
     """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
     q = 1/4, by 0.8 at 3/4."""
@@ -117,7 +115,6 @@ class Levels:
         """Make the function that runs the mechanism with the settings of a level until a time [s]."""
 
         def run_level(level: Level, end: float) -> Run:
-            """Run the mechanism with the settings of a level."""
             mechanism, solver = self.settings(level)
             return run(mechanism, end, solver)
 
@@ -184,7 +181,8 @@ class SpectralLevels(Levels):
         coarseness = level.tolerance / second_tolerance
         longest = self.duration / SECOND_LEVEL_STEPS * coarseness ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
-        contact = min(0.5, self.solver.contact_tolerance * coarseness ** (2 / 3))  # convention: a quarter per level, at most 0.5
+        # the tolerance of the depth of a contact: chosen, a quarter of that of the level before, 8^(-2/3), and at most 0.5
+        contact = min(0.5, self.solver.contact_tolerance * coarseness ** (2 / 3))
         meshed = any(link.body.meshed for link in self.mechanism.links)
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
         return self.mechanism, replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)

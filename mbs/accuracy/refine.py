@@ -4,10 +4,9 @@
 
 `run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
 difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
-to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If the third separates from the second
-sooner, the motion is chaotic: no finer run is made, and errors hold up to about t1. Two runs of a chaotic motion separate as
-exp(t/t_L), t_L the Lyapunov time, so that each refinement delays the separation by the same time. An error of the phase of a
-regular motion grows only by a power of time.
+to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If it delays it by less, the motion is
+chaotic and errors hold up to about t1: two runs of a chaotic motion separate as exp(t/t_L), t_L the Lyapunov time, so that each
+refinement delays the separation by the same time. An error of the phase of a regular motion grows only by a power of time.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -35,11 +34,11 @@ CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGI
 MOST_LEVELS = 2
 """Most levels by which one refinement goes finer: with three, the third run is wasted in half of the cases."""
 CONFIRMED = 2
-"""Refinements in a row that must delay the separation too little before a motion is chaotic; one where pins rattle, as each costs
-a run. One alone would call stick-slip chaotic, whose coarse runs do not resolve the bristles."""
+"""Refinements in a row that must delay the separation too little before a motion is chaotic. One would call stick-slip chaotic,
+whose coarse runs do not resolve the bristles. Where pins rattle, one is enough: each costs a run."""
 LATER = 0.5
-"""Share of the time from separation to end that the refinements left must gain, if each gains the mean delay of those made.
-It is below 1, as single delays vary: for a double pendulum the predicted share was 0.84, and yet its next run reached the end."""
+"""Share of the time from separation to end that the refinements left must gain, if each gains the mean delay of those made. It is
+below 1, as delays vary: a double pendulum of the predicted share 0.84 reached the end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 UNKNOWN = Worst(key=("", Norm.RMS), error=inf, allowed=1.0)
@@ -98,11 +97,11 @@ class _Trial:
         return Trajectory.of(self.run)
 
 
+@dataclass(eq=False)
 class _FailedError(Exception):
     """A run ended early."""
 
-    def __init__(self, run: Run) -> None:
-        self.run = run
+    run: Run
 
 
 class _Pair:
@@ -114,10 +113,11 @@ class _Pair:
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
         self.separation = Separation(self.difference, self.allowed)
+        self.separates = self.separation.start < inf
 
 
 class _Refinement:
-    """State of one refinement: the number of runs, the best answer so far, and the differences of the pair of runs before."""
+    """State of one refinement."""
 
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
@@ -155,9 +155,9 @@ class _Refinement:
     def refine_further(self, coarse: _Trial, fine: _Trial) -> CheckedRun:
         """Compare the last two runs, and refine until the error is allowed, the motion is found chaotic or no runs are left."""
         pair = _Pair(coarse, fine, self.demand)
-        if pair.separation.start == inf:
+        if not pair.separates:
             pair = self.complete(pair)  # a part of the motion showed no separation, the whole may
-        if pair.separation.start < inf:
+        if pair.separates:
             self.first_separation = pair.separation.start, pair.fine.level.tolerance
             found = self.look_for_chaos(pair)
             if isinstance(found, CheckedRun):
@@ -171,7 +171,7 @@ class _Refinement:
             estimate = self.choose_estimate(pair)
             now, _ = pair.difference.norms(pair.allowed)
             worst = find_worst(pair.allowed, estimate(now))
-            excess = worst.ratio  # error of the worst signal over the allowed one
+            excess = worst.ratio
             self.best = partial(self.finish, pair, estimate)  # computed only if it is the answer
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
             # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
@@ -185,7 +185,7 @@ class _Refinement:
             if status is not None:
                 return self.best() if status is Status.SUSPECT else self.answer_until(pair, status)
             self.before, self.ratio_before = now, pair.ratio
-            level = self.next_level(pair.fine, self.find_ratio(excess, pair.separation.start < inf))
+            level = self.next_level(pair.fine, self.find_ratio(excess, pair.separates))
             pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
@@ -197,7 +197,7 @@ class _Refinement:
         separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
         is_finest = pair.fine.level.tolerance <= 2 * self.levels.finest  # the next tolerance could not be half of it
         if is_finest or self.count >= self.levels.runs_at_most:
-            return Status.SENSITIVE if pair.separation.start < inf or separates_at_times else Status.SUSPECT
+            return Status.SENSITIVE if pair.separates or separates_at_times else Status.SUSPECT
         return Status.CHAOTIC if self.is_out_of_reach(pair) or (separates_at_times and not is_smaller) else None
 
     def complete(self, pair: _Pair) -> _Pair:
@@ -218,14 +218,14 @@ class _Refinement:
             # no separation is found in the last windows of a run, which therefore goes so much beyond the required time
             end = min(last.fine.end, required * (1 + LAST_WINDOWS / WINDOWS))
             last = _Pair(last.fine, self.make(self.next_level(last.fine, self.levels.ratio), end), self.demand)
-            if last.separation.start == inf:
+            if not last.separates:
                 return last
             reported = last if last.coarse.end == self.duration else reported
         return self.answer_until(reported, Status.CHAOTIC)
 
     def is_out_of_reach(self, pair: _Pair) -> bool:
         """Return True if the refinements left delay the separation by too little, at the mean delay of those made so far."""
-        if pair.separation.start == inf or self.first_separation is None:
+        if not pair.separates or self.first_separation is None:
             return False
         start, tolerance = self.first_separation
         made = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)  # refinements since then
@@ -238,8 +238,7 @@ class _Refinement:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
 
         The next difference is about the present error e, so that the next estimate is e / (gain - 1), gain = ratio^order. The
-        largest order gives the least ratio that may be enough; where it is not, a further refinement follows. The difference of
-        runs that separate does not show e: the ratio is then the largest.
+        largest order gives the least ratio that may be enough. Runs that separate do not show e: the ratio is then the largest.
         """
         ratio, gain = self.levels.ratio, 1 + 2 * excess
         largest = ratio**MOST_LEVELS
@@ -252,13 +251,13 @@ class _Refinement:
 
         def orders(name: str) -> tuple[float, float, float]:
             """Return the order of a signal that is assumed of a first pair, and the limits of the order that three runs show."""
-            is_place = run.signals[name].kind is Kind.PLACE if name in run.signals else False
+            is_place = name in run.signals and run.signals[name].kind is Kind.PLACE
             if run.strikes or (run.unresolved and not is_place):
                 return least, least, least  # from such motions no order is read
             return (place if is_place else least), least, largest
 
         def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
-            """Estimate errors: those by the differences, and those by numerical damping, which both runs have in common."""
+            """Add the errors by the differences and those by numerical damping, which both runs have in common."""
             errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
             common = estimate_damping_errors(run, self.levels.damping, differences)
             return {key: error + common.get(key, 0.0) for key, error in errors.items()}
@@ -272,7 +271,6 @@ class _Refinement:
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
-            """Estimate errors of signals and energies, all by default, and return their sizes."""
             (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
             return estimate(found | more) | {BALANCE: balance}, sizes | more_sizes
 
@@ -287,7 +285,6 @@ class _Refinement:
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
 
         def estimate(keys: Iterable[Key] | None = None) -> Norms:
-            """Estimate errors up to `until`, all by default, and return their sizes."""
             found, sizes = difference.norms(keys)
             return {key: max(LEAST_ERROR, error_over_difference * norm) for key, norm in found.items()}, sizes
 
@@ -304,20 +301,18 @@ class _Refinement:
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
 
         `estimate` returns the errors of some keys, by default of all, and their sizes. Errors that have a limit, of places and of
-        forces with a running mean, are computed at once; others when they are read.
+        forces with a running mean, are computed at once. Others are computed when they are read.
         """
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
-            """Return errors, all by default and infinite where a vibration is not resolved, and their sizes."""
             found, sizes = estimate(keys)
             return {key: unresolved.get(key, error) for key, error in found.items()}, sizes
 
         places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
         averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces with a running mean
-        watched = [*allowed, *places, *averaged]
-        known, sizes = errors(watched)
+        known, sizes = errors([*allowed, *places, *averaged])
         # forces with a large error, whose vibration the steps do not resolve
         vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > USUAL_ERROR)
         if vibrating:

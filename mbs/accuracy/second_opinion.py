@@ -12,7 +12,7 @@ from ..record.result import Result
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import Closure, Exudyn, Spectral
-from .demand import USUAL_ERROR, Asked, Usual, Worst
+from .demand import USUAL_ERROR, Asked, Usual, Worst, find_worst
 from .difference import Difference
 from .estimate import LEAST_ERROR, Separation
 from .levels import LEVELS_BY_SOLVER, Runner
@@ -27,9 +27,8 @@ NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Clo
 def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
     """Run another solver by `run` and put the largest relative difference of places into the result's `verified`.
 
-    `first` is the run of the result, by its own solver. `run` makes a run of a mechanism for a duration [s] by a solver.
-    A difference beyond the sum of both errors makes the result SUSPECT, with SOLVERS in the message. A failed result is returned
-    unchanged. If the other solver cannot run the mechanism or fails, the result gets a note.
+    `first` is the run of the result, by its own solver. A difference beyond the sum of both errors makes the result SUSPECT, with
+    SOLVERS in the message. A failed result is returned unchanged. If the other solver fails, the result gets a note.
     """
     if not result.status.finished:
         return result
@@ -38,11 +37,10 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     start = perf_counter()
     has_accuracy = result.asked > 0
     least = NEGLIGIBLE * result.asked if has_accuracy else LEAST_ERROR
-    demand = Asked(result.asked) if has_accuracy else Usual()
+    demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed by that accuracy, or by conventions
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
-        run_level = levels.run_by_level(run)
-        answer = refine(run_level, levels, demand, duration)
+        answer = refine(levels.run_by_level(run), levels, demand, duration)  # runs of ever finer levels, until the demand is met
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
@@ -61,28 +59,28 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Places, contacts and reactions are compared. If the motion may be chaotic, they are compared up to the first time at which a
-    place differs by more than the usual demand allows, or at which an error estimate ends. The allowed difference is the sum of
-    both errors, at least `least`; if one error is not known, it is 5 % (`USUAL_ERROR`) for all signals, places included.
+    Places, states of loads, contacts and reactions are compared. If the motion may be chaotic, they are compared up to the time
+    at which a place differs by more than conventions (`Usual`) allow, or at which an error estimate ends. The allowed difference
+    is the sum of both errors, at least `least`. If one error is not known, it is 5 % (`USUAL_ERROR`), also of places. Run b gives
+    the sizes to which differences are relative.
     """
     trajectory_a, trajectory_b = Trajectory.of(a), Trajectory.of(b)
-    limits = Usual().limits(trajectory_b)  # errors allowed of places, states and contacts; those of places end the comparison
+    limits = Usual().limits(trajectory_b)  # errors allowed of places, states and contacts, by signal and norm
     forces = [name for name, signal in trajectory_b.signals.items() if signal.kind in (Kind.REACTION, Kind.INTERNAL)]
     compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]  # these forces have no limit
     known = errors_a.known and errors_b.known
-    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # [s], before the end of a chaotic run
+    ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # [s], to which the errors hold
     rattles = bool(Scene.of(a.record.mechanism).clearances)
     may_be_chaotic = rattles or min(ends, default=inf) < trajectory_a.time[-1]
     until = min([Separation(Difference(trajectory_a, trajectory_b), limits).agree_until(), *ends]) if may_be_chaotic else inf
-    apart, _ = Difference(trajectory_a, trajectory_b, until).norms()
-    places = [name for name, signal in trajectory_b.signals.items() if signal.kind is Kind.PLACE and (name, Norm.RMS) in apart]
+    apart, _sizes = Difference(trajectory_a, trajectory_b, until).norms()  # relative differences, by signal and norm
 
     def allowed(key: Key) -> float:
-        """Return the difference of the two solvers that is allowed of a signal."""
         return max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else USUAL_ERROR
 
-    worst = max((Worst(key, apart[key], allowed(key)) for key in compared if key in apart), key=lambda each: each.ratio)
-    return max((apart[name, Norm.RMS] for name in places), default=0.0), worst
+    worst = find_worst({key: allowed(key) for key in compared}, apart)
+    of_places = [apart[n, norm] for n, norm in apart if norm is Norm.RMS and trajectory_b.signals[n].kind is Kind.PLACE]
+    return max(of_places, default=0.0), worst
 
 
 def add_notes(result: Result, *notes: str) -> Result:

@@ -1,9 +1,9 @@
 """A run as functions of time, and the sizes to which errors of its signals are relative.
 
-The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak; a component has those of the
-largest component of its vector. No size is below `SMALL` times the largest of the same kind and unit, or for places below
-`RESTING`: what is smaller counts as zero. A signal with a `scale` has that as its size: the clearance for places of journals, the
-throughput for energies, which is the energy that goes through the mechanism.
+The size of a place is its range. A force or a rate has two sizes, its root mean square and its peak. A component has the sizes of
+the largest component of its vector. No size is below `SMALL` times the largest of the same kind and unit, or for places below
+`RESTING`. Some continuous signals have a `scale`, which is then the size: the clearance for places of journals, the throughput
+for energies, which is the energy that goes through the mechanism.
 """
 
 from __future__ import annotations
@@ -34,10 +34,6 @@ UNRESOLVED_MOST = 0.05
 """Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: as much as
 the error allowed of energies, `demand.USUAL_ERROR`."""
 TINY = float(np.finfo(float).tiny)
-FORCES = ("force", "N")
-"""Kind and unit of forces, as `_family` gives them."""
-TORQUES = ("force", "N m")
-"""Kind and unit of torques, likewise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +48,7 @@ class Trajectory:
     undetermined: frozenset[str] = frozenset()  # names of forces that no equation determines; `signals` does not contain them
     mass: float = 1.0  # of all links, blocks and points [kg]
     strut_forces: frozenset[str] = frozenset()  # names of the signals of the forces along struts
-    strip_forces: frozenset[str] = frozenset()  # the same along strips with mass
+    strip_forces: frozenset[str] = frozenset()  # names of the signals of the forces along strips with mass
 
     @classmethod
     def of(cls, run: Run) -> Trajectory:
@@ -75,9 +71,9 @@ class Trajectory:
     @cached_property
     def unresolved(self) -> list[str]:
         """Forces that vibrate in periods too short for the steps, so that numerical damping takes the vibration away."""
-        means = [signal for signal in self.signals.values() if signal.period > 0]  # running means of vibrating forces
+        means = [signal for signal in self.signals.values() if signal.period > 0]  # running means over a period of vibration
         is_resolved = {period: resolves(self.time, period) for period in {mean.period for mean in means}}
-        return [mean.source for mean in means if not is_resolved[mean.period]]
+        return [mean.source for mean in means if not is_resolved[mean.period]]  # `source`: name of the force that is averaged
 
     @cached_property
     def own_sizes(self) -> dict[Key, float]:
@@ -107,9 +103,10 @@ class Trajectory:
             vectors[group] = np.maximum(vectors.get(group, TINY), own)  # nan stays nan
             families[family] = np.maximum(families.get(family, TINY), own)
         # a torque counts as a force at the arm of the longest link, so that forces and torques have one common largest size
-        force_at_arm = families.get(TORQUES, TINY) / self.longest_link
-        families[FORCES] = np.maximum(np.maximum(families.get(FORCES, TINY), force_at_arm), self.least_force)
-        families[TORQUES] = families[FORCES] * self.longest_link
+        forces, torques = ("force", "N"), ("force", "N m")
+        force_at_arm = families.get(torques, TINY) / self.longest_link
+        families[forces] = np.maximum(np.maximum(families.get(forces, TINY), force_at_arm), self.least_force)
+        families[torques] = families[forces] * self.longest_link
         found = dict[Key, float]()
         for name, signal in self.signals.items():
             resting = RESTING * (self.longest_link if signal.unit == "m" else 1.0)
@@ -146,7 +143,7 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    # bristles of guides, the only ones in this share, may store all energy that is put in: with them the share has no limit
+    # bristles of a guide may store all energy that is put in: with friction of guides the share r has no limit
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
     stored = vibration_share if has_friction else min(vibration_share, UNRESOLVED_MOST)
     return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
