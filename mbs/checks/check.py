@@ -1,4 +1,4 @@
-"""Type of the checks of a run: a name, a function that finds faults, and one that explains why the check does not apply."""
+"""Checks of a run: each has a name, a function that finds faults, and one that explains why the check does not apply."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ FindReason = Callable[[Run, Result], str]
 
 @dataclass(frozen=True)
 class Check:
-    """Check of a finished run, whose faults it writes with its name in front."""
+    """Check of a finished run."""
 
     name: str
     find: FindFaults

@@ -1,8 +1,8 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
 In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. The multipliers of
-constraints are those that balance the applied forces best, by least squares. Unbalanced forces, which accelerate bodies in the
-run, have no part in the tangent.
+constraints balance the applied forces best, by least squares. What they leave unbalanced, which accelerates bodies in the run,
+has no part in the tangent.
 """
 
 from typing import Any
@@ -31,8 +31,8 @@ class Growth:
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Compute the growth rate [1/s] of each strip's bending at sample k, from the strips' tensions [N] by name."""
         q = self._pose(k, forces)
-        no_parameter = 1.0  # of a path of equilibria; here it changes no load and no constraint
-        rest = self.problem.start(no_parameter)._replace(q=q)
+        parameter = 1.0  # without effect: this problem varies no load and no constraint
+        rest = self.problem.start(parameter)._replace(q=q)
         tangent = self.problem.about(rest._replace(multipliers=self.problem.balancing(rest)))
         if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)
@@ -46,7 +46,7 @@ class Growth:
         for name, motion in self.record.links.items():
             body: Any = self.scene.builder.bodies[name]
             link = self.record.mechanism.link(name)
-            if link.body.meshed:
+            if link.body.meshed:  # a strip; any other link is put without deformation
                 self._place_strip(q, name, body, k, forces.get(name, 0.0))
             else:
                 place, _velocity, _acceleration = motion.centre()

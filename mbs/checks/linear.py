@@ -2,7 +2,7 @@
 
 Let w be the deflection from the chord. Linear theory leaves out two effects. A bent link is shorter by the mean of w'^2/2
 over its length, which is 2.5 (w_max/L)^2 for a half-sine. An axial load P changes the stiffness: the relative error of the
-deflection is P/P_cr, and beyond the critical load P_cr a modal link stays straight where a strip buckles.
+deflection is P/P_cr to first order. Beyond the critical load P_cr a modal link stays straight where a strip buckles.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
     """Check that the terms that linear theory leaves out are small.
 
     Under a load above the critical one a deflection grows at the rate omega_1 sqrt(P/P_cr - 1), omega_1 the first frequency. The
-    link should have buckled when the time integral of this rate exceeds `GROWTH`: a disturbance is then a million times larger.
+    link should have buckled when the exponent of this growth, the time integral of the rate, exceeds `GROWTH`.
     """
     record = run.record
     for name in _modal(run):
@@ -44,9 +44,8 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
         length = record.mechanism.length(name)
         omega_1 = section.first_frequency(length)
         compression = _compression(run, result, name) / section.euler_load(length)
-        # [s] of the lateral vibration, a chosen span of the mean: it has many periods of axial vibrations, which the mean removes
-        quarter_period = np.pi / (2 * omega_1)
-        load_ratio = recent_mean(result.time, compression, quarter_period)
+        quarter_period = np.pi / (2 * omega_1)  # [s] of the lateral vibration; chosen: many periods of axial vibrations
+        load_ratio = recent_mean(result.time, compression, quarter_period)  # a mean over the quarter before each time
         shortening = motion.foreshortening() / length
         missing_deflection = np.abs(result.signals[f"{name}.deflection"] / length * load_ratio)
         for missing, fault in (
@@ -64,24 +63,26 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link [N], (times,), from the joints at one end.
-
-    It is 0, so that no load is checked, where other forces act at both ends. The same holds for a mesh from a file: the link's
-    section does not give its bending stiffness, so that its critical load is not known.
-    """
+    """Compute the compression of a link [N], (times,), from joints at an end where only they act; 0 if there is no such end."""
     link: Any = run.record.mechanism.link(name)
+    if isinstance(link.body.mesh, MeshFile):  # the section does not give its bending stiffness: the critical load is not known
+        return np.zeros(len(result.time))
     motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]
     for point, sign in ((link.start, 1.0), (link.end, -1.0)):
         force = _joint_force(run.record.mechanism, result, name, point)
-        if force is not None and not isinstance(link.body.mesh, MeshFile):
+        if force is not None:
             return np.asarray(sign * (force * along).sum(axis=1))
     return np.zeros(len(result.time))
 
 
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point [N], (times, 2); None if one has no signals or other forces act there."""
+    """Return the force of joints on a link at a point [N], (times, 2); None if a joint has no signals or other elements act
+    there.
+
+    Joints with clearance count as joints. The signals of a joint are the force on its second link.
+    """
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
     references = [getattr(element, field, "") for element in others for field in point_fields]

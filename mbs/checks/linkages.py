@@ -17,8 +17,8 @@ from .check import check
 SINGULAR = 1e-3
 """Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre."""
 GAP = 1e-5
-"""Largest residual of a constraint [m or rad], times the longest link where that is above 1 m: a hundred times the residual of a
-run with the coarsest steps."""
+"""Largest residual of a constraint [m or rad]; for a longest link above 1 m it is multiplied by this length in m. It is a hundred
+times the residual of a run with the coarsest steps."""
 
 
 def determinant(jacobian: Array) -> Array:
@@ -48,11 +48,12 @@ def _why_not_determined(run: Run, _result: Result) -> str:
 def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
-    The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. If rows are
-    redundant, they may determine the motion even there: then a second solution is searched near the next regular pose.
+    The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. Redundant rows
+    may determine the motion even there. Then a second pose that closes the loops, searched close to the next regular pose, shows
+    that they do not.
     """
     time, places = run.record.time, _places(run.record, range(len(run.record.mechanism.links)))
-    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))
+    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))  # no drive's speed is asked for after the run
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
     singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
@@ -91,5 +92,6 @@ def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     gaps = np.abs(residuals[:, rows])  # [m or rad], (times, rows)
     k, row = np.unravel_index(int(np.argmax(gaps)), gaps.shape)
     gap = float(gaps[k, row])
-    if gap > GAP * max(1.0, linkage.size):
+    longest_link = linkage.size
+    if gap > GAP * max(1.0, longest_link):
         yield f"'{linkage.names[rows[row]]}' is apart by {gap:.3g} m (or rad) at t = {run.record.time[k]:.4g} s"

@@ -41,6 +41,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
     if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors of energies, which are computed when read
+        # shares of the throughput, too
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]
         allowed = max([BALANCE, *errors]) + unresolved
     if not balance <= allowed:

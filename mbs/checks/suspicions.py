@@ -1,6 +1,6 @@
 """All self-checks of a finished run, which find reasons not to trust it.
 
-No check relies on the integrator. The energy balance has formulas that the engine does not use; the other checks look for
+No check relies on the integrator. The energy balance has formulas that the engine does not use. The other checks look for
 impossible behaviour, such as a contact that pulls. The error of a run is estimated from finer runs, in `mbs.accuracy`.
 """
 

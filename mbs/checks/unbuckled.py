@@ -1,9 +1,8 @@
 """Self-check of strips: no strip stays straight under a load at which a thin strip buckles.
 
-The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run. In this pose each
-strip has its stress-free shape between its ends, stretched by its mean normal force. So clamps, pins, rigid links and follower
-loads are taken into account, and no table of end conditions is needed. The normal forces in strips are those of the run, which
-include inertia. Only for the forces in constraints new multipliers are computed, which balance the loads without inertia.
+The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run, see `growing`. In this
+pose each strip has its stress-free shape between its ends, stretched by its mean normal force in the run. So clamps, pins, rigid
+links and follower loads are taken into account, and no table of end conditions is needed.
 """
 
 from collections.abc import Iterator
@@ -29,8 +28,8 @@ AXIAL = 0.5
 POSES = 25
 """Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
 LESS_FORCE = 0.9
-"""Least compression at which growth rates of the nearest poses count, over the smaller compression of these poses. With less
-compression bending grows more slowly: the rate counts as zero, so that no strip is suspected wrongly. A convention."""
+"""Between two poses a compression below this share of the smaller one of both poses counts as no growth. Bending grows more
+slowly there, and so no strip is suspected wrongly. A convention."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked."""
 
@@ -79,9 +78,9 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     rates = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in poses]
     for name, force in forces.items():
         rate = _at_all_samples(poses, np.array([at_pose[name] for at_pose in rates]), -force) * compressed[name]
-        straight = growth_exponent(time, rate) > GROWTH
-        if straight.any():
-            k = int(np.argmax(straight))
+        should_have_bent = growth_exponent(time, rate) > GROWTH
+        if should_have_bent.any():
+            k = int(np.argmax(should_have_bent))
             carries = f"at t = {time[k]:.4g} s '{name}' carries {-force[k]:.3g} N, straight"
             yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
 
@@ -98,10 +97,7 @@ def _may_grow(link: Link, time: Array, force: Array) -> bool:
 
 
 def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
-    """Return growth rates [1/s] at all samples from those at poses: the smaller one of both neighbours, or zero by `LESS_FORCE`.
-
-    `poses` are the indices of the samples at which the rates are known.
-    """
+    """Return growth rates [1/s] at all samples from those at the samples `poses`: the smaller one of both neighbours, or zero."""
     following = np.searchsorted(poses, np.arange(len(compression)), side="right")
     before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
     least = np.minimum(compression[poses[before]], compression[poses[after]])
