@@ -10,6 +10,10 @@ from ..validate import near
 OUTSIDE = 1e-9
 """Largest distance of a time from the ends of a run, over its duration, at which the time counts as within: rounding."""
 
+KINK_RATIO = 10.0
+"""Ratio of neighbouring steps from which the sample between them counts as a kink, which parabolas do not cross: a convention.
+Solvers sample a kink or jump on both sides, a short time apart."""
+
 
 class UnknownSignalError(ValueError, KeyError):
     """A result has no signal of a name."""
@@ -113,12 +117,6 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     return cubics(time, values, known_rates, times)
 
 
-KINK_RATIO = 10.0
-"""Ratio of neighbouring steps from which the sample between them counts as a kink, which parabolas do not cross: a convention.
-
-Solvers sample a kink or jump on both sides, a short time apart."""
-
-
 def trapezoidal(time: Array, rate: Array) -> Array:
     """Integrate from the first time by the trapezoidal rule, each (times,): for motions of a second-order integrator.
 
@@ -144,11 +142,11 @@ def corrected_trapezoidal(time: Array, rate: Array) -> Array:
 def _compute_slope_differences(steps: Array, rate: Array) -> Array:
     """Return the slope f0' at the start less f1' at the end of each of two or more steps, (..., steps); `rate` is (..., times).
 
-    The slope at a sample is that of the parabola through it and its two neighbours. Only between secants of one sign
-    it is at most three times the smaller secant. Then no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz,
+    The slope at a sample is that of the parabola through the sample and its two neighbours. Between secants of one sign it is
+    limited to three times the smaller secant, so that no cubic overshoots where a force becomes constant: C. de Boor, B. Swartz,
     J. Approx. Theory 21 (1977) 411, doi 10.1016/0021-9045(77)90011-9. At a kink or an end of the run the slope is not known.
-    If only one slope of a step is known, f is taken for a parabola in this step, for which (f0' + f1')/2 is the secant; if none,
-    for linear.
+    If only one slope of a step is known, f is taken for a parabola in this step, for which (f0' + f1')/2 is the secant. If none
+    is, f is taken for linear.
     """
     secant, before, after = np.diff(rate) / steps, steps[:-1], steps[1:]
     slope = (after * secant[..., :-1] + before * secant[..., 1:]) / (before + after)

@@ -25,8 +25,8 @@ from .lookup import hermite, trapezoidal
 class RigidMotion:
     """Motion of a rigid link, with its mass [kg] and inertia about the centre of mass [kg m^2].
 
-    `arms` lead from the centre of mass to each point at t = 0 [m], (x, y). `q` has the place [m] and the angle since t = 0 [rad],
-    (times, 3).
+    `arms` lead from the centre of mass to each point at t = 0 [m], (x, y). `q` has x and y of the centre of mass [m] and the
+    angle since t = 0 [rad], (times, 3).
     """
 
     mass: float
@@ -105,7 +105,7 @@ def select(motion: Any, rows: Any) -> Any:
 
 
 def between(motion: Any, time: Array, times: Array) -> Any:
-    """Interpolate a motion at other times [s] by cubic Hermite polynomials; accelerations become zero."""
+    """Interpolate a motion for drawing, at other times [s], by cubic Hermite polynomials; accelerations are not needed: zero."""
     q, q_t = hermite(time, motion.q, motion.q_t, times)
     return replace(motion, q=q, q_t=q_t, q_tt=np.zeros_like(q))
 
@@ -114,8 +114,8 @@ def between(motion: Any, time: Array, times: Array) -> Any:
 class Record(Recorded):
     """Arrays of a run, with the fields `time`, `links` and `blocks` of `Recorded`.
 
-    Motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`. `rule` is the function of the module `lookup` that
-    integrates over time to the order of the solver. No equation determines the forces of the elements `undetermined`.
+    Motions of links are `RigidMotion`, `StripMotion` or `ModalHistory`. `rule` integrates over time to the order of the solver.
+    No equation determines the forces of the elements `undetermined`.
     """
 
     mechanism: Mechanism

@@ -161,12 +161,12 @@ class BeamMotion(StripMotion):
     """Motion of a link of geometrically exact beams; nodes have (x, y, theta)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
-        """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
+        """Return the angle of a point's node from its stress-free angle, and its rate, each (times,)."""
         node = self.nodes[name]
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Return nodal lengths [m], (nodes,), for distributed loads; place and angle since t = 0, rates, (times, nodes, 3)."""
+        """Return nodal lengths [m], (nodes,), for distributed loads; places and angles from the stress-free ones; rates."""
         return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
@@ -182,7 +182,7 @@ class BeamMotion(StripMotion):
 
     def strains(self) -> list[Strain]:
         """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
-        section, damping = self.section, self.section.material
+        section, material = self.section, self.section.material
         xi, weights = GAUSS[self.body.node_stride]
         weights = self.lengths(weights)
         (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
@@ -197,9 +197,9 @@ class BeamMotion(StripMotion):
         kappa_0 = ((end_angles[:, 1] - end_angles[:, 0]) / self.pieces)[None, :, None]
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
-            Strain(ea, ea * damping.axial_damping, weights, axial - 1, axial_t),
+            Strain(ea, ea * material.axial_damping, weights, axial - 1, axial_t),
             Strain(section.shear_stiffness, 0.0, weights, shear, shear_t),
-            Strain(bending, bending * damping.bending_damping, weights, slope[..., 2] - kappa_0, slope_t[..., 2]),
+            Strain(bending, bending * material.bending_damping, weights, slope[..., 2] - kappa_0, slope_t[..., 2]),
         ]
 
     def kinetic(self) -> Array:
@@ -214,7 +214,7 @@ class CableMotion(StripMotion):
     """Motion of a link of ANCF cables; nodes have (x, y, dx/ds, dy/ds)."""
 
     def turn(self, name: str) -> tuple[Array, Array]:
-        """Return the angle of a point's node since t = 0 and its rate, each (times,)."""
+        """Return the angle of a point's node from its stress-free angle, and its rate, each (times,)."""
         node = self.nodes[name]
         slope, rate, slope_0 = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
@@ -234,7 +234,7 @@ class CableMotion(StripMotion):
 
     def strains(self) -> list[Strain]:
         """Compute the stretch |r'| and kappa = r' x r''/|r'|^2, less their reference values, as the engine's ANCF cable does."""
-        section, damping = self.section, self.section.material
+        section, material = self.section, self.section.material
         xi, axial_weights = LOBATTO
         (_, d, _), (_, d0, _), (_, d_t, _) = (self._fields(q, xi) for q in (self.q, self.reference[None], self.q_t))
         norm = np.linalg.norm(d, axis=-1)
@@ -246,9 +246,9 @@ class CableMotion(StripMotion):
         curvature_t = (cross(d_t, dd) + cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
-            Strain(ea, ea * damping.axial_damping, self.lengths(axial_weights), axial, axial_t),
+            Strain(ea, ea * material.axial_damping, self.lengths(axial_weights), axial, axial_t),
             Strain(
-                bending, bending * damping.bending_damping, self.lengths(bending_weights),
+                bending, bending * material.bending_damping, self.lengths(bending_weights),
                 curvature - cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
             ),
         ]  # fmt: skip
