@@ -122,7 +122,7 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
         return End(offset=-1, place=(x, y), arm=(0.0, 0.0))  # -1: no coordinates; the place is the joint itself
     if body in scene.strut_links:
         raise ValueError(f"clearance at '{point}': link '{body}' is a Strut; the contact exerts moments")
-    node, position = scene.placed[body].contact_node(point)
+    node, position = scene.placed[body].find_angle_node(point)
     node_x, node_y = (float(component) for component in position)
     if node not in nodes:
         nodes.append(node)

@@ -57,10 +57,8 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     rotation = np.array([[ax, -ay, 0.0], [ay, ax, 0.0], [0.0, 0.0, 1.0]])
     item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
     body = scene.system.AddObject(item)
-    ends = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
-    return PlacedBlock(
-        scene.system, guide.point, guide, nodes=(node,), objects=(body,), reference=np.zeros((1, 1)), ends=ends, origin=(x, y)
-    )  # fmt: skip
+    markers = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
+    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), markers, origin=(x, y))
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
@@ -70,7 +68,10 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
     """
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
-            markers = [scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point)]  # of block and link
+            markers = [
+                scene.position_marker(guide.point, guide.point),
+                scene.position_marker(guide.link, guide.point),
+            ]  # of block and link
             scene.constraints[name] = int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))
             scene.add_reader(name, "reaction", partial(_compute_reaction, scene, name, guide))
         elif guide.mass == 0:
@@ -112,7 +113,7 @@ def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -
 
 def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
     """Add friction of prescribed size on the coordinate of a block, by a native element of the engine."""
-    markers = [scene.ground, scene.coordinate(guide.point, 0)]
+    markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
     scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(
         markerNumbers=markers, dynamicFrictionForce=friction.dynamic, staticFrictionOffsetForce=friction.static_offset,
         viscousFrictionFactor=friction.viscous, exponentialDecayStatic=friction.stribeck,
@@ -196,7 +197,7 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     scene.with_memory.append(friction)
     scene.initial_multipliers_lack_friction |= not friction.has_memory  # a bristle is undeflected at t = 0: no friction yet
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
-    markers = [scene.ground, scene.coordinate(guide.point, 0)]
+    markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
     scene.add_memory_reader(name, g, 0)

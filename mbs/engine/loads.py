@@ -33,7 +33,7 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
     """Add forces on points. A force whose line of action goes `through` another place has a moment about its point, too."""
     for name, load in loads.items():
         point = place(holder_reference(scene.mechanism, load.point))
-        marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
+        marker, follows = scene.position_marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_make_force(scene, name, load, follows))
@@ -42,7 +42,7 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         scene.system.AddLoad(item)
         if load.through is not None:
             force = _make_force(scene, name, load, follows)
-            add_torque(scene, scene.turning(*point), _make_moment(scene, point, load.through, force))
+            add_torque(scene, scene.angle_marker(*point), _make_moment(scene, point, load.through, force))
 
 
 def _refuse_states(load: Force | Torque) -> None:
@@ -103,9 +103,9 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
         body, point = place(load.at(scene.mechanism))
         _refuse_states(load)
         if callable(load.value):
-            add_torque(scene, scene.turning(body, point), guard(scene, name, load.value))
+            add_torque(scene, scene.angle_marker(body, point), guard(scene, name, load.value))
         else:
-            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.turning(body, point), load=load.value))
+            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.angle_marker(body, point), load=load.value))
 
 
 def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
@@ -132,13 +132,13 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
             """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
-        add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
+        add_torque(scene, scene.angle_marker(*place(load.at(scene.mechanism))), torque)
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
     """Add springs between points."""
     for name, load in loads.items():
-        markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
+        markers = [scene.position_marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         options = _make_spring_parameters(scene, name, load)
         length = load.free(scene.mechanism)
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(markerNumbers=markers, referenceLength=length, **options))
@@ -167,7 +167,7 @@ def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> 
         options = _make_spring_parameters(scene, name, load, free)
         if load.law is None:
             options["offset"] = free
-        markers = [scene.turning(*place(end)) for end in load.ends(scene.mechanism)]
+        markers = [scene.angle_marker(*place(end)) for end in load.ends(scene.mechanism)]
         scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **options))
 
 
@@ -185,7 +185,7 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
 
 def _find_end_marker(scene: EngineScene, link: Link, point: str) -> int:
     """Return the position marker of the block, the link or the ground on which the end of a strut acts."""
-    return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
+    return int(scene.position_marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
 def attach(scene: EngineScene, burden: Burden) -> None:
@@ -197,8 +197,7 @@ def attach(scene: EngineScene, burden: Burden) -> None:
         return
     gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
     if gx or gy:
-        marker = placed.ends[point]  # `ends` has the position markers at all points of a body
-        scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=[gx, gy, 0.0]))
+        scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.markers[point], loadVector=[gx, gy, 0.0]))
 
 
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
@@ -214,7 +213,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
             scene.add_reader(name, "effort", partial(_compute_effort, drive))
         else:
             is_block = drive.target in scene.mechanism.points  # a block has the name of its point
-            coordinate = scene.coordinate(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
+            coordinate = scene.coordinate_marker(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
             scene.constraints[name] = _add_drive(scene, drive, coordinate)
             scene.add_reader(name, "effort", scene.make_force_reader(name))
 

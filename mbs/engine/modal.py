@@ -66,7 +66,7 @@ class PlacedModal(EngineBody):
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
 
-    def contact_node(self, point: str) -> tuple[int, Array]:
+    def find_angle_node(self, point: str) -> tuple[int, Array]:
         """Return a node without mass that moves with the end's cross-section, and the position of the point at t = 0 [m]."""
         if point not in self.anchors:
             self.anchors[point] = _add_anchor(self, point)
@@ -86,13 +86,13 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
     nodes, body = _add_flexible(system, model, reference, initial)
     stations = {link.start: "start", link.end: "end"}
-    ends = {}
+    markers = {}
     for point, station in stations.items():
         middle = len(CROSS) * ENDS.index(station)  # number of the first virtual point of the joint's cross
         item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[middle], weightingFactors=[1.0])
-        ends[point] = int(system.AddMarker(item))
+        markers[point] = int(system.AddMarker(item))
     return PlacedModal(
-        system, link.name, link.body, nodes, (body,), reference[None], ends,
+        system, link.name, link.body, nodes, (body,), reference[None], markers,
         model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
     )  # fmt: skip
 
@@ -109,7 +109,7 @@ def _add_anchor(placed: PlacedModal, point: str) -> int:
     place, velocity = [*start.position[0], *start.angle], [*start.velocity[0], *start.spin]
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=velocity))
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
-    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
+    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.markers[point], pin]))
     rotations = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
     section_angle = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *rotations]  # factors of the frame's six coordinates, then of the modal ones
     body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))

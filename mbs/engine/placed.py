@@ -25,9 +25,10 @@ class EngineStates(NamedTuple):
 
 @dataclass(frozen=True)
 class EngineBody:
-    """A link or block in the engine, with the engine's numbers of its `nodes`, `objects` and position markers at points, `ends`.
+    """A link or block in the engine, with the engine's numbers of its `nodes` and `objects`.
 
-    `body` is the link's body or the guide. `reference` (nodes, coordinates of a node) has the undeformed coordinates at t = 0.
+    `markers` maps all points of the body to position markers. `body` is the link's body or the guide. `reference` (nodes,
+    coordinates of a node) has the undeformed coordinates at t = 0.
     """
 
     system: System
@@ -36,7 +37,7 @@ class EngineBody:
     nodes: tuple[int, ...]
     objects: tuple[int, ...]
     reference: Array
-    ends: dict[str, int]
+    markers: dict[str, int]
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape as `reference`."""
@@ -59,23 +60,23 @@ class EngineBody:
     def attach(self, point: str, mass: float, inertia: float) -> bool:
         """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; return False if the body was built with them."""
         if inertia:  # it needs the node with an angle
-            node, size = self.contact_node(point)[0], 3
+            node, size = self.find_angle_node(point)[0], 3
         else:
-            node, size, _ = self.place_node(point)
+            node, size, _ = self.find_node(point)
         attached = np.diag([mass, mass, inertia, 0.0][:size])  # of (x, y, theta), or of a cable's (x, y, dx/ds, dy/ds)
         self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
         return True
 
-    def place_node(self, point: str) -> tuple[int, int, Array]:
+    def find_node(self, point: str) -> tuple[int, int, Array]:
         """Return the node at a point, even one without an angle, the number of its coordinates, and its position at t = 0 [m]."""
-        node, place = self.contact_node(point)
+        node, place = self.find_angle_node(point)
         return node, 3, place
 
     def inverse_mass(self, _point: str, _along: Pair) -> float:
         """Return the inverse of the effective mass [1/kg] of a point along a unit vector, as if the body had no joints."""
         raise NotImplementedError
 
-    def contact_node(self, point: str) -> tuple[int, Array]:
+    def find_angle_node(self, point: str) -> tuple[int, Array]:
         """Return the node (x, y, theta) at a point, and its position at t = 0 [m]; a ValueError if the body has no angle."""
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
 

@@ -56,7 +56,7 @@ class PlacedRigid(EngineBody):
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
-    def contact_node(self, point: str) -> tuple[int, Array]:
+    def find_angle_node(self, point: str) -> tuple[int, Array]:
         """Return the only node of the link and its position at t = 0 [m]."""
         return self.nodes[0], self.reference[0, :2]
 

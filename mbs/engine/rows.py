@@ -41,11 +41,11 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     pin = find_pin(rows)
     if pin is None:
         return [RowConstraint(scene, rows).add()]
-    markers = [scene.marker(*end) for end in (pin.second, pin.first)]
+    markers = [scene.position_marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
         _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1
-        markers = [scene.turning(*end) for end in (turn.second, turn.first)]  # of the bodies' angles
+        markers = [scene.angle_marker(*end) for end in (turn.second, turn.first)]  # of the bodies' angles
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
 
@@ -78,7 +78,7 @@ class RowConstraint:
                 for end in (measure.first, measure.second):
                     if end.body != GROUND:
                         # node (x, y, angle) that moves with the body at the point; its position at t = 0
-                        node, position = scene.placed[end.body].contact_node(end.point)
+                        node, position = scene.placed[end.body].find_angle_node(end.point)
                         self.nodes[node], self.at[end] = position, node
         self.order = list(self.nodes)
         self.forms = Forms(rows, len(self.order), Ends(body=self._index, arm=self._arm, position=self._position))

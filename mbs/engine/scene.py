@@ -71,24 +71,24 @@ class EngineScene:
             "sensors": data.NumberOfSensors(),
         }
 
-    def marker(self, body: str, point: str) -> int:
-        """Return a position marker of a body, or of the ground, at a point."""
+    def position_marker(self, body: str, point: str) -> int:
+        """Return the position marker of a body at a point, or add one on the ground."""
         if body != GROUND:
-            return self.placed[body].ends[point]
+            return self.placed[body].markers[point]
         x, y = self.mechanism.points[point]
         node = self.system.AddNode(eii.NodePointGround(referenceCoordinates=[x, y, 0.0]))
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
-    def coordinate(self, body: str, coordinate: int) -> int:
-        """Return a marker of a coordinate of a body's first node."""
+    def coordinate_marker(self, body: str, coordinate: int) -> int:
+        """Add a marker of a coordinate of a body's first node."""
         node = self.placed[body].nodes[0]
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
-    def turning(self, body: str, point: str) -> int:
-        """Return a marker of the angle of a body, or of the ground, at a point."""
+    def angle_marker(self, body: str, point: str) -> int:
+        """Add a marker of the angle of a body at a point, or return that of the ground."""
         if body == GROUND:
             return self.ground
-        node, _ = self.placed[body].contact_node(point)
+        node, _position = self.placed[body].find_angle_node(point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))  # of (x, y, theta)
 
     def angle(self, body: str, point: str) -> float:

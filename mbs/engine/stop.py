@@ -22,13 +22,13 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     if stop.is_in_guide:  # the block's mass estimates durations of impacts, as the effective mass below
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
-    node, size, position = scene.placed[link].place_node(stop.point)  # size: number of the node's coordinates
+    node, size, position = scene.placed[link].find_node(stop.point)  # size: number of the node's coordinates
     arm = np.subtract(mechanism.points[stop.point], position)
     first, second = StopEnd(node, size, position, arm), StopEnd()  # the empty StopEnd is the ground
     inverse_mass = scene.placed[link].inverse_mass(stop.point, normal)  # of the effective mass [1/kg]
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
-        node, position = scene.placed[stop.carrier].contact_node(origin)  # with an angle, as the face turns
+        node, position = scene.placed[stop.carrier].find_angle_node(origin)  # with an angle, as the face turns
         second = StopEnd(node, size=3, place=np.array(position))  # coordinates x, y, theta
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin  # a flexible link has effective masses at its own points only
@@ -59,7 +59,7 @@ def _add_guided(scene: EngineScene, contact: StopContact) -> None:
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
-    add_torque(scene, scene.coordinate(contact.stop.point, 0), force)  # on a travel a force [N]
+    add_torque(scene, scene.coordinate_marker(contact.stop.point, 0), force)  # on a travel a force [N]
 
 
 def _add_free(scene: EngineScene, contact: FreeContact) -> None:

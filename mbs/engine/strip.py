@@ -23,7 +23,7 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedStrip(EngineBody):
-    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m]. `ends` has markers of all its points.
+    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m].
 
     `at` maps points to indices in `nodes` and in the rows of `reference`, (nodes, 3) for a beam and (nodes, 4) for a cable.
     `anchors` maps points of a cable to further nodes (x, y, theta), for joints that act on angles.
@@ -44,17 +44,17 @@ class PlacedStrip(EngineBody):
         scales[:, :2] = 1.0
         return scales
 
-    def contact_node(self, point: str) -> tuple[int, Array]:
+    def find_angle_node(self, point: str) -> tuple[int, Array]:
         """Return the node of a beam; for a cable, whose nodes have slopes, a node without mass that turns with the cable."""
         node = self.at[point]
         place = self.reference[node, :2]
         if self.body.has_angles:
             return self.nodes[node], place
         if point not in self.anchors:
-            self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.ends[point], self.reference[node])
+            self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.markers[point], self.reference[node])
         return self.anchors[point], place
 
-    def place_node(self, point: str) -> tuple[int, int, Array]:
+    def find_node(self, point: str) -> tuple[int, int, Array]:
         """Return the node at a point, its number of coordinates and its place at t = 0."""
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
