@@ -42,17 +42,17 @@ class CollocationGrid(NamedTuple):
 class Fields(NamedTuple):
     """Fields at the collocation points, (2 nodes,), normalised by length L and bending stiffness E I of the strip.
 
-    They are sine and cosine of the section's rotation, the internal force (nx, ny) [E I/L^2] and the bending moment m [E I/L].
-    The derivatives of the centreline are dx = dx/ds and dy = dy/ds. The number phi is the rotation of the section at s = 0 from
-    its stress-free direction [rad].
+    They are sine and cosine of the section's angle from the x axis, and the bending moment m [E I/L]. (nx, ny) [E I/L^2] is the
+    force of the part beyond s on the part before it. `x_prime` and `y_prime` are the derivatives of the centreline by s,
+    equations (1) and (2) of `strip`. The number phi is the rotation of the section at s = 0 from its stress-free direction [rad].
     """
 
     sin: Array
     cos: Array
     nx: Array
     ny: Array
-    dx: Array
-    dy: Array
+    x_prime: Array
+    y_prime: Array
     m: Array
     phi: float
 
@@ -63,6 +63,7 @@ def integration(nodes: int) -> tuple[Array, Array]:
     points = -np.cos(pi * np.arange(nodes) / (nodes - 1))
     primitives = chebyshev.chebint(np.eye(nodes), lbnd=-1, axis=0)
     to_coefficients = np.linalg.inv(chebyshev.chebvander(points, nodes - 1))
+    # values to coefficients, to those of the primitive, to its values; 1/2 from [-1, 1] to [0, 1]
     J = chebyshev.chebvander(points, nodes) @ primitives @ to_coefficients / 2.0
     return (points + 1.0) / 2.0, J
 

@@ -14,11 +14,9 @@ nodes in 40-digit arithmetic; the tests repeat the fit and compare.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .pinned import Reals
-
-Array = NDArray[np.float64]
+from .pinned import Reals, require_range
 
 QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
 """Coefficients of the published quartic in u, highest power first."""
@@ -77,12 +75,7 @@ def _polynomial(coefficients: Sequence[float], x: Reals) -> Reals:
 
 def _require_range(shortening: ArrayLike) -> Reals:
     """Return the shortening, float for a scalar and array otherwise; raise ValueError if it is outside 0 to 1."""
-    if isinstance(shortening, (float, int)):
-        if 0.0 <= shortening <= 1.0:
-            return float(shortening)
-        raise ValueError(f"shortening = {shortening} is outside 0 to 1 (end shortening/L)")
-    u = np.asarray(shortening, dtype=float)
-    if u.size and not (u.min() >= 0.0 and u.max() <= 1.0):  # the comparisons fail for NaN as well
-        first_outside = float(u[~((u >= 0.0) & (u <= 1.0))].flat[0])
-        _require_range(first_outside)  # raises
+    if isinstance(shortening, (float, int)) and 0.0 <= shortening <= 1.0:
+        return float(shortening)  # the usual case, fast
+    u = require_range("shortening", shortening, 0.0, 1.0, "end shortening/L")
     return u if u.ndim else float(u)

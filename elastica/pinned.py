@@ -89,7 +89,7 @@ def shortening(load: ArrayLike) -> Reals:
     -------
     float or array of the same shape, end shortening over length
     """
-    p = _require_range("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
+    p = require_range("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
 
     def step(w: Array) -> Array:
@@ -97,7 +97,7 @@ def shortening(load: ArrayLike) -> Reals:
         slope = at.B / 2.0  # dK/dw
         return (at.K - target) / slope
 
-    start = (target - np.pi / 2.0) * 8.0 / np.pi  # tangent at w = 0, above the root
+    start = (target - np.pi / 2.0) * 8.0 / np.pi  # by the tangent at w = 0: above the root, as K is convex
     return _plain(_integrals(_newton(step, start)).shortening)
 
 
@@ -174,9 +174,9 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
     -------
     float or array of the broadcast shape, Pa
     """
-    h = _require_range("thickness", thickness, _TINY, _HUGE, "m")
-    L = _require_range("length", length, _TINY, _HUGE, "m")
-    E = _require_range("modulus", modulus, _TINY, _HUGE, "Pa")
+    h = require_range("thickness", thickness, _TINY, _HUGE, "m")
+    L = require_range("length", length, _TINY, _HUGE, "m")
+    E = require_range("modulus", modulus, _TINY, _HUGE, "Pa")
     return _plain(E * h / (2.0 * L) * curvature_max(shortening))
 
 
@@ -201,7 +201,7 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
     """
     from scipy import special  # it takes a while to load, and a force law does without
 
-    arc = _require_range("s", s, 0.0, 1.0, "arc length/L")
+    arc = require_range("s", s, 0.0, 1.0, "arc length/L")
     m, m1, K, _ = at = _at_shortening(shortening)
     nearer = np.minimum(arc, 1.0 - arc)
     sn, cn, dn, _ = special.ellipj(2.0 * K * nearer, m)
@@ -222,7 +222,7 @@ def _integrals(w: Array) -> _Integrals:
 
 def _at_shortening(shortening: ArrayLike) -> _Integrals:
     """Invert equation (2) for w by Newton on K/(2 E) = 1/(2 - u), whose slope is about 1/4 throughout."""
-    target = _require_range("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
+    target = require_range("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
 
     def step(w: Array) -> Array:
         at = _integrals(w)
@@ -242,7 +242,8 @@ def _newton(step: Callable[[Array], Array], w: Array) -> Array:
     raise ArithmeticError(f"Newton iteration for the elliptic parameter left a step of {np.max(np.abs(change)):.1e}")
 
 
-def _require_range(name: str, value: ArrayLike, low: float, high: float, unit: str) -> Array:
+def require_range(name: str, value: ArrayLike, low: float, high: float, unit: str) -> Array:
+    """Return the value as an array; raise a ValueError with its first number outside a range."""
     array = np.asarray(value, dtype=float)
     wrong = ~((array >= low) & (array <= high))  # true for NaN as well
     if np.any(wrong):

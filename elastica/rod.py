@@ -66,7 +66,7 @@ class Rod:
         the rod has without buckling raises a ValueError, an equilibrium that is not found a RodError.
         """
         half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
-        lowest = self.critical_load / self.axial
+        lowest = self.critical_load / self.axial  # compression P/(E A) of the straight rod at its buckling load
         require("shortening", shortening, lowest < shortening <= 1.5, f"above {lowest:.12g}, to 1.5 (end shortening/L)")
         guess, end_angle = self._guess(half, shortening)
         towards_middle = Load(move=(-1.0, 0.0, 0.0))  # of the half's end; the load factor is the shortening
@@ -95,8 +95,9 @@ class Rod:
         bending = angles * pi**2
         linear, quadratic = 2.0 * (sin * mode) @ weights, 2.0 * self.softness * (sin * cos * mode) @ weights
         discriminant = linear**2 + 4.0 * quadratic * bending
-        known = np.logical_and.accumulate(discriminant >= 0.0)  # at larger angles no load balances the bending
-        angles, loads = angles[known], 2.0 * bending[known] / (linear + np.sqrt(np.abs(discriminant)))[known]
-        shortened = 1.0 - cos[known] @ weights + loads * ((cos**2 / self.axial + sin**2 / self.shear)[known] @ weights)
+        has_load = np.logical_and.accumulate(discriminant >= 0.0)  # at larger angles no load balances the bending
+        angles, sin, cos, bending = angles[has_load], sin[has_load], cos[has_load], bending[has_load]
+        loads = 2.0 * bending / (linear[has_load] + np.sqrt(discriminant[has_load]))
+        shortened = 1.0 - cos @ weights + loads * ((cos**2 / self.axial + sin**2 / self.shear) @ weights)
         alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
         return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)  # theta, then m0, nx, ny

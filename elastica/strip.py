@@ -2,8 +2,9 @@
 
 A planar rod of Reissner's theory: bending stiffness E I, axial stiffness E A, shear stiffness G A, stress-free tangent angle
 theta0(s). Everything is normalised by E I and by the stress-free arc length L: s in [0, 1], force F L^2/(E I), moment M L/(E I),
-a = E I/(E A L^2), g = E I/(G A L^2). Let theta be the rotation of the cross-section and m the bending moment. Let n = (nx, ny) be
-the force which the part beyond s exerts on the part before it; n is constant but for a jump at a point load. Then:
+a = E I/(E A L^2), g = E I/(G A L^2). Let theta be the angle from the x axis to the normal of the cross-section, without shear the
+tangent angle. Let m be the bending moment. Let n = (nx, ny) be the force which the part beyond s exerts on the part before it; n
+is constant but for a jump at a point load. Then:
 
     x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos;                                              (1)
     y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2);                                              (2)
@@ -13,10 +14,10 @@ Let J[f](s) be the integral of f from 0 to s. Integrated twice:
 
     theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'].                                           (4)
 
-phi is the rotation of the start, 0 where it is clamped; m0 is the moment there, 0 where it is pinned. The other one of the two
-is the unknown b. Equation (4) is collocated at Chebyshev points of two pieces that meet at the point load. Newton's method finds
-the unknowns: theta at all points, b, nx(0) and ny(0), in this order in every array of unknowns. At s = 1 each of x, y and theta
-is prescribed, or else the force or moment on it.
+phi is the rotation of the start from its stress-free direction, 0 where it is clamped; m0 is the moment there, 0 where it is
+pinned. The other one of the two is the unknown b. Equation (4) is collocated at Chebyshev points of two pieces that meet at the
+point load. Newton's method finds the unknowns: theta at all points, b, nx(0) and ny(0), in this order in every array of unknowns.
+At s = 1 each of x, y and theta is prescribed, or else the force or moment on it.
 
 References
 ----------
@@ -145,7 +146,7 @@ class Strip:
 
     @cached_property
     def finer(self) -> Strip:
-        """Copy of the strip with 1.5 times as many points, at most 200, at which the residual is evaluated.
+        """Copy of the strip with 1.5 times (chosen) as many points, at most 200, at which the residual is evaluated.
 
         With 200 points itself a strip has no finer copy: its residual then shows the convergence of Newton's method alone.
         """
@@ -173,7 +174,7 @@ class Strip:
             if found is not None:
                 reached, step, unknowns = reached + step, 1.5 * step, found
             elif step < 1e-6:  # halved twenty times, and still no equilibrium near the tangent to the path
-                raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
+                raise NewtonDivergedError(f"no next equilibrium at {reached:.6g} of the load: a limit point, or a branching")
             else:
                 step /= 2.0
         unknowns = self._newton(load, factor, unknowns)  # one step more removes what the tolerance of the last one left
@@ -186,7 +187,7 @@ class Strip:
     def at_unknowns(self, load: Load, factor: float, unknowns: Array) -> StripEquilibrium:
         """Return shape, forces and residual for a solution."""
         fields, grid, theta = self.fields(load, factor, unknowns), self.grid, unknowns[:-3]
-        x, y = grid.J @ fields.dx, grid.J @ fields.dy
+        x, y = grid.J @ fields.x_prime, grid.J @ fields.y_prime
         force = np.column_stack((fields.nx, fields.ny))
         loaded = self.nodes  # index of the point `at`, first of the second piece
         inner, end = (float(x[loaded]), float(y[loaded])), (float(x[-1]), float(y[-1]), float(theta[-1]))
@@ -201,17 +202,17 @@ class Strip:
         on_second = grid.beyond  # 1 at the points of the second piece, else 0
         nx, ny = start_nx - factor * load.inner[0] * on_second, start_ny - factor * load.inner[1] * on_second
         sin, cos = np.sin(theta), np.cos(theta)
-        dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
-        dy = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
+        x_prime = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
+        y_prime = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
         phi, m0 = (0.0, b) if self.start == "clamped" else (b, 0.0)
-        return Fields(sin, cos, nx, ny, dx, dy, m0 + grid.J @ (nx * dy - ny * dx), phi)
+        return Fields(sin, cos, nx, ny, x_prime, y_prime, m0 + grid.J @ (nx * y_prime - ny * x_prime), phi)
 
     def defect(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Compute left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
         f, J = self.fields(load, factor, unknowns), self.grid.J
         theta = unknowns[:-3]
         balance = theta - self.grid.angle - f.phi - J @ f.m
-        place = (J[-1] @ f.dx, J[-1] @ f.dy, theta[-1])
+        place = (J[-1] @ f.x_prime, J[-1] @ f.y_prime, theta[-1])
         force = (f.nx[-1], f.ny[-1], f.m[-1])
         applied = (*load.end, load.moment)
         ends = [
@@ -223,22 +224,24 @@ class Strip:
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4).
 
-        Each row below is the derivative of a field at one point, each column that by theta, b, nx(0), ny(0), load factor.
+        Each array below has the derivatives of a field: rows are points, columns theta, b, nx(0), ny(0) and load factor.
         """
         f, J, count = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # count: of angles
         b_column, nx_column, ny_column, factor_column = range(count, count + 4)
-        slopes = _slope_columns(self, f, load)
-        x, y = J @ slopes[0], J @ slopes[1]
+        x_prime, y_prime = _differentiate_slopes(self, f, load)
+        x, y = J @ x_prime, J @ y_prime
         force = np.zeros((2, count, count + 4))
         force[0, :, nx_column] = force[1, :, ny_column] = 1.0
         force[:, :, factor_column] = -np.outer(load.inner, self.grid.beyond)
-        moment_slope = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + force[0] * f.dy[:, None] - force[1] * f.dx[:, None]
-        moment = J @ moment_slope
-        moment[:, b_column] += self.start == "clamped"
+        nx, ny, x_slope, y_slope = (field[:, None] for field in (f.nx, f.ny, f.x_prime, f.y_prime))
+        moment = J @ (nx * y_prime - ny * x_prime + force[0] * y_slope - force[1] * x_slope)
+        if self.start == "clamped":
+            moment[:, b_column] += 1.0  # b is m0
         matrix = np.zeros((count + 3, count + 4))
         matrix[:count] = -J @ moment
         matrix[:count, :count] += np.eye(count)
-        matrix[:count, b_column] -= self.start == "pinned"
+        if self.start == "pinned":
+            matrix[:count, b_column] -= 1.0  # b is phi
         end_angle = np.zeros(count + 4)
         end_angle[count - 1] = 1.0  # theta at s = 1 is the last angle
         place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
@@ -273,7 +276,7 @@ class Strip:
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))
 
 
-def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
+def _differentiate_slopes(strip: Strip, f: Fields, load: Load) -> Array:
     """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
     a, g, count = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size  # count: of angles
     _b_column, nx_column, ny_column, factor_column = range(count, count + 4)
