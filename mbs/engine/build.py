@@ -6,13 +6,12 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 
 from .. import elements
-from ..elements.element import Element
+from ..elements.element import Element, place
 from ..geometry import Array
 from ..imports import extensions
 from ..mechanism import Mechanism
 from . import clearance, loads, modal, rigid, rows, stop, strip
 from . import guide as guides
-from .loads import attach
 from .placed import EngineBody
 from .scene import EngineScene
 
@@ -60,8 +59,10 @@ def connect(scene: EngineScene) -> None:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
         function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
-        if function is None and not all(list(element.rows(scene.mechanism)) for element in named.values()):
-            raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
+        if function is None:
+            lacks_rows = any(not list(element.rows(scene.mechanism)) for element in named.values())
+            if lacks_rows:
+                raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
         (function or rows.connect)(scene, named)
 
 
@@ -81,8 +82,9 @@ def build(mechanism: Mechanism) -> EngineScene:
     for guide in mechanism.guides:
         velocity = start.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))  # its block
-    for burden in scene.source.burdens:
-        attach(scene, burden)
+    for at, mass, inertia in scene.source.burdens:
+        body, point = place(at)
+        scene.placed[body].add_burden(point, mass, inertia, mechanism.gravity)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     connect(scene)

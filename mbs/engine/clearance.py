@@ -35,9 +35,9 @@ class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
     The kernel's coordinates are x, y, theta of each node in turn. `offsets` (joints, 2) are the indices of the first coordinate
-    of pin and bush, -1 for the ground, `numbers` (joints, n) the constants of each joint. `columns` (nodes, 3) are the indices of
-    the coordinates in the engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted
-    step; `has_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
+    of pin and bush, -1 for the ground, `numbers` (joints, n) the constants of each joint. `indices` (3 nodes,) are those of the
+    coordinates in the engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step;
+    `updates_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
     """
 
     def __init__(self, joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
@@ -50,21 +50,21 @@ class ClearanceGroup:
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
-        self.columns = np.empty((0, 3), dtype=int)
+        self.indices = np.empty(0, dtype=int)
         depth, rate = 1e-6, 0.1  # [m], [m/s]: in compression, where all laws that use the onset speed depend on it
         depends_on_onset = law.force(depth, rate, 1.0) != law.force(depth, rate, 2.0)  # onset speeds [m/s]
-        self.has_memory = isinstance(friction, BristleLaw) or depends_on_onset
+        self.updates_memory = isinstance(friction, BristleLaw) or depends_on_onset
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._previous: dict[str, Array] | None = None
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""
-        self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
+        self.indices = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3)).ravel()
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
-        columns, memory = self.columns.ravel(), self.memory
-        self.kernel.report(t, q[columns], q_t[columns], memory, self.offsets, self.numbers, self._report)
+        indices, memory = self.indices, self.memory
+        self.kernel.report(t, q[indices], q_t[indices], memory, self.offsets, self.numbers, self._report)
         report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
         depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
@@ -82,9 +82,9 @@ class ClearanceGroup:
 def _compute_onset_speed(h: float, depths: list[float], rates: list[float]) -> float:
     """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
     time, depth, rate = np.array([0.0, h]), np.array(depths), np.array(rates)
-    onset_times = find_sign_changes(time, depth, rate)
-    _, rates_at_onset = hermite(time, depth, rate, onset_times)
-    return float(rates_at_onset[0])
+    onset_times = find_sign_changes(time, depth, rate)  # one: the depth was 0 or less and is positive
+    _depths, (onset_rate,) = hermite(time, depth, rate, onset_times)
+    return float(onset_rate)
 
 
 def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
@@ -97,8 +97,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         alike = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in alike]
         group = ClearanceGroup(alike, ends, nodes)
-        g = len(scene.with_memory)  # index of this group
-        scene.with_memory.append(group)
+        scene.add_with_memory(group, names)
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in alike)
             scene.notes.append(
@@ -111,8 +110,6 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
             forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)
-        for k, name in enumerate(names):
-            scene.add_memory_reader(name, g, k)
 
 
 def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
@@ -146,7 +143,6 @@ def user_function(group: ClearanceGroup, out: Array) -> Callback:
     latest, calls = 0.0, 0  # latest time of all calls [s], and number of calls that brought no later time
 
     def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
-        """Compute the generalised forces, unless the engine repeats one step for ever."""
         nonlocal latest, calls
         latest, calls = (t, 0) if t > latest else (latest, calls + 1)
         if calls > most_calls:

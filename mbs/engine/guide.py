@@ -6,8 +6,8 @@ from functools import partial
 import exudyn.itemInterface as eii
 import numpy as np
 
+from ..elements import strut
 from ..elements.guide import Guide, GuideFriction
-from ..elements.strut import StrutLaw, state
 from ..geometry import Array
 from ..laws import BristleLaw
 from ..laws.friction import as_bristle_law
@@ -39,10 +39,9 @@ class PlacedBlock(EngineBody):
         q, q_t, q_tt = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, q, q_t, q_tt)
 
-    def attach(self, _point: str, mass: float, _inertia: float) -> bool:
-        """Add a point mass to the mass of the block; see `EngineBody.attach`."""
-        self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
-        return True
+    def find_node(self, _point: str) -> tuple[int, int, Array]:
+        """Return the only node, the number of its coordinates, and its position at t = 0 [m]."""
+        return self.nodes[0], 1, np.array(self.origin)
 
     def error_scales(self) -> Array:
         """Return 1: the coordinate is a displacement."""
@@ -73,16 +72,14 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
                 scene.position_marker(guide.link, guide.point),
             ]  # of block and link
             scene.constraints[name] = int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))
-            scene.add_reader(name, "reaction", partial(_compute_reaction, scene, name, guide))
+            scene.readers[name, "reaction"] = partial(_compute_reaction, scene, name, guide)
         elif guide.mass == 0:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")
         else:
-            scene.add_reader(name, "reaction", partial(_compute_reaction_under_strut, guide))
-        if guide.friction is None:
-            continue
-        if isinstance(guide.friction, GuideFriction):
+            scene.readers[name, "reaction"] = partial(_compute_reaction_under_strut, guide)
+        if isinstance(guide.friction, GuideFriction):  # of prescribed size
             _add_friction(scene, guide, guide.friction)
-        else:
+        elif guide.friction is not None:
             _add_reaction_friction(scene, name, guide)
 
 
@@ -102,10 +99,12 @@ def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -
     """Return the force of the guide on a block at a strut's end, to the guide's left [N], (times, 1)."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
-    law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
-    tension = np.array([law.force(float(e), float(v)) for e, v in zip(*state(link, record), strict=True)])
+    law = strut.StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
+    elongation, rate = strut.state(link, record)
+    tension = np.array([law.force(float(e), float(v)) for e, v in zip(elongation, rate, strict=True)])
     other = link.end if guide.point == link.start else link.start
-    pull = record.point(other)[0] - record.point(guide.point)[0]
+    (far, _), (near, _) = record.point(other), record.point(guide.point)
+    pull = far - near
     pull *= (tension / np.hypot(*pull.T))[:, None]
     ax, ay = guide.along
     return (ay * pull[:, 0] - ax * pull[:, 1] - _compute_weight(mechanism, guide))[:, None]
@@ -124,8 +123,9 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 class ReactionFriction:
     """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
-    `memory` (1, 4) has the columns `BRISTLE`, `TRAVEL` and `SINCE` (time [s]) at the last accepted step; `has_memory` is true for
-    a law with a bristle. `column` is the index of the block's coordinate, `rows` has those of the pin's two multipliers.
+    `memory` (1, 4) has the columns `BRISTLE`, `TRAVEL` and `SINCE` (time [s]) at the last accepted step; a fourth is unused. Only
+    a law with a bristle `updates_memory`; another ignores the deflection. `column` is the index of the block's coordinate, `rows`
+    has those of the pin's two multipliers.
     """
 
     is_stuck = False  # required by `WithMemory`; only the explicit integrator, which has no pins, may repeat a step for ever
@@ -133,7 +133,7 @@ class ReactionFriction:
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
         self.memory = np.zeros((1, len(MEMORY)))
-        self.has_memory = isinstance(guide.friction, BristleLaw)
+        self.updates_memory = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
         # state of the iteration in `normal`: time of its step [s], last reaction, its relaxed value, their last difference [N]
         self.time = -1.0
@@ -193,11 +193,10 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     """Add friction proportional to the guide's reaction; a ValueError says that a strut gives no constraint force."""
     if guide.link in scene.strut_links:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
-    friction, g = ReactionFriction(scene, name, guide), len(scene.with_memory)
-    scene.with_memory.append(friction)
-    scene.initial_multipliers_lack_friction |= not friction.has_memory  # a bristle is undeflected at t = 0: no friction yet
+    friction = ReactionFriction(scene, name, guide)
+    scene.add_with_memory(friction, [name])
+    scene.initial_multipliers_lack_friction |= not friction.updates_memory  # a bristle is undeflected at t = 0: no friction yet
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
     scene.system.AddObject(item)
-    scene.add_memory_reader(name, g, 0)

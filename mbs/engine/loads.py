@@ -9,7 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements import Drive, Force, LineLoad, Link, Motor, Spring, Torque, TorsionSpring
-from ..elements.element import Burden, place
+from ..elements.element import place
 from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
@@ -42,7 +42,7 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         scene.system.AddLoad(item)
         if load.through is not None:
             force = _make_force(scene, name, load, follows)
-            add_torque(scene, scene.angle_marker(*point), _make_moment(scene, point, load.through, force))
+            add_coordinate_force(scene, scene.angle_marker(*point), _make_moment(scene, point, load.through, force))
 
 
 def _refuse_states(load: Force | Torque) -> None:
@@ -57,7 +57,6 @@ def _make_moment(
     """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
 
     def moment(_time: float, t: float, *_: float) -> float:
-        """Return the moment of the force about `point` [N m]."""
         fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
         x, y = scene.position(*point)
         return (through[0] - x) * fy - (through[1] - y) * fx
@@ -66,11 +65,10 @@ def _make_moment(
 
 
 def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    """Make the callback of a force [N]; its value is that in the pose at t = 0 if it turns with the section at `follows`."""
+    """Make the callback of a force [N]; with the point reference `follows` it turns with that section from t = 0 on."""
     value = guard(scene, name, load.value, size=2)  # called as value(time for messages, argument of the user's function)
 
     def vector(_system: System, t: float, _load: object) -> list[float]:
-        """Return the force in axes of the ground [N]."""
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
@@ -103,23 +101,22 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
         body, point = place(load.at(scene.mechanism))
         _refuse_states(load)
         if callable(load.value):
-            add_torque(scene, scene.angle_marker(body, point), guard(scene, name, load.value))
+            add_coordinate_force(scene, scene.angle_marker(body, point), guard(scene, name, load.value))
         else:
             scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.angle_marker(body, point), load=load.value))
 
 
-def add_torque(scene: EngineScene, marker: int, torque: Callback) -> None:
-    """Add a torque(t, t, angle, speed) [N m], or a force on a travel [N], as a spring, as springs enter the engine's Jacobian.
+def add_coordinate_force(scene: EngineScene, marker: int, force: Callback) -> None:
+    """Add a torque [N m] on an angle, or a force [N] on a travel, as a spring, as springs enter the engine's Jacobian.
 
-    The function has the arguments of a guarded function, with the time for messages first.
+    `force` has the arguments (time for messages, time, coordinate, its rate), as a function of `guard`.
     """
 
-    def spring_torque(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
-        """Return the torque with the sign of the engine, positive against the rotation."""
-        return -float(torque(t, t, angle, speed))
+    def spring_force(_system: System, t: float, _item: int, coordinate: float, rate: float, *_: float) -> float:
+        return -float(force(t, t, coordinate, rate))  # positive for the engine against the coordinate
 
     markers = [scene.ground, marker]
-    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=spring_torque)
+    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=spring_force)
     scene.system.AddObject(item)
 
 
@@ -129,10 +126,9 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         voltage = guard(scene, name, load.voltage)
 
         def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
-            """Return the torque of the motor [N m]."""
             return float(load.torque(voltage(t, t), speed))
 
-        add_torque(scene, scene.angle_marker(*place(load.at(scene.mechanism))), torque)
+        add_coordinate_force(scene, scene.angle_marker(*place(load.at(scene.mechanism))), torque)
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
@@ -154,7 +150,6 @@ def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | Torsio
     law = guard(scene, name, load.law)
 
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
-        """Return the spring's force by its law of elongation and rate [N]."""
         return law(t, value - free, rate)
 
     return {"springForceUserFunction": force}
@@ -188,18 +183,6 @@ def _find_end_marker(scene: EngineScene, link: Link, point: str) -> int:
     return int(scene.position_marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
 
 
-def attach(scene: EngineScene, burden: Burden) -> None:
-    """Add a mass and inertia to a body at a point, and the weight of this mass unless the weight of the body includes it."""
-    body, point = place(burden.at)
-    placed = scene.placed[body]
-    was_added = placed.attach(point, burden.mass, burden.inertia)
-    if not was_added:  # the body was built with it, so that its weight is that of the body
-        return
-    gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
-    if gx or gy:
-        scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.markers[point], loadVector=[gx, gy, 0.0]))
-
-
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate by a constraint.
 
@@ -210,21 +193,28 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
         if has_no_constraints:
             (rigid_body,) = scene.placed[drive.target].objects
             scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)
-            scene.add_reader(name, "effort", partial(_compute_effort, drive))
+            scene.readers[name, "effort"] = partial(_compute_effort, drive)
         else:
             is_block = drive.target in scene.mechanism.points  # a block has the name of its point
             coordinate = scene.coordinate_marker(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
             scene.constraints[name] = _add_drive(scene, drive, coordinate)
-            scene.add_reader(name, "effort", scene.make_force_reader(name))
+            scene.readers[name, "effort"] = partial(_read_effort, scene, name)
+
+
+def _read_effort(scene: EngineScene, name: str, run: History, _record: Record) -> Array:
+    """Return the force or torque of a drive's constraint on the driven body: its multiplier with opposite sign, (times, 1)."""
+    return -run.multipliers[:, scene.multiplier_indices(name)]
 
 
 def _compute_effort(drive: Drive, _run: History, record: Record) -> Array:
     """Return the torque [N m], (times, 1), with which contacts and loads on a link of constant speed are in balance."""
-    total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
+    total = np.zeros_like(record.time)
+    centre, _velocity, _acceleration = record.links[drive.target].centre()  # moments about it change the speed of rotation
     for name, element in Scene.of(record.mechanism).elements.items():
         for point, force, torque in element.pushes(name, record) or ():
             if place(point).body == drive.target:
-                total = total - cross(record.point(point)[0] - centre, force) - torque
+                position, _velocity = record.point(point)
+                total = total - cross(position - centre, force) - torque
     return total[:, None]
 
 

@@ -54,18 +54,21 @@ class EngineBody:
         raise NotImplementedError
 
     def error_scales(self) -> Array:
-        """Return the displacement [m] by a unit of each coordinate, shape as `columns`: it turns errors of steps into m."""
+        """Return how far the body moves per unit of each coordinate [m], shape as `columns`, for errors of steps in m."""
         raise NotImplementedError
 
-    def attach(self, point: str, mass: float, inertia: float) -> bool:
-        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point; return False if the body was built with them."""
-        if inertia:  # it needs the node with an angle
-            node, size = self.find_angle_node(point)[0], 3
+    def add_burden(self, point: str, mass: float, inertia: float, gravity: Pair) -> None:
+        """Add mass [kg] and moment of inertia [kg m^2] to the node at a point, and the weight of the mass."""
+        if inertia:
+            node, _position = self.find_angle_node(point)
+            masses = [mass, mass, inertia]  # of (x, y, theta)
         else:
-            node, size, _ = self.find_node(point)
-        attached = np.diag([mass, mass, inertia, 0.0][:size])  # of (x, y, theta), or of a cable's (x, y, dx/ds, dy/ds)
-        self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
-        return True
+            node, size, _position = self.find_node(point)
+            masses = [mass, mass, 0.0, 0.0][:size]  # an angle or the slopes of a cable have none
+        self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.diag(masses)))
+        weight = [mass * gravity[0], mass * gravity[1], 0.0]
+        if any(weight):
+            self.system.AddLoad(eii.LoadForceVector(markerNumber=self.markers[point], loadVector=weight))
 
     def find_node(self, point: str) -> tuple[int, int, Array]:
         """Return the node at a point, even one without an angle, the number of its coordinates, and its position at t = 0 [m]."""
@@ -99,11 +102,12 @@ class History:
 class WithMemory(Protocol):
     """Protocol of forces that may depend on values of the last accepted step, the `memory`; see `History`.
 
-    If `has_memory` is false they do not, and the memory is not updated. `is_stuck` is true if the engine repeats a step for ever.
+    If `updates_memory` is false they do not, and the memory stays as it is. `is_stuck` is true if the engine repeats a step for
+    ever.
     """
 
     memory: Array
-    has_memory: bool
+    updates_memory: bool
     is_stuck: bool
 
     def locate(self, system: System) -> None:

@@ -47,9 +47,8 @@ class PlacedRigid(EngineBody):
         """Return 1 for x and y, and half the length [m] of the link for the angle: displacements by a unit of each."""
         return np.array([[1.0, 1.0, self.half_length]])
 
-    def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
-        """Return False: the link was built with all added masses."""
-        return False
+    def add_burden(self, _point: str, _mass: float, _inertia: float, _gravity: Pair) -> None:
+        """Do nothing: the link was built with all added masses."""
 
     def inverse_mass(self, point: str, along: Pair) -> float:
         """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia, without added masses."""

@@ -33,9 +33,10 @@ class EngineScene:
     `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) to their bodies, and points
     of guides to their blocks. `constraints` maps elements to object numbers. `with_memory` are joints with clearance, grouped by
     their laws, and guides with friction proportional to their reaction; their forces depend on the last accepted step.
-    `initial_multipliers_lack_friction` is true if such a guide's law has no bristle: then friction acts from t = 0 on, but the
-    engine computes the multipliers at t = 0 without it. `notes` are sentences for the result, `start` has the
-    velocities at t = 0, `stopped` is the first failure of a user's function, `readers` are (element, channel, function).
+    `initial_multipliers_lack_friction` is true if such a guide's friction acts at t = 0: the engine computes the first
+    multipliers without it. A bristle has no deflection then, so that its friction begins at zero. `notes` are sentences for
+    the result, `start` has the velocities at t = 0, `stopped` is the first failure of a user's function. `readers` maps
+    (element, channel) to functions, in the order in which they compute the channels of a record.
     """
 
     mechanism: Mechanism
@@ -51,7 +52,7 @@ class EngineScene:
     initial_multipliers_lack_friction: bool = False
     notes: list[str] = field(default_factory=list)
     stopped: Failure | None = None
-    readers: list[tuple[str, str, Reader]] = field(default_factory=list)
+    readers: dict[tuple[str, str], Reader] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
@@ -107,17 +108,12 @@ class EngineScene:
         rest = np.zeros_like(q)
         return self.placed[body].motion(EngineStates(q=q, q_t=rest, q_tt=rest))
 
-    def add_reader(self, element: str, channel: str, reader: Reader) -> None:
-        """Add the function that computes an element's channel after the run."""
-        self.readers.append((element, channel, reader))
-
-    def add_memory_reader(self, element: str, group: int, joint: int) -> None:
-        """Add the memory, (times, 4), of a joint in one of `with_memory` as a channel of an element."""
-        self.add_reader(element, "memory", lambda run, _record: run.memory[group][:, joint])
-
-    def make_force_reader(self, name: str) -> Reader:
-        """Make the reader of the force of a constraint on its second body, which is the multipliers with opposite sign."""
-        return lambda run, _record: -run.multipliers[:, self.multiplier_indices(name)]
+    def add_with_memory(self, force: WithMemory, names: list[str]) -> None:
+        """Add forces to `with_memory`, and the rows of their memory as channels of the elements of these names."""
+        k = len(self.with_memory)
+        self.with_memory.append(force)
+        for row, name in enumerate(names):
+            self.readers[name, "memory"] = lambda run, _record, row=row: run.memory[k][:, row]  # type: ignore[misc]
 
     def multiplier_indices(self, name: str) -> Array:
         """Return the indices of a constraint's Lagrange multipliers in the engine's vector of all multipliers."""
@@ -129,6 +125,6 @@ class EngineScene:
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}
         record = Record(self.mechanism, run.time, motions, blocks, channels, undetermined=self.source.undetermined)
-        for element, channel, reader in self.readers:
-            channels.setdefault(element, {})[channel] = reader(run, record)
+        for (element, channel), read in self.readers.items():  # some read the channels before theirs in the record
+            channels.setdefault(element, {})[channel] = read(run, record)
         return record

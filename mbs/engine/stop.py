@@ -10,7 +10,7 @@ from ..elements.stop import Stop
 from . import System
 from .forces import FreeContact, StopContact, StopEnd
 from .guarded import watch
-from .loads import add_torque
+from .loads import add_coordinate_force
 from .scene import EngineScene
 
 
@@ -48,18 +48,18 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
         else:
             _add_guided(scene, contact)
         # `run.contact` has one column for each of `scene.stops`
-        scene.add_reader(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])  # type: ignore[misc]
+        scene.readers[name, "force"] = lambda run, _record, k=k: run.contact[:, k : k + 1]  # type: ignore[misc]
 
 
 def _add_guided(scene: EngineScene, contact: StopContact) -> None:
     """Add a stop on the coordinate of its guide's block."""
 
     def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
-        """Return the force of the stop along the guide [N]."""
         return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
+    # an exception of the law ends the run with a message about this text
     force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
-    add_torque(scene, scene.coordinate_marker(contact.stop.point, 0), force)  # on a travel a force [N]
+    add_coordinate_force(scene, scene.coordinate_marker(contact.stop.point, 0), force)
 
 
 def _add_free(scene: EngineScene, contact: FreeContact) -> None:
