@@ -1,7 +1,6 @@
 """Recording of a run, step by step, and conditions that end a run early."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from math import nan
 from time import perf_counter
 
@@ -22,54 +21,34 @@ CHECK_EVERY = 16
 """Number of steps between checks of the time limit."""
 
 
-@dataclass
-class Rows:
-    """Values at the accepted steps, one entry of each list for each step; empty lists if the system has no such values.
-
-    `q`, `q_t` and `q_tt` are (coordinates,), `multipliers` (constraints,). `contact` has the force [N] of each stop, `memory` an
-    array (joints, 4) for each force with memory.
-    """
-
-    time: list[float] = field(default_factory=list)
-    q: list[Array] = field(default_factory=list)
-    q_t: list[Array] = field(default_factory=list)
-    q_tt: list[Array] = field(default_factory=list)
-    multipliers: list[Array] = field(default_factory=list)
-    contact: list[list[float]] = field(default_factory=list)
-    memory: list[list[Array]] = field(default_factory=list)
-
-    def history(self, scene: EngineScene) -> History:
-        """Stack the values as arrays; if multipliers at t = 0 lack friction, those of the first step replace them."""
-        count = len(self.time)
-        q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
-        if scene.initial_multipliers_lack_friction and count > 1:
-            forces[0] = forces[1]
-        stacked = iter(np.array(part) for part in zip(*self.memory, strict=True))  # of each force whose memory is not constant
-        # each (times, joints, 4); a constant memory (joints, 4) is repeated
-        memory = [next(stacked) if force.has_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
-        time = np.array(self.time)
-        for part in memory:
-            part[:, :, SINCE] = time[:, None]  # each row is the memory after the step that ends at its time, also if constant
-        return History(time, EngineStates(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
-
-
 class Recorder:
-    """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary."""
+    """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary.
+
+    The lists have an entry for each step, or none if the system has no such values. Entries of `q`, `q_t` and `q_tt` are
+    (coordinates,), those of `multipliers` (constraints,), of `contact` the force [N] of each stop. An entry of `memory` has an
+    array (joints, 4) for each of `updated`: the forces whose memory changes. `rejected` counts steps in a subclass.
+    """
 
     def __init__(
         self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
     ) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = list(scene.stops.values())
-        self.with_memory: list[WithMemory] = [force for force in scene.with_memory if force.has_memory]
+        self.updated: list[WithMemory] = [force for force in scene.with_memory if force.updates_memory]
         self.constrained = self.data.AEsize() > 0
-        self.record = Rows()
+        self.time: list[float] = []
+        self.q: list[Array] = []
+        self.q_t: list[Array] = []
+        self.q_tt: list[Array] = []
+        self.multipliers: list[Array] = []
+        self.contact: list[list[float]] = []
+        self.memory: list[list[Array]] = []
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
-        self.raised: BaseException | None = None
-        self.interrupted: Callable[[], bool] = lambda: False  # `run_engine` replaces it by the state of Ctrl-C
-        self.rejected = 0  # number of rejected steps, which a subclass counts
+        self.callback_error: BaseException | None = None
+        self.is_interrupted: Callable[[], bool] = lambda: False  # of no Ctrl-C, until `run_engine` begins to listen to it
+        self.rejected = 0
 
     def after_step(self, _system: System, t: float) -> bool:
         """Record a step; return False to end the run. An exception is stored, to be raised after the engine's return."""
@@ -77,23 +56,23 @@ class Recorder:
             self._accept(t)
             return self._may_continue(t)
         except BaseException as error:
-            self.raised = error
+            self.callback_error = error
             return False
 
     def _accept(self, t: float) -> None:
         """Record a step; read multipliers, stops and memories only if there are any, as that takes as long as a small step."""
-        data, record = self.data, self.record
+        data = self.data
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
-        record.time.append(t)
-        record.q.append(q)
-        record.q_t.append(q_t)
-        record.q_tt.append(data.GetODE2Coordinates_tt())
+        self.time.append(t)
+        self.q.append(q)
+        self.q_t.append(q_t)
+        self.q_tt.append(data.GetODE2Coordinates_tt())
         if self.constrained:
-            record.multipliers.append(data.GetAECoordinates())
+            self.multipliers.append(data.GetAECoordinates())
         if self.stops:
-            record.contact.append([self._contact(stop, q, q_t, t) for stop in self.stops])
-        if self.with_memory:
-            record.memory.append([force.accept(q, q_t, t) for force in self.with_memory])
+            self.contact.append([self._contact(stop, q, q_t, t) for stop in self.stops])
+        if self.updated:
+            self.memory.append([force.accept(q, q_t, t) for force in self.updated])
         if self.progress is not None:
             self.progress(t / self.duration)
         self.next_step(q, q_t)
@@ -111,16 +90,31 @@ class Recorder:
 
     def _may_continue(self, t: float) -> bool:
         """Return False, and store the failure, if the run must end."""
-        count = len(self.record.time)
+        count = len(self.time)
         if self.failure is not None:
             return False
-        if self.interrupted():
+        if self.is_interrupted():
             self.failure = Failure(Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {self.duration:.6g} s")
         elif count > self.solver.steps.max_steps:
             most = self.solver.steps.max_steps
             self.failure = Failure(Status.TOO_MANY_STEPS, f"more than max_steps = {most} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = Failure(Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
-        elif not np.isfinite(self.record.q[-1]).all():
+        elif not np.isfinite(self.q[-1]).all():
             self.failure = Failure(Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
         return self.failure is None
+
+    def history(self, scene: EngineScene) -> History:
+        """Stack the values as arrays; multipliers of the first step replace those at t = 0 that lack friction."""
+        count, time = len(self.time), np.array(self.time)
+        q, q_t, q_tt, forces, contact = (
+            np.array(entries).reshape(count, -1) for entries in (self.q, self.q_t, self.q_tt, self.multipliers, self.contact)
+        )
+        if scene.initial_multipliers_lack_friction and count > 1:
+            forces[0] = forces[1]
+        stacked = iter(np.array(entries) for entries in zip(*self.memory, strict=True))
+        # each (times, joints, 4); a constant memory (joints, 4) is repeated
+        memory = [next(stacked) if force.updates_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
+        for part in memory:
+            part[:, :, SINCE] = time[:, None]  # time since which the row is the memory: the end of its step
+        return History(time, EngineStates(q, q_t, q_tt), forces, contact, memory)

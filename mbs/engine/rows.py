@@ -4,6 +4,8 @@ A row is one scalar equation: a sum of coefficients times measures of two bodies
 of two points, or a coordinate of a point along a line. Rows of drives, which follow a motion, are added in `loads`.
 """
 
+from functools import partial
+
 import exudyn.itemInterface as eii
 import numpy as np
 
@@ -14,11 +16,11 @@ from ..record.record import Record
 from ..scene.forms import Ends, Forms
 from . import System
 from .placed import History
-from .scene import EngineScene, Reader
+from .scene import EngineScene
 
 
 def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
-    """Add the rows of each element; its `reactions`, from multipliers with opposite sign, are its channels in the record.
+    """Add the rows of each element, and the channels that its method `reactions` makes from their multipliers.
 
     A strut has no coordinates and acts directly on the bodies at its ends: rows with a strut are left out.
     """
@@ -30,7 +32,7 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
         scene.constraints |= constraints
         no_samples = np.zeros((0, len(rows)))  # for the names of the channels
         for channel in element.reactions(no_samples) or ():
-            scene.add_reader(name, channel, _make_reader(scene, list(constraints), element, channel))
+            scene.readers[name, channel] = partial(_compute_reaction, scene, list(constraints), element, channel)
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
@@ -40,7 +42,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     """
     pin = find_pin(rows)
     if pin is None:
-        return [RowConstraint(scene, rows).add()]
+        return [_add_rows(scene, rows)]
     markers = [scene.position_marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
@@ -50,78 +52,65 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     return items
 
 
-def _make_reader(scene: EngineScene, constraints: list[str], element: Element, channel: str) -> Reader:
-    """Make the reader of a channel from the multipliers of an element's constraints."""
-
-    def read(run: History, _record: Record) -> Array:
-        """Return the channel's values (times, ...)."""
-        columns = np.concatenate([scene.multiplier_indices(name) for name in constraints])
-        return (element.reactions(-run.multipliers[:, columns]) or {})[channel]  # not None, as it has this channel
-
-    return read
+def _compute_reaction(
+    scene: EngineScene, constraints: list[str], element: Element, channel: str, run: History, _record: Record
+) -> Array:
+    """Return the values of a channel of an element (times, ...), from the multipliers of its constraints."""
+    columns = np.concatenate([scene.multiplier_indices(name) for name in constraints])
+    reactions = element.reactions(-run.multipliers[:, columns])  # a multiplier has the opposite sign of the force
+    return (reactions or {})[channel]  # not None, as the element has this channel
 
 
-class RowConstraint:
-    """Rows as one constraint on the coordinates (x, y, angle) of engine nodes.
+def _make_forms(scene: EngineScene, rows: list[Row]) -> tuple[Forms, list[int]]:
+    """Return the equations of rows in the coordinates of engine nodes, and the numbers of these nodes in their order.
 
-    `nodes` maps node numbers to positions at t = 0 [m], `at` maps ends of measures to node numbers, `order` lists these numbers
-    in the order of the coordinates. `forms.system` computes residuals (rows,) and their Jacobian (rows, 3 nodes) from the
-    position and the angle since t = 0 of each node, (nodes, 3).
+    A node has x, y and the angle since t = 0. The ground has the index after the last node.
     """
+    measures = [measure for row in rows for _, measure in row.terms]
+    ends = [end for measure in measures for end in (measure.first, measure.second) if end.body != GROUND]
+    at = {end: scene.placed[end.body].find_angle_node(end.point) for end in ends}  # node that moves with the body, and its place
+    order = list(dict.fromkeys(node for node, _place in at.values()))
 
-    def __init__(self, scene: EngineScene, rows: list[Row]) -> None:
-        self.scene, self.points = scene, scene.mechanism.points
-        self.nodes: dict[int, Array] = {}
-        self.at: dict[Place, int] = {}
-        for row in rows:
-            for _, measure in row.terms:
-                for end in (measure.first, measure.second):
-                    if end.body != GROUND:
-                        # node (x, y, angle) that moves with the body at the point; its position at t = 0
-                        node, position = scene.placed[end.body].find_angle_node(end.point)
-                        self.nodes[node], self.at[end] = position, node
-        self.order = list(self.nodes)
-        self.forms = Forms(rows, len(self.order), Ends(body=self._index, arm=self._arm, position=self._position))
-        self.is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
+    def index(end: Place) -> int:
+        return order.index(at[end][0]) if end in at else len(order)
 
-    def _index(self, end: Place) -> int:
-        # the ground has the index after the last node
-        return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
+    def position(end: Place) -> complex:
+        return complex(*scene.mechanism.points[end.point])
 
-    def _position(self, end: Place) -> complex:
-        return complex(*self.points[end.point])
+    def arm(end: Place) -> complex:  # from the node, or from the origin of the ground, to the point at t = 0 [m]
+        return position(end) - (complex(*at[end][1]) if end in at else 0j)
 
-    def _arm(self, end: Place) -> complex:
-        """Return the vector from the node to the point at t = 0 [m], as a complex number."""
-        return self._position(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
+    return Forms(rows, len(order), Ends(body=index, arm=arm, position=position)), order
 
-    def add(self) -> int:
-        """Add the constraint: native if linear in the coordinates, else with callbacks."""
-        system, forms = self.scene.system, self.forms
-        # x, y, angle of each node
-        reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
-        # the engine's total coordinates include the angles at t = 0, those of `forms` do not; shape (nodes, 3), 0 for x and y
-        initial_angles = reference * (0.0, 0.0, 1.0)
-        # an object without mass collects the coordinates of all nodes for one marker; the other marker of the constraint has none
-        collector = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
-        ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
-        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=collector))]
-        if self.is_linear:
-            _, matrix = forms.system(reference - initial_angles)
-            # A q - b = 0 for the total coordinates q of the second marker, A = `scalingMarker1`: the turns since t = 0 are zero
-            options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
-            return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))
 
-        def value(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
-            """Return the residual of the rows, or its rate if the engine solves for velocities."""
-            residual, gradient = forms.system(np.reshape(q, reference.shape) - initial_angles)
-            return gradient @ np.asarray(q_t) if on_speeds else residual
+def _add_rows(scene: EngineScene, rows: list[Row]) -> int:
+    """Add rows as one constraint on nodes: native if it is linear in their coordinates, else with callbacks."""
+    system, (forms, nodes) = scene.system, _make_forms(scene, rows)
+    reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in nodes])  # x, y, angle of each
+    # the engine's total coordinates include the angles at t = 0, those of `forms` do not; shape (nodes, 3), 0 for x and y
+    initial_angles = reference * (0.0, 0.0, 1.0)
+    # an object without mass collects the coordinates of all nodes for one marker; the other marker of the constraint has none
+    collector = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros(2 * [reference.size])))
+    ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
+    markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=collector))]
 
-        def jacobian(_system: System, _time: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
-            """Return the Jacobian of the rows by the angles."""
-            _, gradient = forms.system(np.reshape(q, reference.shape) - initial_angles)
-            return gradient
+    def evaluate(q: Array) -> tuple[Array, Array]:
+        """Return residuals (rows,) and their Jacobian (rows, 3 nodes) at the engine's total coordinates."""
+        return forms.system(np.reshape(q, reference.shape) - initial_angles)
 
-        options = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
-        shape = np.zeros((forms.row_count, reference.size))  # of it the engine reads the number of equations alone
-        return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=shape, **options)))
+    def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
+        value, jacobian = evaluate(q)
+        return jacobian @ np.asarray(q_t) if on_speeds else value  # its rate if the engine solves for velocities
+
+    is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
+    if is_linear:
+        _, matrix = evaluate(reference)
+        # A q - b = 0 for the total coordinates q of the second marker, A = `scalingMarker1`: the turns since t = 0 are zero
+        options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
+    else:
+        options = {
+            "constraintUserFunction": residual,
+            "jacobianUserFunction": lambda _system, _time, _item, q, _q_t, _on_speeds: evaluate(q)[1],
+            "scalingMarker0": np.zeros((forms.row_count, reference.size)),  # tells the engine the number of equations alone
+        }
+    return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **options)))

@@ -22,9 +22,9 @@ from .recording import Recorder
 from .scene import EngineScene
 
 LIGHTEST = 1e-6
-"""Least mass [kg] in the estimate of the duration of an impact, for points without mass."""
+"""Least mass [kg] in estimates of durations, for points and blocks without mass: chosen."""
 FORCE_ERROR = 1e-3
-"""Local error allowed in the force of a lasting contact, relative to the force."""
+"""Local error allowed in the force of a lasting contact, relative to the force: chosen."""
 REJECTED = 1e3
 """Error of a long step that ends inside a stop, in units of the limit: it makes the next trial five times shorter."""
 FIRST_STEP = 1e-3
@@ -33,8 +33,8 @@ STRETCH = 1.5
 """Time to a kink, over the planned step, below which the step ends at the kink, so that no short step remains.
 
 The error of a step that is 1.5 times longer, 0.8^3 1.5^3 = 1.7 of its limit, is still accepted."""
-IMPACT = 0.2
-"""Change of the depth in the duration of an impact, over the depth, above which short steps resolve the contact: a convention."""
+FAST_CHANGE = 0.2
+"""Least ratio, chosen, of speed times impact duration to depth at which short steps resolve a contact: the depth changes fast."""
 
 
 class StepControl(Recorder):
@@ -56,7 +56,7 @@ class StepControl(Recorder):
         stops = [_StopSteps(contact, steps) for contact in self.stops]
         struts = [_StrutSteps(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.controls: list[_StopSteps | _StrutSteps] = [*stops, *struts]
-        # steps end at kinks; an interval between kinks shorter than `max_step` is divided as `max_step` divides its default
+        # steps end at kinks; intervals between kinks shorter than `max_step` are divided into default_longest/max_step parts
         default_longest = Controlled().longest(duration)
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, default_longest), np.inf]
         self.accelerations: Array | None = None
@@ -98,7 +98,7 @@ class StepControl(Recorder):
         step = min(self.max_step, h * _compute_factor(self.error))
         for control in self.controls:
             step = min(step, control.step_limit(q, q_t, step))
-        now = self.record.time[-1]
+        now = self.time[-1]
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
         time_to_kink = self.kinks[0] - now
@@ -117,7 +117,8 @@ class _StopSteps:
     def __init__(self, contact: StopContact, steps: Controlled) -> None:
         self.contact, self.resolution = contact, steps.contact_resolution
         self.mass, self.shortest = max(contact.mass, LIGHTEST), 0.0
-        # least approach speed of an impact over the fastest: smaller in finer runs, whose difference shows what `GRAZE` changes
+        # the contact law assumes at least this share of the stop's fastest approach speed so far; it is smaller in finer runs, so
+        # that the difference of two runs shows the effect of `GRAZE`
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def _impact_duration(self) -> float:
@@ -127,14 +128,12 @@ class _StopSteps:
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
         """Return the limit of a step [s]: `shortest` in an impact, short before a contact closes or slowly opens, else `step`."""
         depth, speed = self.contact.state(q, q_t)  # the speed is positive towards the face
-        gap = -depth
-        if not self.contact.is_touching and not 0 < gap < speed * step:
-            return step
         duration = self._impact_duration()
         if not self.contact.is_touching:
-            return _limit_approach(gap, speed, duration / self.resolution, step)
+            closes = 0 < -depth < speed * step
+            return _limit_approach(-depth, speed, duration / self.resolution, step) if closes else step
         self.shortest = duration / self.resolution
-        if abs(speed) * duration > IMPACT * abs(gap):
+        if abs(speed) * duration > FAST_CHANGE * depth:
             return min(step, self.shortest)
         time_limit = _limit_approach(depth, -speed, self.shortest, step)  # before the depth becomes 0
         return min(step, max(self.shortest, time_limit))
@@ -157,10 +156,9 @@ class _StrutSteps:
     def __init__(self, scene: EngineScene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
         self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
-        # masses of the blocks at its ends; without a block 0.1 kg is assumed
-        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]  # of the blocks at its ends
         self.accepted = 0.0  # elongation after the last accepted step [m]
-        mass = max(min(masses, default=0.1), LIGHTEST)
+        mass = max(min(masses, default=0.1), LIGHTEST)  # 0.1 kg without a block: chosen
         self.half_period = np.pi * np.sqrt(mass / spring.rigidity)  # of the axial vibration [s]; rigidity E A/L [N/m]
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
