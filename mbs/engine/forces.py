@@ -33,7 +33,7 @@ class StopContact(Striking):
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
-        self.columns = placed[self.stop.point].columns()[0]  # of the block, which `placed` has by the guide's point
+        (self.columns,) = placed[self.stop.point].columns()  # the guide's block has the name of its point, and one node
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
         """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
@@ -43,7 +43,7 @@ class StopContact(Striking):
     def step(self, q: Array, q_t: Array) -> float:
         """Update the contact and its speed at onset after an accepted step; return the contact force [N]."""
         depth, rate = self.state(q, q_t)
-        self.is_touching = self.accept(depth, rate)
+        self.is_touching = self.accept(depth, rate)  # `Striking` updates the speed at onset
         self.last_force = self.force(depth, rate) if self.is_touching else 0.0
         return self.last_force
 
@@ -86,20 +86,19 @@ class FreeContact(StopContact):
 
     def state(self, q: Array, q_t: Array) -> tuple[float, float]:
         """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
-        depth, rate, _ = self.depth(q[self.columns], q_t[self.columns])
+        depth, rate, _gradient = self.differentiate_depth(q[self.columns], q_t[self.columns])
         return depth, rate
 
-    def depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
-        """Compute depth, rate and gradient of the depth from coordinates `q` and velocities `v` of the two nodes."""
+    def differentiate_depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
+        """Compute depth, its rate and its gradient by q from coordinates `q` and velocities `v` of the two nodes."""
         distance, rate, gradient = self.project(q, v, self.along)
-        return self.side * (distance - self.reach), self.side * rate, [self.side * slope for slope in gradient]
+        return self.side * (distance - self.reach), self.side * rate, [self.side * derivative for derivative in gradient]
 
     def project(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
         """Project p - o on a line that turns with `second`: u . (p - o) with u = R(phi) line, its rate, its gradient by q.
 
-        q are displacements since t = 0: x, y, theta of each node. Only `first` may be a cable's node, with slopes instead of
-        theta; its arm is zero, so that q[2] has no effect. Below, (px, py) and (wx, wy) become position and velocity of p
-        relative to o.
+        q are displacements since t = 0: x, y, theta of each node. Only `first` may be a cable's node (x, y, dx/ds, dy/ds). Its
+        arm is zero, so that q[2] has no effect. Below, (px, py) and (wx, wy) become position and velocity of p relative to o.
         """
         x0, y0 = self.first.arm
         gradient = [0.0] * len(q)
@@ -114,17 +113,17 @@ class FreeContact(StopContact):
             ux, uy = c * ux - s * uy, s * ux + c * uy
             px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
             wx, wy = wx - v[k], wy - v[k + 1]
-            slope = ux * py - uy * px  # derivative of u . (p - o) by phi
-            gradient[k : k + 3] = [-ux, -uy, slope]
-        gradient[:3] = [ux, uy, uy * arm_x - ux * arm_y]
+            by_phi = ux * py - uy * px  # derivative of u . (p - o) by phi
+            gradient[k : k + 3] = [-ux, -uy, by_phi]
+        gradient[:3] = [ux, uy, uy * arm_x - ux * arm_y]  # the fourth of a cable's node stays 0
         rate = ux * wx + uy * wy
         if self.second.size:
-            rate += v[k + 2] * slope
+            rate += v[k + 2] * by_phi
         return ux * px + uy * py, rate, gradient
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
-        depth, rate, normal = self.depth(q, q_t)
+        depth, rate, normal = self.differentiate_depth(q, q_t)
         force = self.force(depth, rate)
         has_friction = self.stop.friction_at != ""  # the name of the point, or '' without friction
         if force == 0 or not has_friction:

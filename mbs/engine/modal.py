@@ -33,12 +33,13 @@ IN_PLANE = (0, 1, 5)
 class PlacedModal(EngineBody):
     """A modal link in the engine, with coordinates x, y, theta of the frame at the centre of mass, then those of m modes.
 
-    `initial` is the velocity (vx, vy, omega) of the frame at t = 0. `stations` maps points to 'start' or 'end', `places` to
-    positions at t = 0 [m]. `anchors` maps points to nodes (x, y, theta) for joints that act on nodes.
+    Arrays for an `EngineBody` treat it as one node with 3 + m coordinates. `velocity` is (vx, vy, omega) of the frame at t = 0.
+    `stations` maps points to 'start' or 'end', `places` to positions at t = 0 [m]. `anchors` maps points to nodes (x, y, theta)
+    for joints that act on nodes.
     """
 
     model: PlanarModel = field(kw_only=True)
-    initial: Array = field(kw_only=True)
+    velocity: Array = field(kw_only=True)
     stations: dict[str, str] = field(kw_only=True)
     places: dict[str, Array] = field(kw_only=True)
     anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
@@ -83,8 +84,8 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     along = (end - start) / mechanism.length(link.name)
     arm = model.centre[0] * along + model.centre[1] * np.array([-along[1], along[0]])
     reference = np.array([*(start + arm), np.arctan2(along[1], along[0]), *np.zeros(len(model))])
-    initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
-    nodes, body = _add_flexible(system, model, reference, initial)
+    velocity = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
+    nodes, body = _add_flexible(system, model, reference, velocity)
     stations = {link.start: "start", link.end: "end"}
     markers = {}
     for point, station in stations.items():
@@ -93,7 +94,7 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
         markers[point] = int(system.AddMarker(item))
     return PlacedModal(
         system, link.name, link.body, nodes, (body,), reference[None], markers,
-        model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
+        model=model, velocity=velocity, stations=stations, places={link.start: start, link.end: end},
     )  # fmt: skip
 
 
@@ -104,7 +105,7 @@ def _add_anchor(placed: PlacedModal, point: str) -> int:
     psi_k is the rotation of the section in mode k.
     """
     system = placed.system
-    rates = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]  # at t = 0 the modes are at rest
+    rates = np.concatenate([placed.velocity, np.zeros(len(placed.model))])[None]  # at t = 0 the modes are at rest
     start = placed.model.motion(placed.stations[point], placed.reference, rates)
     place, velocity = [*start.position[0], *start.angle], [*start.velocity[0], *start.spin]
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=velocity))
@@ -148,7 +149,7 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
     return {
         "massMatrixReduced": _make_container(np.eye(m)),
         "stiffnessMatrixReduced": _make_container(np.diag(model.stiffness)),
-        "dampingMatrixReduced": _make_container(np.diag(2 * model.damping * model.frequency)),
+        "dampingMatrixReduced": _make_container(np.diag(2 * model.damping * model.frequency)),  # ratios, rad/s
         "mass": model.mass,
         "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],

@@ -15,15 +15,16 @@ from .build import build
 from .scene import SPARSE_FROM, EngineScene
 
 MESH = 1e-2
-"""Relative difference from the exact force that a strip with enough elements has at most, beyond shear and compression."""
+"""Relative error of the force that the mesh may cause, in addition to the effects of shear and compression: chosen."""
 
 
 def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> Array:
     """Compute the forces P L^2/(E I), (values,), that hold a strip, pinned at both ends, at given end shortenings, (values,).
 
     `body` has section and elements of the strip, which is straight; its length is in [m]. A shortening is end shortening over
-    length, up to 1.5, where 16 cable elements are 0.9 % off. It must be more than compression takes before buckling: 8e-7 at a
-    thickness of length/1000. Raise an ArithmeticError if Newton's method does not converge, or a force is off the buckled branch.
+    length. It must be larger than that of the compressed strip at buckling, 8e-7 at a thickness of length/1000, and at most 1.5.
+    There 16 cable elements are 0.9 % off. Raise an ArithmeticError if Newton's method does not converge, or a force is off the
+    buckled branch.
     """
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     travel = [0.0]  # of the moving end [m]; the drive reads it
@@ -38,7 +39,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike) -> A
     engine: Any = exu.MainSolverStatic()  # its stubs lack the arguments
     settings, data = _make_static_settings(scene), scene.system.systemData
     unit, loads = body.section.bending_stiffness / length**2, np.empty(len(u))
-    drive_multiplier = int(scene.multiplier_indices("drive")[0])
+    (drive_multiplier,) = scene.multiplier_indices("drive")  # of the only drive: the force at B [N]
     for k, guess in enumerate(_compute_exact_coordinates(scene, body, u)):
         travel[0] = -u[k] * length
         data.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)

@@ -45,7 +45,7 @@ class PlacedStrip(EngineBody):
         return scales
 
     def find_angle_node(self, point: str) -> tuple[int, Array]:
-        """Return the node of a beam; for a cable, whose nodes have slopes, a node without mass that turns with the cable."""
+        """Return the node of a beam; of a cable, which has slopes, a node without mass that turns with it, added at first."""
         node = self.at[point]
         place = self.reference[node, :2]
         if self.body.has_angles:
@@ -62,8 +62,7 @@ class PlacedStrip(EngineBody):
     def inverse_mass(self, point: str, _along: Pair) -> float:
         """Return 1/m [1/kg], with half the mass of the elements that meet at the point's node as its effective mass m."""
         arcs = np.cumsum(np.concatenate([[0.0], self.pieces]))  # of the ends of elements, where all points are
-        step = self.body.nodes - 1 if self.body.has_angles else 1  # from a node to the same node of the next element
-        k = self.at[point] // step  # number of the end of an element
+        k = self.at[point] // self.body.node_stride  # number of the end of an element
         length = arcs[min(k + 1, len(self.pieces))] - arcs[max(k - 1, 0)]
         return float(1 / (0.5 * self.body.section.mass_per_length * length))
 
@@ -96,7 +95,8 @@ def _add_anchor(system: System, node: int, marker: int, reference: Array) -> int
 
     system.AddObject(eii.ObjectConnectorCoordinateVector(
         markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=number)) for number in (node, anchor)],
-        scalingMarker0=np.zeros((1, 7)), constraintUserFunction=residual,  # the shape is (equations, coordinates)
+        scalingMarker0=np.zeros((1, 7)),  # of it the engine reads the number of equations alone
+        constraintUserFunction=residual,
         jacobianUserFunction=lambda _system, _time, _item, q, _q_t, _velocity_level: gradient(q),
     ))  # fmt: skip
     return int(anchor)
@@ -127,7 +127,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])  # numbers of the nodes at points
-    if body.has_angles:  # a beam
+    if body.has_angles:  # a beam: its strains are not relative to the reference, as those of a cable
         fixed = np.array([(0.0, 0.0), *(body.place_at(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
         places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
@@ -149,17 +149,17 @@ def _distribute(parts: Array, count: int) -> list[int]:
 
 
 def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
-    """Move the nodes of a beam so that strains vanish at the integration points, and `nodes` are at the places `fixed`.
+    """Move all nodes of a beam so that strains vanish at the integration points; those of indices `nodes` come to `fixed`.
 
+    `step` is the number of nodes of an element less 1. `places`, `theta` and `pieces` are those of a `Mesh`, as the results.
     The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
     element with 2 nodes is its chord c. With 3 nodes, at xi = -1, 0, 1, let d be the distance of the middle node from mid-chord.
     The derivative by xi is then c/2 along the chord and -2 xi d normal to it. At xi = 1/sqrt(3) this is half of sqrt(c^2 + 16/3
     d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of those at the ends.
-    First a curve is built with the given lengths, in units of their mean. Then each of its parts between two of `nodes` is
-    rotated and scaled, which preserves lengths up to the scale and all angles within the part. The rotations are not added to
-    theta: in the reference the engine's beams have no shear strain, whatever theta is. Places are complex numbers.
+    First a curve is built with the given lengths, in units of their mean. Then each part between two of `nodes` is rotated and
+    scaled to its places in `fixed`. Theta stays: in the reference the engine's beams have no shear strain, whatever theta is.
     """
-    given = places[:, 0] + 1j * places[:, 1]
+    given = places[:, 0] + 1j * places[:, 1]  # places are complex numbers here
     chords = np.diff(given[::step])
     sag = np.zeros(len(pieces))  # d/c, positive to the left of the chord
     if step == 2:
@@ -196,7 +196,7 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
     )
     if scene.start:
-        # velocities of bending at t = 0 [m/s, rad/s], interpolated over places along the chord, which must not decrease
+        # velocities of bending at t = 0 [m/s, rad/s], interpolated over x, or its largest value so far if the strip doubles back
         chordwise = np.maximum.accumulate(x)
         speeds += scene.start.interpolate(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     if body.has_angles:

@@ -90,11 +90,11 @@ def test_forces_do_the_work_of_the_depth_and_leave_momentum_alone(second):
     for _ in range(50):
         q, v = rng.normal(0, 0.05, size), rng.normal(0, 1, size)
         contact.onset = 0.5
-        depth, rate, slope = contact.depth(q, v)
+        depth, rate, slope = contact.differentiate_depth(q, v)
         h = 1e-6
         for k in range(size):
             step = np.eye(size)[k] * h
-            rise = (contact.depth(q + step, v)[0] - contact.depth(q - step, v)[0]) / (2 * h)
+            rise = (contact.differentiate_depth(q + step, v)[0] - contact.differentiate_depth(q - step, v)[0]) / (2 * h)
             assert slope[k] == pytest.approx(rise, abs=1e-8)
         assert rate == pytest.approx(np.dot(slope, v), abs=1e-12)
         force = np.array(contact.forces(None, 0.0, 0, q, v))
