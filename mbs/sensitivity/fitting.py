@@ -26,13 +26,13 @@ from .residuals import FAILURE_RESIDUAL, TIME_ZERO, Bounds, FitProblem, gather, 
 from .runs import require_compiler
 
 BEST_STARTS = 2
-"""Number of the best starts from which sums of squares are minimised."""
+"""Number of the best starts from which sums of squares are minimised; chosen."""
 MOST_EVALUATIONS = 60
-"""Largest number of evaluations of a minimisation."""
+"""Largest number of evaluations of a minimisation; chosen."""
 UNIDENTIFIED = 0.5
-"""Width of the 95 % interval of a number, over its range, above which the data do not identify it."""
+"""Width of the 95 % interval of a number, over its range, above which the data do not identify it. A convention."""
 CORRELATED = 0.95
-"""Correlation of two numbers above which the data identify only a combination of them."""
+"""Correlation of two numbers above which the data identify only a combination of them. A convention."""
 
 
 class Interval(NamedTuple):
@@ -52,9 +52,8 @@ class ProfileLikelihood(NamedTuple):
     def interval(self) -> Interval:
         """Find the values at which the cost passes the level; infinite where it does not."""
         best, ends = int(np.argmin(self.cost)), []
-        for at, cost, infinite in (
-            (self.at[best::-1], self.cost[best::-1], -np.inf), (self.at[best:], self.cost[best:], np.inf)
-        ):  # fmt: skip
+        for side, infinite in ((slice(best, None, -1), -np.inf), (slice(best, None), np.inf)):
+            at, cost = self.at[side], self.cost[side]
             rising = np.maximum.accumulate(cost)  # as interpolation requires
             root = np.sqrt(rising - cost[0])  # linear in the number where the cost is a parabola
             root_at_end = np.sqrt(self.level - cost[0])
@@ -144,7 +143,7 @@ def fit(
     watching.get().most = len(problem.experiments) * evaluations  # number of runs for the display of progress, not a limit
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
-        if not problem.has_errors and not problem.stopped:
+        if problem.without_error and not problem.stopped:
             problem.estimate_errors(best)
             best = _solve(problem, best)
         for name in profiles if not problem.stopped else ():
@@ -154,26 +153,32 @@ def fit(
     return _answer(problem, best, likelihoods)
 
 
+class RankedPoint(NamedTuple):
+    """Point of the cube with its sum of squared residuals."""
+
+    squares: float
+    x: Array
+
+
 def _find_best(problem: FitProblem, starts: int) -> Array:
     """Minimise the sum of squares from the best of the starts: the middle and points of a Halton sequence."""
-    d, ranked, minima = len(problem.names), list[tuple[float, Array]](), list[Array]()
+    d, ranked, minima = len(problem.names), list[RankedPoint](), list[RankedPoint]()
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
             r = problem.residuals(x)
             has_failed = np.all(r == FAILURE_RESIDUAL)
             if not has_failed:
-                ranked.append((float(r @ r), x))
-        ranked.sort(key=lambda pair: pair[0])
-        for _, x in ranked[:BEST_STARTS]:
-            minima.append(_solve(problem, x))
+                ranked.append(RankedPoint(float(r @ r), x))
+        for start in sorted(ranked, key=lambda each: each.squares)[:BEST_STARTS]:
+            x = _solve(problem, start.x)
+            minima.append(RankedPoint(problem.sum_of_squares(x), x))
     except USER_STOPS as stop:
         problem.stopped = str(stop)
         if not ranked:
             raise RunFailedError(f"{stop}, before any run ended") from None
-        return minima[0] if minima else min(ranked, key=lambda pair: pair[0])[1]
     if not ranked:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
-    return min(minima, key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
+    return min(minima or ranked, key=lambda each: each.squares).x
 
 
 def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
@@ -200,23 +205,24 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
     """Compute the profile likelihood of a number at its best value and at four values on each side."""
     i = problem.names.index(name)
     width = min(0.5, 3.0 * float(np.sqrt(problem.covariance(best)[i, i])))  # 3 standard deviations, or half the range
-    sums = {float(best[i]): float(np.sum(problem.residuals(best) ** 2))}
+    sums = {float(best[i]): problem.sum_of_squares(best)}  # by the coordinate of the number
     for side in (-1, 1):
         x = best.copy()
         for fraction in (0.25, 0.5, 0.75, 1.0):
             x[i] = np.clip(best[i] + side * fraction * width, 0.0, 1.0)
             x = _solve(problem, x, fixed=i)
-            sums[float(x[i])] = float(np.sum(problem.residuals(x) ** 2))
-    at, squares = np.array([*zip(*sorted(sums.items()), strict=True)])
+            sums[float(x[i])] = problem.sum_of_squares(x)
+    at = np.array(sorted(sums))
+    squares = np.array([sums[coordinate] for coordinate in at])
     values = problem.low[i] + at * (problem.high[i] - problem.low[i])
     least = float(squares.min())
-    variance = 1.0 if problem.has_errors else least / problem.freedom
+    variance = least / problem.freedom if problem.without_error else 1.0
     return ProfileLikelihood(values, 0.5 * squares, 0.5 * (least + variance * _quantile(problem) ** 2))
 
 
 def _quantile(problem: FitProblem) -> float:
     """Return the half width of a 95 % interval in standard deviations: by Student's t unless these were given."""
-    return float(student.ppf(0.5 + CONFIDENCE / 2, np.inf if problem.has_errors else problem.freedom))
+    return float(student.ppf(0.5 + CONFIDENCE / 2, problem.freedom if problem.without_error else np.inf))
 
 
 def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:
@@ -232,7 +238,7 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
         dict(zip(names, map(float, values), strict=True)),
         intervals | {name: profile.interval() for name, profile in profiles.items()},
         notes, correlation, problem.residual_sizes(best),
-        problem.predict(best), problem.experiments, 0.5 * float(np.sum(problem.residuals(best) ** 2)),
+        problem.predict(best), problem.experiments, 0.5 * problem.sum_of_squares(best),
         {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
         problem.units, profiles, not problem.stopped,
     )  # fmt: skip

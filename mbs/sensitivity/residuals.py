@@ -31,8 +31,8 @@ SOLVER = Spectral(steps=Controlled(tolerance=1e-8), contact_tolerance=1e-4)
 DIFFERENCE_WIDTH = 1e-4
 """Width of the differences for derivatives, over the range of the number."""
 FAILURE_RESIDUAL = 1e3
-"""Residual of a run that fails, in standard deviations; chosen. In a search for a design (`searching`) it is the violation by a
-reading without a value."""
+"""Residual of a run that fails, in standard deviations; chosen. In a search for a design it is the relative violation of a
+constraint whose reading has no value."""
 DEPENDENT = 1e-9
 """Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
 UNKNOWN = 1e12
@@ -45,10 +45,10 @@ TIME_ZERO = "time_zero"
 class FitProblem:
     """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
-    `errors` are standard deviations of signals. Where none is given, the fit starts with that of the data over time; then
-    `estimate_errors` takes it from the residuals of the fit. `units` are those of numbers and, after a run, of signals.
-    `failed` is the message of the first run that failed, `stopped` the reason why the search ended early. `blocked` maps
-    numbers to the message of a failed run if runs on both sides fail, so that there is no derivative. `cached` is the latest
+    `errors` are standard deviations of signals. The user gave none for signals `without_error`: a first fit weighs these by the
+    spread of their data, then `estimate_errors` takes the errors from its residuals. `units` are those of numbers and, after a
+    run, of signals. `failed` is the message of the first run that failed, `stopped` the reason why the search ended early.
+    `blocked` has the numbers without a derivative, as runs on both sides fail, with the message of a run. `cached` is the latest
     point and its predictions.
     """
 
@@ -58,6 +58,7 @@ class FitProblem:
     low: Array
     high: Array
     errors: dict[str, float]
+    without_error: list[str]
     units: dict[str, str]
     solver: Spectral
     failed: str = ""
@@ -81,16 +82,13 @@ class FitProblem:
         measured = {name: gather(experiments, name) for name in signals_of(experiments)}
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
+        # a constant signal has no spread and takes its value; one that is zero takes 1, as the weight must be finite
         spreads = {name: float(np.std(x)) or float(np.max(np.abs(x))) or 1.0 for name, x in measured.items()}
         given = {name: error for experiment in experiments for name, error in experiment.errors.items()}
         units = {name: (family.units | {TIME_ZERO: "s"})[name] for name in free}
         low, high = np.array(list(free.values()), dtype=float).T
-        return cls(family.make, experiments, list(free), low, high, spreads | given, units, solver or SOLVER)
-
-    @property
-    def has_errors(self) -> bool:
-        """True if all standard deviations were given."""
-        return set(signals_of(self.experiments)) <= {name for experiment in self.experiments for name in experiment.errors}
+        without_error = [name for name in measured if name not in given]
+        return cls(family.make, experiments, list(free), low, high, spreads | given, without_error, units, solver or SOLVER)
 
     @property
     def count(self) -> int:
@@ -140,8 +138,15 @@ class FitProblem:
             return np.full(self.count, FAILURE_RESIDUAL)
         return self.compare(self.cached[1])
 
+    def sum_of_squares(self, x: Array) -> float:
+        """Compute the sum of the squared residuals at a point."""
+        return float(np.sum(self.residuals(x) ** 2))
+
     def jacobian(self, x: Array) -> Array:
-        """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers)."""
+        """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers).
+
+        The run at the point itself must not fail: a search asks for derivatives only where its residuals fell.
+        """
         residuals = self.compare(self.predict(x))
         return np.column_stack([self._slope(x, i, residuals) for i in range(len(x))])
 
@@ -167,16 +172,14 @@ class FitProblem:
 
     def estimate_errors(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
-        given = {name for experiment in self.experiments for name in experiment.errors}
-        for name, value in self.residual_sizes(x).items():
-            if name not in given:
-                self.errors[name] = max(value, 1e-12 * self.errors[name])  # above 0 for data without noise
+        sizes = self.residual_sizes(x)
+        for name in self.without_error:
+            self.errors[name] = max(sizes[name], 1e-12 * self.errors[name])  # above 0 for data without noise
 
     def covariance(self, x: Array) -> Array:
         """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""
-        jacobian, r = self.jacobian(x), self.residuals(x)
-        _, s, vh = np.linalg.svd(jacobian, full_matrices=False)
-        variance = 1.0 if self.has_errors else float(r @ r) / self.freedom
+        _, s, vh = np.linalg.svd(self.jacobian(x), full_matrices=False)
+        variance = self.sum_of_squares(x) / self.freedom if self.without_error else 1.0
         has_influence = s > DEPENDENT * max(s[0], 1e-300)
         deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), UNKNOWN)
         return np.asarray(variance * (vh.T * deviations**2) @ vh)
