@@ -133,18 +133,14 @@ class Attempt(NamedTuple):
 
 
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
-    """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again.
-
-    The correction is `search.offset`, which the search adds to the readings of all its runs; `search.cache` has them without it.
-    """
+    """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
     _until_enough(search, lambda: search.descend_from_starts(starts))
     attempts: list[Attempt] = []
     for _ in range(1 + MOST_CORRECTIONS):
         x = search.find_best()
         if x is None:
-            if search.stopped:
-                raise RunFailedError(f"{search.stopped}, before any run ended")
-            raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}")
+            no_run = f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}"
+            raise RunFailedError(f"{search.stopped}, before any run ended" if search.stopped else no_run)
         if attempts and round_point(x) == round_point(attempts[-1].x):  # the last correction did not change the design
             break
         coarse, fine = search.cache[round_point(x)], search.read_finer(x)
@@ -170,13 +166,12 @@ def _design(search: Search, attempt: Attempt) -> Design:
     """Make the result from the best attempt."""
     x, coarse, fine = attempt
     violated, pairs = search.list_violated(fine), search.pair_constraints(fine)
-    # with the budget used up, only a design that meets all constraints, with nothing to minimise, is complete
-    complete = not search.stopped and (search.runs < search.budget or not (search.objective or violated))
-    binding = [
-        f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS
-    ]
+    has_all = not search.objective and not violated  # nothing is left to search for, also with the budget used up
+    complete = not search.stopped and (has_all or search.runs < search.budget)
+    at_ends = [(name, u < 0.5) for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS]
+    binding = [f"{name} = {'low' if is_low else 'high'} end" for name, is_low in at_ends]
     binding += [constraint.text for constraint, value in pairs if constraint.is_binding(value)]
-    violations = "; ".join(
+    violations = "; ".join(  # of the best design
         f"{each.text}: {value:.6g}{unit_suffix(search.units, each.reading)}, {100 * each.violation(value):.2g} % off"
         if isfinite(value) else f"{each.text}: it has no value there" for each, value in pairs if each in violated
     )  # fmt: skip

@@ -24,20 +24,20 @@ from .runs import Reading, scale_tolerances
 from .runs import read as read_run
 
 EXACT = 1e-3
-"""Default tolerance of a constraint `reading = value`, relative to the value."""
+"""Default tolerance of a constraint `reading = value`, relative to the value. A convention."""
 MET = 1e-6
 """Largest relative violation with which a constraint counts as met: the accuracy of a search."""
 BINDS = 1e-3
-"""Relative distance from an end of its interval up to which a constraint is binding."""
+"""Relative distance from an end of its interval up to which a constraint is binding. A convention."""
 BEST_STARTS = 3
-"""Number of the best starts from which a minimum is sought."""
+"""Number of the best starts from which a minimum is sought; chosen."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
 NARROW = 0.1
 """Width of an interval over its larger end up to which the search goes for its middle, as for a value ± 5 %. Chosen."""
 WELL_INSIDE = 0.5
-"""Residual below which a constraint ends a search: halfway to the end of a narrow interval, whose residual is 1; in a wide one
-half of `EXACT` inside. Chosen: with 0.05 and with 1 the tests meet their constraints, too."""
+"""Residual up to which a constraint is met well enough to end a search. The residual is 1 at the end of an interval, and falls
+towards its inside, see `Constraint.residual`. Chosen: with 0.05 and with 1 the tests meet their constraints, too."""
 FINER = 1 / 32
 """Tolerances of the run that corrects the best point, over those of the search: with 10/32 a test misses its constraint."""
 WIDE = 0.02
@@ -45,7 +45,7 @@ WIDE = 0.02
 CONSTRAINT = re.compile(
     r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
 )
-"""Pattern of a constraint: a reading with a bound, or with a value and perhaps a tolerance."""
+"""Pattern of a constraint: a reading with a bound or a value, perhaps with a tolerance."""
 
 
 class EnoughError(Exception):
@@ -53,7 +53,7 @@ class EnoughError(Exception):
 
 
 class IntervalEnd(NamedTuple):
-    """Finite end of the interval of a constraint; `side` is 1 for the low end, -1 for the high one."""
+    """Finite end of the interval of a constraint: `side` is 1 for the low end, -1 for the high one, `scale` its magnitude."""
 
     side: float
     value: float
@@ -75,7 +75,7 @@ class Constraint(NamedTuple):
 
     @property
     def ends(self) -> list[IntervalEnd]:
-        """Finite ends of the interval. The scale of an end is its magnitude; of a zero, that of the other end, or 1."""
+        """Finite ends of the interval. An end of zero has the scale of the other end, or 1."""
         sizes = [abs(end) for end in (self.low, self.high) if isfinite(end) and end]
         pairs = [(1.0, self.low), (-1.0, self.high)]
         return [IntervalEnd(side, end, abs(end) or min(sizes, default=1.0)) for side, end in pairs if isfinite(end)]
@@ -93,8 +93,8 @@ class Constraint(NamedTuple):
     def residual(self, value: float) -> tuple[float, float]:
         """Compute the residual of a value for least squares, and its derivative.
 
-        In a narrow interval the residual is the distance from the middle over half the width, 1 at its ends. Else it is
-        1 + e/`EXACT`, where e is the larger excess over the two ends: also 1 at an end, and 0 from `EXACT` inside on.
+        In a narrow interval the residual is the distance from the middle over half the width: 1 at an end. In a wide one it is
+        1 + e/`EXACT`, where e is the larger excess over the two ends. This is 1 at an end, and 0 farther than `EXACT` inside.
         """
         if not isfinite(value):
             return FAILURE_RESIDUAL, 0.0
@@ -132,12 +132,12 @@ def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
 
 @dataclass
 class Search:
-    """Readings as functions of a point x of the unit cube, which has a coordinate, 0 to 1, for the range of each free number.
+    """Readings as functions of a point x of the unit cube.
 
-    `objective` names the reading to minimise, '' if there is none. `offset`, added to all readings, corrects them: readings of a
-    finer run less those of the search's run, both at the best point so far. `failed` explains a search without any value: by the
-    message of the first run, if it failed. `stopped` says why the search ended early. `cache` maps rounded points to readings.
-    `units` are those of numbers and readings, empty before a run has ended.
+    `objective` names the reading to minimise, '' if there is none. `failed` is the message of the first run, if it failed, and
+    `stopped` the reason why the search ended early. `units` are those of numbers and readings, empty before a run has ended.
+    `offset` corrects all readings: those of a finer run less those of the search, at the best point so far. `cache` maps rounded
+    points to readings without the offset.
     """
 
     family: Family
@@ -145,9 +145,9 @@ class Search:
     objective: str
     constraints: list[Constraint]
     ranges: dict[str, tuple[float, float]]
-    duration: float | None
+    duration: float | None  # [s]; None for readings that need no run
     solver: Spectral
-    budget: int
+    budget: int  # largest number of runs
     runs: int = 0
     stopped: str = ""
     failed: str = "readings have no value there"
@@ -163,22 +163,25 @@ class Search:
         return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
 
     def read(self, x: Array, solver: Spectral) -> Array:
-        """Compute the readings at a point; nan where the run fails."""
+        """Compute the readings at a point, nan where the run fails; set the units."""
         self.runs += 1
         try:
             found = read_run(self.readings, self.family.make(self.values(x)), self.duration, solver)
-            if not self.units:
-                self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
-                for each in self.constraints:
-                    unit = self.units[each.reading]
-                    if unit and each.written and not cast(Measured, measured(each.written)).fits(unit):
-                        raise WrongReadingError(f"subject_to '{each.text}': {each.reading} is in {unit}")
-            return found.values
         except WrongReadingError:
             raise
         except FAILURES as error:
             self.failed = str(error) if self.runs == 1 else self.failed
             return np.full(len(self.readings), np.nan)
+        self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
+        self.check_units()
+        return found.values
+
+    def check_units(self) -> None:
+        """Raise a WrongReadingError if a constraint has a unit that does not fit its reading."""
+        for each in self.constraints:
+            unit = self.units[each.reading]
+            if unit and each.written and not cast(Measured, measured(each.written)).fits(unit):
+                raise WrongReadingError(f"subject_to '{each.text}': {each.reading} is in {unit}")
 
     def evaluate(self, x: Array) -> Array:
         """Compute the readings at a point, or look them up, and add the offset; an EnoughError ends the search."""
@@ -187,7 +190,7 @@ class Search:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.objective and all(abs(residual) <= WELL_INSIDE for residual in self.residuals(x)):
+            if not self.objective and np.all(np.abs(self.residuals(self.cache[key] + self.offset)) <= WELL_INSIDE):
                 raise EnoughError
         return self.cache[key] + self.offset
 
@@ -210,9 +213,9 @@ class Search:
         """Pair each constraint with the value of its reading."""
         return [(constraint, float(readings[self.row[constraint.reading]])) for constraint in self.constraints]
 
-    def residuals(self, x: Array) -> Array:
-        """Compute the residuals of the constraints at a point."""
-        return np.array([constraint.residual(value)[0] for constraint, value in self.pair_constraints(self.evaluate(x))])
+    def residuals(self, readings: Array) -> Array:
+        """Compute the residuals of the constraints."""
+        return np.array([constraint.residual(value)[0] for constraint, value in self.pair_constraints(readings)])
 
     def jacobian(self, x: Array, width: float) -> Array:
         """Compute derivatives of the residuals over the cube, shape (constraints, numbers)."""
@@ -224,7 +227,7 @@ class Search:
         return [constraint for constraint, value in self.pair_constraints(readings) if constraint.violation(value) > MET]
 
     def merit(self, readings: Array) -> tuple[float, float]:
-        """Return the sum of violations and the reading to minimise: of two designs that with the smaller pair is better."""
+        """Return the sum of violations and the reading to minimise; the better of two designs has the smaller pair."""
         violations = [each.violation(value) for each, value in self.pair_constraints(readings)]
         violation = sum(violations) if max(violations, default=0.0) > MET else 0.0
         objective = float(readings[self.row[self.objective]]) if self.objective else 0.0
@@ -245,12 +248,20 @@ class Search:
                     self.descend(group[k])
 
     def descend(self, x: Array) -> None:
-        """Minimise subject to the constraints; with nothing to minimise, meet them by least squares, wide differences first."""
-        if not self.objective:
-            for width in (WIDE, DIFFERENCE_WIDTH):  # until a step reduces the sum of squares by less than 1 %, or the 15th step
-                x = least_squares(self.residuals, x, lambda x, width=width: self.jacobian(x, width), bounds=(0.0, 1.0),
-                                  method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=15).x  # fmt: skip
-            return
+        """Minimise from a point or, with nothing to minimise, meet the constraints."""
+        if self.objective:
+            self.minimise(x)
+        else:
+            self.meet_constraints(x)
+
+    def meet_constraints(self, x: Array) -> None:
+        """Minimise the residuals of the constraints by least squares, with wide differences first."""
+        for width in (WIDE, DIFFERENCE_WIDTH):  # ftol and max_nfev are chosen: an EnoughError ends most searches before
+            x = least_squares(lambda x: self.residuals(self.evaluate(x)), x, lambda x, width=width: self.jacobian(x, width),
+                              bounds=(0.0, 1.0), method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=15).x  # fmt: skip
+
+    def minimise(self, x: Array) -> None:
+        """Minimise the objective subject to the constraints by SLSQP."""
         _, objective = self.merit(self.evaluate(x))
         row, scale = self.row[self.objective], abs(objective) or 1.0  # the minimised reading is scaled by its first value
         ends = [(self.row[constraint.reading], end) for constraint in self.constraints for end in constraint.ends]
@@ -259,7 +270,7 @@ class Search:
             "fun": lambda x: np.nan_to_num([-end.excess(self.evaluate(x)[k]) for k, end in ends], nan=-FAILURE_RESIDUAL),
             "jac": lambda x: np.array([end.side * self.slopes(x)[k] / end.scale for k, end in ends]),
         }
-        minimize(  # until a step changes the scaled reading by less than `ftol`, a tenth of the runs' default tolerance
+        minimize(  # `ftol`, of the scaled reading, is a tenth of the runs' default tolerance; `maxiter` is chosen
             lambda x: float(np.nan_to_num(self.evaluate(x)[row] / scale, nan=FAILURE_RESIDUAL)), x,
             jac=lambda x: self.slopes(x)[row] / scale, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
             options={"maxiter": 60, "ftol": 1e-9}, constraints=[margins] if ends else (),
