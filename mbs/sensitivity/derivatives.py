@@ -3,19 +3,18 @@
 A reading f is computed at p - w, p and p + w, where w is a small change of the number p. The derivative is
 (f(p + w) - f(p - w))/2w. The error is the sum of two estimates (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
 The truncation error is the difference from a second, coarser central difference: with 4 w, larger tolerances and strips of a
-lower degree. The noise shows in the gap between the one-sided derivatives (f(p + w) - f(p))/w and (f(p) - f(p - w))/w. Without
-noise the gap is w f'', a quarter of the gap over 4 w; a difference of the finer gap from that quarter is noise.
+lower degree. The gap is the difference of the one-sided derivatives (f(p + w) - f(p))/w and (f(p) - f(p - w))/w. For a smooth
+reading it is w f'', and four times as large over 4 w. What differs from this ratio is taken for noise.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, nan, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
-from ..mechanism import Mechanism
 from ..progress import USER_STOPS, watch, watching
 from ..solvers import Controlled, Spectral
 from ..statics.answer import DEGREE_STEP
@@ -25,16 +24,17 @@ from .reading import FAILURES, parse_frequency
 from .runs import Reading, Readings, read, readings_of, require_compiler, scale_tolerances
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
-"""Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7."""
+"""Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7.
+Degree and contact tolerance are chosen."""
 WIDTH_OF_RUNS = 3e-4
-"""Relative change w/|p| of the number in the finer difference, for readings of runs. Truncation errors grow as its square."""
+"""Relative change w/|p| of the number in the finer difference, for readings of runs; chosen. The truncation error is proportional
+to its square, the noise to its inverse."""
 WIDTH_AT_REST = 1e-3
-"""Relative change w/|p| in the finer difference for readings of equilibria and for functions, which do without a run."""
+"""Relative change w/|p| in the finer difference for readings of equilibria and for functions, which need no run; chosen."""
 WIDER = 4.0
-"""Factor from the finer width to the coarser one, and from the finer tolerances to the coarser ones: w^2 grows by 16."""
+"""Factor from the finer width to the coarser one, and from the finer tolerances to the coarser ones; chosen."""
 COMMON = 1e-6
-"""Least relative error of a derivative: both differences come from one solver and may share an error, which their difference
-does not show. Chosen, not measured."""
+"""Least relative error of a derivative, for errors that both differences have in common; chosen."""
 GAP_NOISE = 3.5
 """Noise of the gap over that of the central difference. For independent noise of f, of standard deviation s, they are
 sqrt(6) s/w and s/(sqrt(2) w), so the ratio is sqrt(12). A quarter of the coarser gap has a sixteenth of the noise: neglected."""
@@ -47,8 +47,8 @@ KINK_RATIO = 0.5
 LEAST_KINK = 1e-3
 """Least gap between one-sided derivatives at a kink, over the derivative."""
 KINK_OVER_ERROR = 10.0
-"""Least gap at a kink over the difference of the two central differences, which is large at a jump and in chaos. By the tests:
-with 1, smooth readings of impacts are called kinks; with 100, a graze passes for smooth."""
+"""Least gap at a kink over the difference of the two central differences. With 1, smooth readings of impacts in the tests are
+called kinks; with 100, a graze passes for smooth."""
 
 
 class Derivative(NamedTuple):
@@ -156,18 +156,15 @@ def sensitivities(
     if duration is not None:
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
-    family = Family.of(mechanism, by, at or {})
+    family = Family.of(mechanism, by, at)
     deviations = by if isinstance(by, Mapping) else {}
     spreads = {name: float(positive(f"standard deviation of {name}", x, family.units[name])) for name, x in deviations.items()}
     scales = {name: _scale(name, family.values[name], spreads) for name in by}
-    # a document has its other numbers itself, a function has to be given them
-    fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
-    neighbours = Neighbours(family, fixed, scales, duration)
-    # `readings_of` has refused texts other than frequencies if there is no duration; a function makes no run
+    neighbours = Neighbours(family, scales, duration)
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    # expected number of runs, for the line of progress: two widths, two sides of each number; equilibria are not counted
+    # number of runs that the line of progress shows: two widths, two sides of each number; inf for no number
     watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
@@ -175,30 +172,16 @@ def sensitivities(
     return Sensitivities(rows, spreads)
 
 
-class OneSided(NamedTuple):
-    """One-sided derivatives of a reading, or of all readings, from below and above, over the finer and the coarser width."""
-
-    below: Any
-    above: Any
-    coarse_below: Any
-    coarse_above: Any
-
-
 class Neighbours(NamedTuple):
-    """Mechanisms that differ from a given one in one number.
-
-    `fixed` are arguments of the function that do not vary. A `width` is relative: w is the width times the number's scale, its
-    value in `scales`, see `_scale`.
-    """
+    """Mechanisms that differ from a given one in one number; a `width` is the change of a number over its scale."""
 
     family: Family
-    fixed: dict[str, float]
     scales: dict[str, float]
     duration: float | None
 
     def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Readings:
         """Compute readings of the mechanism with other values of some numbers."""
-        return read(readings, self.family.make(self.fixed | self.family.values | changes), self.duration, solver)
+        return read(readings, self.family.make(self.family.values | changes), self.duration, solver)
 
     def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
         """Compute derivatives of readings, grouped by reading, the largest effect first."""
@@ -212,8 +195,7 @@ class Neighbours(NamedTuple):
                 row = Derivative(reading, name, value, self.family.values[name], unchanged.units[i], self.family.units[name])
                 if name in slopes:
                     rounding = 1e-15 * abs(value) / (width * scale)  # from some roundings of the reading, of 1e-16 each
-                    sides = OneSided(*(float(side[i]) for side in slopes[name]))
-                    derivatives.append(_combine(row, scale, sides, reading_error, rounding))
+                    derivatives.append(_combine(row, scale, slopes[name][:, i], reading_error, rounding))
                 else:  # a time limit or Ctrl-C came before
                     derivatives.append(row._replace(note=reason))
             rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
@@ -221,16 +203,19 @@ class Neighbours(NamedTuple):
 
     def slopes_by_number(
         self, readings: Mapping[str, Reading], solver: Spectral, width: float, unchanged: Readings
-    ) -> tuple[dict[str, OneSided], str]:
-        """Compute one-sided derivatives by each number until the user stops; return them, and the reason of the stop or ''."""
+    ) -> tuple[dict[str, Array], str]:
+        """Compute one-sided derivatives by each number, (4, readings), and the reason why the user stopped, or ''.
+
+        They are from below and from above over the finer width, then both over the coarser width.
+        """
         has_degree_to_lower = solver.degree is not None and solver.degree > DEGREE_STEP
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
-        coarse_unchanged, slopes = self.read(readings, coarse_solver), dict[str, OneSided]()
+        coarse_unchanged, slopes = self.read(readings, coarse_solver), dict[str, Array]()
         try:
             for name in self.scales:
                 fine = self.slopes(readings, name, solver, width, unchanged)
                 coarse = self.slopes(readings, name, coarse_solver, WIDER * width, coarse_unchanged)
-                slopes[name] = OneSided(*fine, *coarse)
+                slopes[name] = np.array([*fine, *coarse])
         except USER_STOPS as stop:
             return slopes, str(stop)
         return slopes, ""
@@ -255,13 +240,13 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _combine(blank: Derivative, scale: float, sides: OneSided, reading_error: float, rounding: float) -> Derivative:
-    """Combine one-sided derivatives to a derivative with its error.
+def _combine(blank: Derivative, scale: float, sides: Array, reading_error: float, rounding: float) -> Derivative:
+    """Combine one-sided derivatives, as of `slopes_by_number`, to a derivative with its error.
 
-    `blank` has all but the derivative. `reading_error` is the relative error of the reading, `rounding` the error of the
-    derivative due to rounding. If one side failed there is no gap: neither noise nor a kink can be seen.
+    `blank` has all but the derivative. `reading_error` is the relative error of the reading, taken for a factor that all its
+    values have in common. `rounding` is the error of the derivative due to rounding.
     """
-    below, above, coarse_below, coarse_above = sides
+    below, above, coarse_below, coarse_above = map(float, sides)
     if isfinite(below) and not isfinite(above):
         value, coarse, note = below, coarse_below, "from below alone: a run on the other side failed"
     elif isfinite(above) and not isfinite(below):
@@ -269,7 +254,7 @@ def _combine(blank: Derivative, scale: float, sides: OneSided, reading_error: fl
     else:
         value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / GAP_NOISE if isfinite(gap) else 0.0
+    noise = abs(gap - coarse_gap / WIDER) / GAP_NOISE if isfinite(gap) else 0.0  # unknown without a gap, when one side failed
     error = abs(value - coarse) + noise
     least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
     reason = ""

@@ -31,28 +31,32 @@ class Entry(NamedTuple):
 
 
 def find_entry(document: Mapping[str, object], path: str) -> Entry:
-    """Look up the entry at a path of a document, or its default; evaluate a formula. A ValueError says that there is none."""
+    """Look up the entry at a path of a document, or its default; raise a ValueError if there is neither.
+
+    A formula of parameters gives its value. A parameter itself is returned as it is written.
+    """
+    mechanism = Mechanism.from_dict(document)  # raises a ValueError if the document is wrong
     keys = resolve(document, path)
-    declaration = _find_declaration(document, path)  # also checks the document, and refuses an unknown field
+    is_parameter = keys[0] == PARAMETERS
+    declaration = None if is_parameter else _find_declaration(mechanism, keys, path)
     try:
         value = get(document, path)
     except KeyError:
         if declaration is None:
             raise ValueError(f"{path}: not in the file") from None
         value = declaration.default
-    if keys[0] == PARAMETERS:
+    if is_parameter:
         return Entry(None, value, unit_of(value) if isinstance(value, str) and is_measured(value) else "")
     if isinstance(value, str) and PARAMETERS in document:
         value = get(substitute(document), path)  # a text that is no formula stays as it is
-    return Entry(declaration, value, _find_unit(document, keys, declaration.spec.unit, value) if declaration else "")
+    return Entry(declaration, value, _find_unit(mechanism, keys, declaration.spec.unit, value) if declaration else "")
 
 
-def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declared: str, value: Any) -> str:
+def _find_unit(mechanism: Mechanism, keys: Sequence[str | int], declared: str, value: Any) -> str:
     """Return the unit of an entry from the declared one.
 
-    The fields of a drive declare two units, such as `rad/s or m/s`. A text with a unit, such as '5 mm/s', decides between them;
-    for a plain number it is the first if a link is driven, and the second if a point is. The position of a point on a link,
-    as `links.coupler.carries.P[0]`, has no declared unit: it is in m.
+    The fields of a drive declare two units, such as `rad/s or m/s`. A text with a unit, such as '5 mm/s', decides between them.
+    A plain number has the first unit if a link is driven, the second if a point is.
     """
     alternatives = declared.split(" or ")
     for unit in alternatives if isinstance(value, str) else ():
@@ -60,21 +64,18 @@ def _find_unit(document: Mapping[str, object], keys: Sequence[str | int], declar
             parse_quantity(value, unit)
             return unit
     if keys[0] == "drives" and isinstance(keys[1], int) and len(alternatives) == 2:
-        mechanism = Mechanism.from_dict(document)
         of_link, of_point = alternatives
         return of_point if mechanism.drives[keys[1]].target in mechanism.points else of_link
-    is_in_list_of_link = keys[0] == "links" and isinstance(keys[-1], int)
-    is_coordinate_of_point = is_in_list_of_link and not declared  # other lists of a link declare a unit
-    return "m" if is_coordinate_of_point else declared
+    # the one list of a link without a declared unit: a place of a carried point, as `links.coupler.carries.P[0]`
+    is_carried_place = keys[0] == "links" and isinstance(keys[-1], int) and not declared
+    return "m" if is_carried_place else declared
 
 
-def _find_declaration(document: Mapping[str, object], path: str) -> Declaration | None:
-    """Find the declaration of the field at a path; None for a parameter and for the key `kind`, which names a class."""
-    mechanism = Mechanism.from_dict(document)
+def _find_declaration(mechanism: Mechanism, keys: Sequence[str | int], path: str) -> Declaration | None:
+    """Find the declaration of the field at a path, whose parts are `keys`; None for the key `kind`, which names a class."""
     part: Any = mechanism
     declaration: Declaration | None = None
-    keys = resolve(document, path)
-    for key in keys if keys[0] != PARAMETERS else ():
+    for key in keys:
         if part is mechanism.links and isinstance(key, str):  # a file may name links or list them
             part = {link.name: link for link in mechanism.links}
         if isinstance(key, int) or isinstance(part, Mapping):
@@ -104,12 +105,12 @@ class Family:
     def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
         """Make a family by paths of numbers, or by names of a function's arguments.
 
-        `arguments` are the values of these arguments; without them the `values` of the family are empty.
+        A function needs `arguments` if its `values` are read. Those that are not in `names` do not vary.
         """
         if not isinstance(source, Mechanism | Mapping):
-            function = source
-            given = {} if arguments is None else {name: float(arguments[name]) for name in names}
-            return cls(lambda values: function(**values), given, dict.fromkeys(names, ""))
+            function, fixed = source, dict(arguments or {})
+            given = {name: float(value) for name, value in fixed.items() if name in names}
+            return cls(lambda values: function(**fixed | values), given, dict.fromkeys(names, ""))
         document = source.to_dict() if isinstance(source, Mechanism) else source
         given, units = {}, dict[str, str]()
         for name in names:
