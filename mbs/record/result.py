@@ -123,12 +123,12 @@ class Result:
         return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
 
     def reading(self, text: str) -> Any:
-        """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.measures.Reading`.
+        """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.reading_errors.Reading`.
 
         The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
         interval from batches of the run; the reading's `kind` says which. Raise a ValueError for an invalid formula.
         """
-        return import_late("sensitivity.measures:read")(self, text)
+        return import_late("sensitivity.reading_errors:read")(self, text)
 
     @property
     def energy_balance(self) -> float:

@@ -51,12 +51,12 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
     store = ArrayStore()
-    readings = import_late("sensitivity.measures:list_readings")(result, texts)
+    readings = import_late("sensitivity.reading_errors:list_readings")(result, texts)
     read_signals = [name for reading in readings for name in reading.signals] if texts else []
     return {
         "title": title, "status": str(result.status), "ok": bool(result.ok), "finished": result.status.finished,
         "message": result.message, "summary": summary(result), "notes": list(result.provenance.get("notes", ())),
-        "measures": [_to_json(reading) for reading in readings],
+        "readings": [_to_json(reading) for reading in readings],
         "checks": [row._asdict() for row in verdicts(result)], "facts": facts(result),
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
@@ -67,7 +67,7 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
 
 def blank(title: str) -> dict[str, Any]:
     """Collect the data of a page whose run has not begun."""
-    lists: dict[str, Any] = {name: [] for name in ("notes", "measures", "checks", "facts")}
+    lists: dict[str, Any] = {name: [] for name in ("notes", "readings", "checks", "facts")}
     no_run = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
     return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **no_run}
 

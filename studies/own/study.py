@@ -24,8 +24,8 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.record.result import Result
 from buckler.mbs.scene.scene import Scene
-from buckler.mbs.sensitivity.measures import list_readings
 from buckler.mbs.sensitivity.reading import check
+from buckler.mbs.sensitivity.reading_errors import list_readings
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 from buckler.mbs.units import label_with_unit

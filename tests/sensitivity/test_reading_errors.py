@@ -6,8 +6,8 @@ from simulations import BAR, pendulum
 
 from buckler.mbs import Controlled, Exudyn, Spectral, simulate, slider_crank
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.sensitivity.measures import bound_error
 from buckler.mbs.sensitivity.reading import read_number
+from buckler.mbs.sensitivity.reading_errors import bound_error
 
 CASES = {
     "pendulum": (pendulum(2.0), ["max(A.x)", "min(A.y)", "mean(A.y)", "rms(A.x)", "at(A.x, 1.3)", "when(A.x, 0, 2)",

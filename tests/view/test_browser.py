@@ -94,7 +94,7 @@ def test_the_cursor_is_shown_in_words(report):
 def test_measures_beyond_the_first_five_are_shown_by_a_button(report):
     _, page = report
     rows = "[...document.querySelectorAll('#measures tbody tr')].filter((row) => row.offsetParent).length"
-    all_rows, beyond = page.run("[data.measures.length, data.measures.filter((row, k) => k >= 5 && row.beyond).length]")
+    all_rows, beyond = page.run("[data.readings.length, data.readings.filter((row, k) => k >= 5 && row.beyond).length]")
     few = min(all_rows, 5) + beyond
     assert page.run(rows) == few
     assert page.run("$('measures-all').hidden") == (few == all_rows)

@@ -62,7 +62,7 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     assert np.hypot(*(end[0] - joint[0]).T) == pytest.approx(0.5, abs=1e-3)
     assert {mark[0] for mark in first["motion"]["marks"]} >= {"Outline", "Label", "Arrow"}  # as the report draws it
     judged = post(address, "judge", {MASS: 0.9})
-    assert judged["error"] < 1e-2 and judged["checks"] and all(row["error"] >= 0 for row in judged["measures"])
+    assert judged["error"] < 1e-2 and judged["checks"] and all(row["error"] >= 0 for row in judged["readings"])
     assert post(address, "save", {MASS: 0.9}) == {"saved": str(folder / "pendulum-1.toml")}
     saved = Mechanism.load(folder / "pendulum-1.toml")
     assert saved.link("lower").body.mass == 0.9 and saved.gravity == (0.0, -5.0)  # the mechanism that the page shows

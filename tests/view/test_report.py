@@ -151,9 +151,9 @@ def test_measures_stand_with_their_errors_and_those_beyond_what_was_asked_are_ma
     texts = ["max(abs(A.x))", "max(abs(A.x)) - max(abs(A.x))"]
     for asked, marked in ((0.1, [False, False]), (1e-3, [True, True])):
         found, _ = content(page(replace(result, error=known, asked=asked), "x", texts))
-        largest, zero = found["measures"]
+        largest, zero = found["readings"]
         assert [largest["beyond"], zero["beyond"]] == marked
         assert largest["value"] == pytest.approx(size) and 0.02 <= largest["error"] / size < 0.03
         assert zero["value"] == 0 and zero["relative"] is None and zero["error"] == pytest.approx(2 * largest["error"], rel=0.1)
         assert found["signals"]["first"] == ["A.x"]
-    assert content(page(replace(result, status=Status.LOCKED, message="x"), "x", texts))[0]["measures"] == []
+    assert content(page(replace(result, status=Status.LOCKED, message="x"), "x", texts))[0]["readings"] == []

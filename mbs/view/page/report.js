@@ -541,9 +541,9 @@ function showVerdict() {
 /** Each measure with its error beside it, amber where that is beyond what was asked. */
 function showMeasures() {
   const body = document.querySelector("#measures tbody");
-  $("measures").hidden = !data.measures.length;
+  $("measures").hidden = !data.readings.length;
   body.replaceChildren();
-  for (const { name, value, unit, error, relative, beyond } of data.measures) {
+  for (const { name, value, unit, error, relative, beyond } of data.readings) {
     const row = element("tr", "", body);
     wrapped(element("td", "", row), name);
     element("td", value === null ? "no value" : withUnit(value, unit), row);
@@ -552,14 +552,14 @@ function showMeasures() {
     const share = relative === null ? "" : ` (${relative < 1e-3 ? relative.toExponential(1) : `${Number((100 * relative).toPrecision(2))}\u00a0%`})`;
     cell.append(error === null ? "not known" : `\u00b1 ${short(error, unit)}${share}`);
   }
-  const beyond = data.measures.some((row) => row.beyond);
+  const beyond = data.readings.some((row) => row.beyond);
   $("measures-note").textContent = beyond ? "Marked: the error is beyond what was asked for, or is not known." : "";
   showAllMeasures($("measures").classList.contains("all"));
 }
 
 /** The button that shows measures beyond the first five; those with too large an error are always there. */
 function showAllMeasures(all) {
-  const hidden = data.measures.filter((row, k) => k >= 5 && !row.beyond).length, button = $("measures-all");
+  const hidden = data.readings.filter((row, k) => k >= 5 && !row.beyond).length, button = $("measures-all");
   $("measures").classList.toggle("all", all);
   button.setAttribute("aria-expanded", all);
   button.hidden = !hidden;
