@@ -1,6 +1,6 @@
 """Signal over a run as a curve, linear (`Curve`) or cubic (`Smooth`) between its samples, with the functions of formulas.
 
-At a jump, as at an impact, a signal has two samples of almost one time: the cubics of the pieces before and after are separate.
+At a jump, as at an impact, a signal has two samples of almost one time.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..geometry import Array
 JUMP_TIME = 1e-11
 """Interval over the time of the last sample below which two samples are those of a jump: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
-"""Interval over the shorter one of its neighbours below which its samples are those of a jump, too."""
+"""Length of an interval between samples over the shorter of the two beside it, below which it is a jump, too; chosen."""
 
 
 def positive_ranges(x: Array) -> Array:
@@ -72,13 +72,11 @@ class Curve:
         k = int(count) - 1 if count > 0 else len(ranges) + int(count)
         if not 0 <= k < len(ranges):
             return None
-        return slice(max(0, int(ranges[k, 0]) - 1), min(len(self.x), int(ranges[k, 1]) + 1))
+        first, end = map(int, ranges[k])
+        return slice(max(0, first - 1), min(len(self.x), end + 1))
 
     def _edge(self, k: int, step: int) -> float:
-        """Return the time at which an interval above zero begins (`step` = 1) or ends (-1): that of sample k.
-
-        k is the next sample outside or, at an end of the run, inside; only `Smooth` uses `step`.
-        """
+        """Return the time of sample k, the first outside an interval above zero or, at an end of the run, inside."""
         return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
@@ -154,12 +152,9 @@ class Smooth(Curve):
         """Return the maximum of the two cubics that meet at the largest sample."""
         k = int(np.argmax(self.x))
         best = float(self.x[k])
-        for i in (k - 1, k):
-            if 0 <= i < len(self.x) - 1:
-                cubic = self._cubic(i)
-                extrema = cubic.deriv().roots()
-                inside = extrema.real[(np.abs(extrema.imag) < 1e-12) & (extrema.real > 0) & (extrema.real < 1)]
-                best = max([best, *map(float, cubic(inside))])
+        for i in range(max(0, k - 1), min(k + 1, len(self.x) - 1)):
+            cubic = self._cubic(i)
+            best = max([best, *map(float, cubic(_roots_in_interval(cubic.deriv())))])
         return best
 
     def at(self, when: float) -> float:
@@ -177,28 +172,33 @@ class Smooth(Curve):
     def _edge(self, k: int, step: int) -> float:
         """Return the time at which an interval above zero begins (`step` = 1) or ends (-1); k is the next sample outside.
 
-        A signal that is negative outside has its edge at the root of the cubic there. One that is exactly zero outside, such as
-        a contact force, has it at the root of a parabola through the three nearest samples inside. At a jump, at an end of the
-        run and for fewer samples inside, the edge is a sample.
+        For a signal that is negative outside it is a root of the cubic. For one that is exactly zero outside, such as a contact
+        force, it is a root of the parabola through the three nearest samples inside. At a jump, at an end of the run and for
+        fewer samples inside, it is the time of a sample.
         """
         after_jumps = self._pieces[1:-1]
         for i in (k, k + step):  # the sample outside, and the first or last one inside
-            if i in after_jumps or i + 1 in after_jumps:
+            if i in after_jumps or i + 1 in after_jumps:  # both samples of a jump have almost the same time
                 return float(self.time[i])
         inside = [k + step, k + 2 * step, k + 3 * step]
-        # no sample outside, at an end of the run, or fewer than three inside
         lacks_samples = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)
         if lacks_samples or (self.x[inside] == 0).any():
             return float(self.time[k])
         if self.x[k] < 0:
             return self._root(min(k, k + step), 0.0)
         interval = self.time[inside[0]] - self.time[k]
-        roots = np.roots(np.polyfit((self.time[inside] - self.time[k]) / interval, self.x[inside], 2))
-        in_interval = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
-        return float(self.time[k] + in_interval.max(initial=0.0) * interval)  # the root nearest to the samples inside
+        parabola = Polynomial(np.polyfit((self.time[inside] - self.time[k]) / interval, self.x[inside], 2)[::-1])
+        nearest = _roots_in_interval(parabola).max(initial=0.0)  # to the samples inside
+        return float(self.time[k] + nearest * interval)
 
     def _cubic(self, k: int) -> Polynomial:
         """Return the cubic between samples k and k + 1 over the fraction of the interval, 0 to 1."""
         h, step = self.time[k + 1] - self.time[k], self.x[k + 1] - self.x[k]
         before, after = h * self._slopes(np.array([k, k + 1]))
         return Polynomial([self.x[k], before, 3 * step - 2 * before - after, before + after - 2 * step])
+
+
+def _roots_in_interval(polynomial: Polynomial) -> Array:
+    """Return the real roots from 0 to 1."""
+    roots = polynomial.roots()
+    return np.asarray(roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)])

@@ -29,8 +29,6 @@ from ..mechanism import Mechanism
 from ..record.lookup import unknown
 from .curve import Curve
 
-KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
-"""Functions whose value has the unit of the signal."""
 POINTWISE: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
 """Functions of signals at each time, and of numbers."""
 ARGUMENTS = {
@@ -110,7 +108,7 @@ def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | N
 
 
 def check(text: str, signals: Mapping[str, object] | None = None) -> None:
-    """Raise a ValueError if a text is no reading; without signals only its grammar is checked."""
+    """Raise a ValueError if a text is no reading; without `signals` it may name any."""
     if parse_frequency(text):
         return
     names = TOKEN.findall(text) if signals is None else list(signals)
@@ -134,7 +132,7 @@ def parse_reading(
         shortened = re.sub(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.])", replace, text)
     if not_replaced := TOKEN.search(shortened):
         raise WrongReadingError(f"{text}: {unknown(not_replaced[0], list(signals))}")
-    if "frequency" in text:
+    if "frequency" in shortened:  # names of signals are replaced in it
         raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:
         tree = parse(shortened, names, allowed)
@@ -208,13 +206,13 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             if isinstance(operator, ast.Div):
                 return "1" if a == b != "" else ""
             return "1" if a == "1" else ""  # of a power
+        case ast.Call(func=ast.Name(id="when" | "begins" | "ends")):
+            return "s"
+        case ast.Call(func=ast.Name(id="sin" | "cos")):
+            return "1"
         case ast.Call(func=ast.Name(id=name), args=arguments):
             inner = _unit(arguments[0], units)
-            if name in ("when", "begins", "ends"):
-                return "s"
             if name == "impulse":
                 return "s" if inner == "1" else f"{inner} s" if inner else ""
-            if name in KEEPS_UNIT or inner == "1":
-                return inner
-            return "1" if name in ("sin", "cos") else ""
+            return inner if name != "sqrt" or inner == "1" else ""
     return ""
