@@ -38,10 +38,10 @@ class Read(NamedTuple):
 class Experiment:
     """Measurements of one run of a mechanism, at increasing times [s] from the start of the run, (samples,).
 
-    `signals` (samples,) are named as in a result, SI, nan where nothing was measured. `units` are those of the file; only their
-    dimensions matter, which must be the result's. `errors` are standard deviations of signals; missing ones are estimated from
-    the residuals of the fit. `readings` are measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of
-    numbers of the mechanism in this experiment, by path. The `duration` [s] is by default the last time.
+    `signals` (samples,) are named as in a result, SI, nan where nothing was measured. `units` are those of the file, of the same
+    dimensions as those of the result. `errors` are standard deviations of signals; a fit estimates missing ones. `readings` are
+    measured numbers by formula, as 'max(B.contact_force)'. `settings` are values of numbers of the mechanism in this experiment,
+    by path. The `duration` [s] is by default the last time.
     """
 
     time: Array = field(default_factory=lambda: np.empty(0))
@@ -103,9 +103,9 @@ def read_csv(
 
     `signals` are columns to be fitted: `NAME`, or `COLUMN=NAME` where the signal has another name. `settings` are columns that
     separate experiments: consecutive rows with equal values are one experiment. A setting with a point in its name is the path of
-    a number of the mechanism. If time increases over the whole file, the time of each experiment counts from its first row.
-    `start` is the time of the file at which the run begins [s], by default 0. It is required if the first time exceeds the
-    file's duration.
+    a number of the mechanism. `start` is the time of the file at which the run begins [s], by default 0. It is required if the
+    first time exceeds the file's duration. With settings, if time increases over the whole file, it has no effect: the time of
+    each experiment counts from its first row.
     """
     try:
         content = Path(path).read_bytes()
@@ -151,7 +151,8 @@ def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
     split = [_column(cell, "") for cell in names]
-    texts = [column.heading if column.name else column.unit for column in split]  # of the cell `[deg]`, without a name, `deg`
+    # the cells without brackets, as the last line may have units, written `deg` or `[deg]`
+    texts = [column.heading if column.name else column.unit for column in split]
     are_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, texts)))
     if are_units and texts[0] and parse_unit(texts[0]).dimension == parse_unit("s").dimension:  # of the first column, time
         names, units = above[-2], texts
@@ -203,9 +204,10 @@ def _experiments(
     keys = np.column_stack([arrays[column] for column in set_columns.values()]) if settings else np.zeros((len(time), 1))
     experiments = []
     for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
-        t, constants = time[part], {name: float(arrays[column][part[0]]) for name, column in set_columns.items()}
+        constants = {name: float(arrays[column][part[0]]) for name, column in set_columns.items()}
+        first_time = time[part[0]] if is_continuous else 0.0
         experiments.append(Experiment(
-            t - t[0] if is_continuous else t, {name: arrays[column][part] for name, column in fitted.items()},
+            time[part] - first_time, {name: arrays[column][part] for name, column in fitted.items()},
             units={name: column.unit for name, column in fitted.items() if column.unit},
             settings={name: value for name, value in constants.items() if "." in name},
             name=", ".join(f"{name} = {value:g}" for name, value in constants.items()),
@@ -224,8 +226,8 @@ def _find(columns: Sequence[DataColumn], name: str) -> DataColumn:
 
 
 def _factor(column: DataColumn, expected: str) -> float:
-    """Return the factor from a column's unit to SI; ValueError unless it is a unit, with the dimension of `expected` if given."""
-    try:  # `expected` is '' for signals: their dimension is known when a run has ended
+    """Return the factor from a column's unit to SI; ValueError unless it is a unit, of the dimension of `expected` if not ''."""
+    try:
         return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

@@ -1,11 +1,10 @@
 """Errors of readings of a result: from the difference of two runs or, for a chaotic motion, as sampling errors of statistics.
 
-The value of a chaotic motion at a time is not predictable, but means, rms, peaks and impulses are statistics of the motion. Their
-sampling errors follow by batch means (Law, Simulation Modeling and Analysis, 2015, section 9.5). The run is divided into n
-batches, revolutions of the drive or equal parts, and the reading is computed for each; s is the standard deviation of these n
+Sampling errors follow by batch means (Law, Simulation Modeling and Analysis, 2015, section 9.5). The run is divided into n
+batches, revolutions of the drive or equal parts, and the reading is computed for each. Let s be the standard deviation of these n
 values, and t the 97.5 % quantile of Student's distribution of n - 1 degrees of freedom. The half-width of a 95 % interval is
-t s/sqrt(n) for a mean or rms, and t s sqrt(n) for an impulse. It is t s for a largest or smallest value, as the width of the
-distribution of extremes does not depend on n (Gumbel, Statistics of Extremes, 1958).
+t s/sqrt(n) for a mean or rms, t s sqrt(n) for an impulse, and t s for a largest or smallest value: the width of the distribution
+of extremes does not depend on n (Gumbel, Statistics of Extremes, 1958).
 """
 
 import ast
@@ -30,11 +29,11 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
 OF_CONTACTS = ("begins", "ends", "peak")
-"""Readings of single contacts: errors have the sign of the signal, so that none is added out of contact, where it is 0."""
+"""Readings of single contacts: out of contact, where the signal is 0, no error is added."""
 BATCHES = 20
-"""Number of batches, about this with a revolving drive (29 at most): fewer make s uncertain, more are correlated."""
+"""Number of batches, with a revolving drive 29 at most: fewer make s uncertain, more are correlated."""
 LEAST_BATCHES = 4
-"""Least number of batches for a standard deviation."""
+"""Least number of batches for a standard deviation; chosen."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
 """Exponent p: the standard deviation of a reading of the whole run is n^p times that of a batch, with n batches."""
 
@@ -77,10 +76,9 @@ def bound_error(text: str, result: Result) -> float:
     """
     tree, names = parse_reading(text, result.signals)
     signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
-    known = _has_errors_to_the_end(result)
-    errors = {
-        (short, norm): result.error.absolute(name, norm) if known else nan for short, name in names.items() for norm in Norm
-    }
+    errors = {(short, norm): result.error.absolute(name, norm) for short, name in names.items() for norm in Norm}
+    if not _has_errors_to_the_end(result):
+        errors = dict.fromkeys(errors, nan)
     with np.errstate(all="ignore"):
         interpolation = abs(value_of(tree, time, signals) - value_of(tree, time, signals, Smooth))
         change = _propagate(tree, time, signals, lambda call, function, x: _change(call, function, x, time, signals, errors))
@@ -109,9 +107,9 @@ def _change(
 ) -> float:
     """Bound the change of a reading of a function by the errors of its signals.
 
-    The time of a contact changes by the error of the signal's onsets and a step. For other readings the error is added to the
-    signal's magnitude and, except in a single contact, to the signal itself, with both signs: the bound is the largest change.
-    An error of the impulse is spread evenly over the run.
+    The time of a contact changes by the error of the signal's onsets and a step. For other readings the error changes the signal
+    x in two ways, with both signs: in proportion to sign(x), and by a constant except in a single contact. The bound is the
+    largest change of the reading. An error of the impulse is spread evenly over the run.
     """
     change, norm = 0.0, NORMS.get(function, Norm.PEAK)
     for short in {node.id for node in ast.walk(call.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
@@ -146,7 +144,7 @@ def _sampling_error(call: ast.Call, function: str, result: Result, signals: Mapp
 
 
 def find_batch_edges(result: Result) -> Array:
-    """Return the edges of batches [s]: whole revolutions of the drive, some `BATCHES` batches, or equal parts."""
+    """Return the edges of batches [s]: of whole revolutions of the drive or, in a run of few revolutions, of equal parts."""
     end, period = float(result.time[-1]), result.error.drive_period  # 0 if nothing revolves
     if not period > 0 or end < LEAST_BATCHES * period:
         return np.linspace(0.0, end, BATCHES + 1)
@@ -155,9 +153,9 @@ def find_batch_edges(result: Result) -> Array:
 
 
 class CheckedReading(NamedTuple):
-    """Reading by the formula `name` of `signals`, for pages: its error, nan if not known, is compared with the accuracy.
+    """Reading by the formula `name` of `signals`, for report pages; `error` is nan if it is not known.
 
-    The reading is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
+    It is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
     """
 
     name: str
@@ -174,9 +172,9 @@ class CheckedReading(NamedTuple):
 
 
 def list_readings(result: Result, texts: Sequence[str] = ()) -> list[CheckedReading]:
-    """List the readings of formulas, by default peaks of forces, torques and deflections, of a run that finished.
+    """List the readings of formulas, by default of `peaks`; none of a run that failed.
 
-    A run that a time limit or the user ended is read up to its end, but not at given times, which may lie after it.
+    A run that a time limit or the user ended is not read at given times, which may lie after its end.
     """
     is_cut_short = result.status in (Status.TIMED_OUT, Status.INTERRUPTED) and len(result.time) > 1
     readable = [text for text in texts or peaks(result) if not (is_cut_short and re.search(r"\bat\(", text))]
@@ -184,12 +182,13 @@ def list_readings(result: Result, texts: Sequence[str] = ()) -> list[CheckedRead
 
 
 def _check_reading(result: Result, text: str) -> CheckedReading:
-    """Read a formula, and compare its error with the accuracy requested or, without one, with `USUAL_ERROR`, 5 %.
+    """Read a formula, and compare its relative error with the accuracy requested or, without one, with `USUAL_ERROR`, 5 %.
 
-    A value below its error, near zero, is compared with the largest value of its signals of the same unit.
+    The error is relative to the value or, if it exceeds the value, to the largest value of signals of the same unit.
     """
-    value, error, unit, _ = result.reading(text)
-    signals = tuple(parse_reading(text, result.signals)[1].values())
+    value, error, unit, _kind = result.reading(text)
+    _tree, names = parse_reading(text, result.signals)
+    signals = tuple(names.values())
     of_unit = [name for name in signals if result.units.get(name) == unit]
     largest = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in of_unit)])
     relative_to = abs(value) if error < abs(value) else largest
@@ -199,6 +198,6 @@ def _check_reading(result: Result, text: str) -> CheckedReading:
 
 
 def peaks(result: Result) -> list[str]:
-    """List the default readings: peaks of forces, torques and deflections, or of their mean where vibrations are not resolved."""
+    """List peaks of forces, torques and deflections, or of their mean where vibrations are not resolved."""
     names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
     return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]

@@ -40,11 +40,11 @@ def scale_tolerances(solver: Spectral, factor: float, degrees: int = 0) -> Spect
 
 
 def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = "") -> Run:
-    """Integrate implicitly; make the signals that the text `asked` names, or all; a RunFailedError says why a run fails."""
+    """Integrate; make the signals that the text `asked` names, or all; a RunFailedError says why a run fails."""
     progress = watching.get()  # of the whole call: it counts runs, and raises an exception after Ctrl-C or the time limit
     progress.check()
     progress.count += 1
-    solver = replace(solver, method="implicit")
+    solver = replace(solver, method="implicit")  # its own choice of a method depends on the mechanism's numbers
     scene = CompiledScene.of(mechanism, solver.degree)
     out, failure, counts = integrate(scene, duration, solver, progress.time_left)
     progress.end_run(failure)
@@ -55,7 +55,8 @@ def run(mechanism: Mechanism, duration: float, solver: Spectral, asked: str = ""
 
 def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float | None, solver: Spectral) -> Readings:
     """Compute readings, from one run if needed; a RunFailedError says that a run fails, or that a state of rest is not stable."""
-    found, ended = list[tuple[float, str, float]](), None
+    found = list[tuple[float, str, float]]()  # value, unit and error of each reading
+    ended = None  # the run, once it has ended
     texts = " ".join(text for text in readings.values() if isinstance(text, str))
     for reading in readings.values():
         if callable(reading):
@@ -76,8 +77,10 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
     """Return readings by name, a text as its own name; `moving` if there is a duration; a ValueError names a wrong one."""
-    texts = of if isinstance(of, Mapping) else [of] if isinstance(of, str) else as_tuple("of", of)
-    readings: dict[str, Reading] = dict(texts) if isinstance(texts, Mapping) else {text: text for text in texts}
+    if isinstance(of, Mapping):
+        readings = dict(of)
+    else:
+        readings = {text: text for text in ([of] if isinstance(of, str) else as_tuple("of", of))}
     if not readings:
         raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
     for name, reading in readings.items():
