@@ -1,16 +1,16 @@
 """One case of the study `extremes`: a run, its reference, and the verdict.
 
 Measures are the numbers of a run that are compared, such as places and force peaks. Their reference is a closed form, or two runs
-of the compiled solver with different steps; then only measures in which the two agree are compared. With clearance a third run,
-whose clearance is larger by a thousandth, shows until when the motion is predictable.
+of the compiled solver with different steps. In the second case only measures in which the two runs agree are compared. With
+clearance a third run, whose clearance is larger by a thousandth, shows until when the motion is predictable.
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import StrEnum
+from math import nan
 from time import perf_counter
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,12 +35,12 @@ SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times over the duration of the run at which places are compared."""
 AGREEMENT = 0.3
 """Largest difference of the two reference runs over the allowed error, in a measure that is compared; by convention."""
-CHANGE = 1e-3
-"""Relative change of the clearance that must not change a predictable motion."""
+CLEARANCE_CHANGE = 1e-3
+"""Relative increase of the clearance in the third run. While it moves journals by little, a motion counts as predictable."""
 SMALL = 0.02
 """Size over the largest force of the mechanism below which a force is not compared, by convention."""
-RINGING = 12
-"""Smallest number of steps of the coarser reference run in a period of a strut's axial vibration."""
+STEPS_PER_PERIOD = 12
+"""Smallest number of steps of the coarser reference run in a period of a strut's axial vibration, chosen."""
 TRIAL = 1e-6
 """Part of the duration that is run to compile the solver: times and time limits then do not include the compilation."""
 PATIENCE = 30.0
@@ -55,9 +55,8 @@ class Verdict(StrEnum):
     """Verdict on a run by its status and its comparison with a reference.
 
     RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large.
-    NO_REFERENCE: the status is OK, and nothing could be compared. NAMED: the program names a fault itself. It refuses the
-    mechanism, or the run fails, runs out of time or is suspect: with too large an error, without a reference, or by
-    `MODEL_CHECKS` alone. FALSE_ALARM: the run is suspect by another check, though its errors are allowed.
+    NO_REFERENCE: the status is OK, and nothing could be compared. FALSE_ALARM: the status is SUSPECT by a check that is not one
+    of `MODEL_CHECKS`, though all errors are allowed. NAMED: any other run that is refused, fails, runs out of time or is suspect.
     """
 
     RIGHT = "right"
@@ -69,16 +68,21 @@ class Verdict(StrEnum):
 
 def decide(status: str, message: str, error: float | None) -> Verdict:
     """Decide on a run by its status, its message, and its error over the allowed one, None without a reference."""
-    if status not in ENDED:
-        return Verdict.NAMED
-    if error is None:
-        return Verdict.NO_REFERENCE if status == Status.OK else Verdict.NAMED
-    if not error <= 1.0:
-        return Verdict.SILENT if status == Status.OK else Verdict.NAMED
+    is_allowed = error is not None and error <= 1.0
     if status == Status.OK:
-        return Verdict.RIGHT
+        return Verdict.NO_REFERENCE if error is None else Verdict.RIGHT if is_allowed else Verdict.SILENT
     checks = set(re.findall(r"(?:^|; )([A-Z]+): ", message))  # a message is "CHECK: text; CHECK: text"
-    return Verdict.NAMED if checks and checks <= MODEL_CHECKS else Verdict.FALSE_ALARM
+    is_beyond_model = checks and checks <= MODEL_CHECKS
+    return Verdict.FALSE_ALARM if status == Status.SUSPECT and is_allowed and not is_beyond_model else Verdict.NAMED
+
+
+ALLOWED = {"force": 0.05, "impulse": 0.05, "place": 1e-3, "path": 5e-3, "journal": 0.1}
+"""Largest allowed errors of measures over their scales, by the kind: the first word of a name, as in `force peak of B`.
+
+Contact laws give forces and impulses to 5 % at best. A `place` is relative to the longest link: 1e-3 is visible in a drawing. A
+`path` has the places in a motion with impacts: a restitution wrong by 5 % moves them by 5e-3 of the longest link. A `journal` is
+a place relative to the clearance: at a root mean square of 0.1 its side in the bush is right.
+"""
 
 
 def find_largest(values: Array) -> float:
@@ -86,27 +90,12 @@ def find_largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-class AllowedError(NamedTuple):
-    """Largest allowed error of a measure over its scale, and the norm of the error."""
-
-    allowed: float
-    norm: Callable[[Array], float] = find_largest
+def compute_norm(kind: str, error: Array) -> float:
+    """Compute the norm of an error: for a journal the largest root mean square over time, else the largest magnitude."""
+    return float(np.sqrt((error**2).mean(axis=-1)).max()) if kind == "journal" else find_largest(error)
 
 
-KINDS = {"force": AllowedError(0.05), "impulse": AllowedError(0.05), "place": AllowedError(1e-3), "path": AllowedError(5e-3)}
-KINDS["journal"] = AllowedError(0.1, lambda error: float(np.sqrt((error**2).mean(axis=-1)).max()))
-"""Allowed errors by the kind of a measure; the name of a measure begins with its kind, as in `force peak of B.contact_force`.
-
-Contact laws give forces and impulses to 5 % at best. A `place` is relative to the longest link, and so is a `path`, the places in
-a motion with impacts: 1e-3 is visible in a drawing; a restitution wrong by 5 % moves a path by 5e-3. A `journal` is a place
-relative to the clearance, with the root mean square as norm: at 0.1 its side in the bush is right.
-"""
-
-
-def compare(
-    found: Measures, right: Measures, scales: Mapping[str, float] = MappingProxyType({}),
-    reported: Mapping[str, float] = MappingProxyType({}),
-) -> tuple[float, str]:  # fmt: skip
+def compare(found: Measures, right: Measures, scales: Mapping[str, float], reported: Mapping[str, float]) -> tuple[float, str]:
     """Find the largest error of all measures over the allowed one, and the name of its measure.
 
     The default scale of a measure is the largest value of the reference. An error is also allowed up to the one that the run
@@ -114,10 +103,10 @@ def compare(
     """
     errors = {}
     for name, value in right.items():
-        kind, ours = KINDS[name.split()[0]], np.asarray(found[name])
-        allowed = kind.allowed * max(scales.get(name, find_largest(value)), 1e-12)  # positive where the reference is 0
+        kind, ours = name.split()[0], np.asarray(found[name])
+        allowed = ALLOWED[kind] * max(scales.get(name, find_largest(value)), 1e-12)  # positive where the reference is 0
         allowed = max(allowed, reported.get(name, 0.0) * find_largest(ours))
-        error = kind.norm(ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
+        error = compute_norm(kind, ours[..., : np.shape(value)[-1]] - value)  # a reference may end where predictability does
         errors[name] = float(np.nan_to_num(error / allowed, nan=np.inf))
     worst = max(errors, key=lambda name: errors[name])
     return errors[worst], worst
@@ -127,7 +116,7 @@ class Finding(NamedTuple):
     """Verdict on a case, its largest error over the allowed one, the name of that measure, and the message of the run.
 
     `wall_s` is the time of the run and its references [s], `price` the time of the run over that of one run of the compiled
-    solver. `error` is nan without a reference. For a run that failed both `error` and `price` are nan.
+    solver. An `error` or a `price` that is not known is nan.
     """
 
     family: str
@@ -140,9 +129,9 @@ class Finding(NamedTuple):
     price: float
 
 
-def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float = 60.0) -> Finding:
+def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Finding:
     """Run a mechanism, with an accuracy or without, and compare the run with its reference."""
-    begin, nan = perf_counter(), float("nan")
+    begin = perf_counter()
     name = draw.name + (f", accuracy {accuracy:g}" if accuracy else "")
     try:
         simulate(draw.mechanism, TRIAL * draw.duration, solver=Spectral())  # compiles the solver
@@ -159,7 +148,7 @@ def judge(family: str, draw: Draw, accuracy: float | None = None, timeout: float
         price = spent / (perf_counter() - start)
         longest_link = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
         # The allowed error of a place is `allowed` times its scale, but at least the accuracy times the longest link.
-        scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / KINDS[kind].allowed) for kind in ("place", "path")}
+        scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / ALLOWED[kind]) for kind in ("place", "path")}
         if joints := clearances(draw.mechanism):
             scales["journal"] = min(joint.gap for joint in joints)
         if right := find_reference(draw, scales):
@@ -208,8 +197,8 @@ def find_forces(result: Result) -> dict[str, str]:
 def reported_errors(result: Result, measures: Measures) -> dict[str, float]:
     """Collect the relative errors of places and forces that a run reports; infinite where it does not resolve vibrations."""
     found: dict[str, float] = {}
+    places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]
     for kind in {"place", "path"} & set(measures):
-        places = [name for name, trait in result.traits.items() if trait.kind is SignalKind.PLACE and result.units[name] == "m"]
         errors = [result.error.absolute(name, Norm.PEAK) for name in places if (name, Norm.PEAK) in result.error]
         largest = np.nanmax(np.abs(measures[kind]))  # places after the end of the run are nan
         found[kind] = max(errors, default=0.0) / largest
@@ -229,16 +218,17 @@ def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
     is_pendulum = len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
     if is_pendulum:
         return {"place": swing(draw)}
-    coarse, fine = (read_reference(draw, finer) for finer in (0, 1))
+    coarse, fine = (read_reference(draw, finer) for finer in (False, True))
     if coarse is None or fine is None:
         return None
     until = len(SAMPLES)
-    if clearances(draw.mechanism):
-        joints = [replace(x, gap=(1 + CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in draw.mechanism.joints]
-        if (changed := read_reference(draw._replace(mechanism=replace(draw.mechanism, joints=joints)), 0)) is None:
+    if clearances(mechanism):
+        joints = [replace(x, gap=(1 + CLEARANCE_CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in mechanism.joints]
+        changed = read_reference(draw._replace(mechanism=replace(mechanism, joints=joints)), False)
+        if changed is None:
             return None
-        # The changed run has the steps of the coarse one: its difference from the fine run is that of steps and clearance.
-        has_parted = np.abs(changed["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
+        # The changed run has the steps of the coarse one, so it parts from the fine run by steps and clearance together.
+        has_parted = np.abs(changed["journal"] - fine["journal"]).max(axis=0) > ALLOWED["journal"] * scales["journal"]
         until = int(np.argmax(has_parted)) if has_parted.any() else until
     return dict(find_agreed(coarse, fine, scales, until)) or None
 
@@ -252,23 +242,23 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
         if not is_motion and (until < len(SAMPLES) or is_small):
             continue
         part = slice(until) if is_motion else slice(None)
-        first, second, kind = coarse[name][..., part], value[..., part], KINDS[name.split()[0]]
+        first, second, kind = coarse[name][..., part], value[..., part], name.split()[0]
         scale = scales.get(name, max(find_largest(value), 1e-12))
-        if second.shape[-1] and kind.norm(first - second) / scale <= AGREEMENT * kind.allowed:
+        if second.shape[-1] and compute_norm(kind, first - second) / scale <= AGREEMENT * ALLOWED[kind]:
             yield name, second
 
 
-def read_reference(draw: Draw, finer: int) -> Measures | None:
+def read_reference(draw: Draw, finer: bool) -> Measures | None:
     """Read the measures of a reference run; None if it fails."""
     result = run_reference(draw, finer)
     return None if result is None else read(draw, result)
 
 
-def run_reference(draw: Draw, finer: int) -> Result | None:
-    """Run the compiled solver, with finer steps and strips for `finer` = 1 than for 0; return None if it fails."""
+def run_reference(draw: Draw, finer: bool) -> Result | None:
+    """Run the compiled solver, on request with finer steps and strips; return None if it fails."""
     longest_step = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
-        longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / RINGING)
+        longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / STEPS_PER_PERIOD)
     steps = Controlled(tolerance=1e-9 if finer else 1e-8, max_step=longest_step / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
@@ -281,7 +271,7 @@ def run_reference(draw: Draw, finer: int) -> Result | None:
 
 def is_pressed(mechanism: Mechanism) -> bool:
     """Check if the mechanism is a straight column pressed by a drive, whose load is that of the elastica."""
-    # Of all generators only that of the family "pressed straight" draws a link "strip" and a drive.
+    # A mechanism from a file has no family. Of all families only "pressed straight" has a first link `strip` and a drive.
     return mechanism.links[0].name == "strip" and bool(mechanism.drives)
 
 
@@ -303,6 +293,5 @@ def swing(draw: Draw) -> Array:
     mass, inertia, _ = bar.body.mass_properties(length)
     squared = mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)  # square of the frequency of small motions
     settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-12, "t_eval": SAMPLES * draw.duration}
-    run = solve_ivp(lambda _t, y: (y[1], -squared * np.sin(y[0])), (0, draw.duration), (start, 0.0), **settings)
-    times, angle = run.t, run.y[0]
-    return np.stack([0 * times, 0 * times, length * np.sin(angle), -length * np.cos(angle)])
+    angle = solve_ivp(lambda _t, y: (y[1], -squared * np.sin(y[0])), (0, draw.duration), (start, 0.0), **settings).y[0]
+    return np.stack([0 * angle, 0 * angle, length * np.sin(angle), -length * np.cos(angle)])

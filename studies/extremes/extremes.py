@@ -34,6 +34,8 @@ LEAST = 1e-4
 """Smallest error over the allowed one on the axis of the figure; smaller errors are drawn there."""
 MOST = 1 / LEAST
 """Largest error over the allowed one on the axis of the figure; larger errors are drawn there."""
+NOT_COMPARED = 40 * MOST
+"""Place of cases without a comparison on the axis of the figure, chosen: right of all errors."""
 
 
 def strike(dice: Dice) -> Run:
@@ -47,7 +49,7 @@ def strike(dice: Dice) -> Run:
 
 
 def pass_dead_centre(dice: Dice) -> Run:
-    """Draw a four-bar near a change point: its lengths miss the one at which all bars can lie in one line by 1e-9 to 1e-2 m."""
+    """Draw a four-bar near a change point: with a frame 1e-9 to 1e-2 m shorter all bars could lie in one line."""
     paper, speed = CrankRocker(), dice.log(1e-2, 1e5)
     lengths = paper._replace(frame=paper.crank + paper.coupler - paper.rocker + dice.log(1e-9, 1e-2))
     start = dice.one(0.5, -0.3)  # crank angle after or before the change point, which is at 0; the sizes are a free choice
@@ -58,7 +60,7 @@ def rattle(dice: Dice) -> Run:
     """Draw a crank-rocker with clearance from wide ranges of gap, stiffness, friction and speed."""
     gap, factor, speed = dice.log(1e-6, 2e-3), dice.log(1e-2, 1e2), dice.log(0.1, 500)
     damping = RATTLING.damping * sqrt(factor)  # as critical damping, which grows with the root of the stiffness
-    law = laws.Impact(RATTLING.stiffness * factor, damping=damping, damping_depth=1e-5)
+    law = laws.Impact(RATTLING.stiffness * factor, damping=damping, damping_depth=1e-5)  # [m], as in `RATTLING`
     coulomb = laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2))
     friction = dice.one(laws.NoFriction(), coulomb, laws.AdamsFriction(static=0.9, dynamic=0.1, v_s=1e-3, v_d=1e-2))
 
@@ -135,13 +137,13 @@ def figure(result: StudyResult) -> Figure:
     s, jitter = result.signals, np.random.default_rng(0)
     families = [name for name in FAMILIES if (s["family"] == name).any()]
     fig, ax = subplots(height=60 + 6 * len(families))
-    x = np.where(np.isnan(s["error"]), 40 * MOST, np.clip(s["error"], LEAST, MOST))
+    x = np.where(np.isnan(s["error"]), NOT_COMPARED, np.clip(s["error"], LEAST, MOST))
     y = np.array([families.index(name) for name in s["family"]]) + jitter.uniform(-0.3, 0.3, len(x))
     for verdict, mark, colour in zip(Verdict, "oPDX*", COLOURS, strict=False):
         part = s["verdict"] == verdict
         ax.plot(x[part], y[part], mark, ms=3.5, color=colour, label=f"{verdict} ({part.sum()})")
     ax.axvline(1.0, color="black", lw=0.8)
-    ax.set(xscale="log", xlim=(LEAST / 2, 200 * MOST), xlabel="error over what is allowed [1]; right: not compared")
+    ax.set(xscale="log", xlim=(LEAST / 2, 5 * NOT_COMPARED), xlabel="error over what is allowed [1]; right: not compared")
     ax.set(yticks=range(len(families)), yticklabels=families, ylim=(len(families) - 0.4, -0.6), ylabel="family")
     ax.legend(loc="lower center", bbox_to_anchor=(0.25, 1.0), ncols=3, columnspacing=1.0)
     return fig

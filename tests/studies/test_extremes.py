@@ -8,7 +8,7 @@ import pytest
 from buckler.elastica import pinned
 from buckler.mbs import Beam, Section, Status
 from buckler.studies.extremes import case, extremes
-from buckler.studies.extremes.case import KINDS, Verdict, compare, decide
+from buckler.studies.extremes.case import ALLOWED, Verdict, compare, decide
 from buckler.studies.kit.drawn import Draw, draw, make_pressed_column
 
 
@@ -34,13 +34,13 @@ def test_verdicts(status, message, error, verdict):
 
 def test_comparison_takes_the_worst_measure_over_what_is_allowed():
     right = {"force": np.array([10.0]), "place of B": np.array([0.0, 2.0])}
-    off, worst = compare({"force": np.array([10.1]), "place of B": np.array([0.0, 2.01])}, right, {"place of B": 1.0})
-    assert worst == "place of B" and off == pytest.approx(0.01 / KINDS["place"].allowed)
+    off, worst = compare({"force": np.array([10.1]), "place of B": np.array([0.0, 2.01])}, right, {"place of B": 1.0}, {})
+    assert worst == "place of B" and off == pytest.approx(0.01 / ALLOWED["place"])
     reported = {"force": 0.8}  # of its own 50: 40 of 10 are no silent error, though 0.8 of 10 would be one
     assert compare({"force": np.array([50.0])}, {"force": np.array([10.0])}, {}, reported)[0] == pytest.approx(1.0)
-    shorter, _ = compare({"journal": np.array([[1.0, 2.0, 9.0]])}, {"journal": np.array([[1.0, 2.0]])}, {"journal": 1.0})
+    shorter, _ = compare({"journal": np.array([[1.0, 2.0, 9.0]])}, {"journal": np.array([[1.0, 2.0]])}, {"journal": 1.0}, {})
     assert shorter == 0
-    assert compare({"force": np.array([np.nan])}, {"force": np.array([10.0])})[0] == np.inf
+    assert compare({"force": np.array([np.nan])}, {"force": np.array([10.0])}, {}, {})[0] == np.inf
 
 
 # --- references -------------------------------------------------------------------------------------------------------

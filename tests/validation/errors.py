@@ -94,7 +94,7 @@ def read_places(result: Result, time: Array) -> dict[str, Array]:
 
 def run_twice(drawn: Draw) -> Reference | None:
     """Run the compiled solver twice, far finer than the accuracy asked for; return None if it fails."""
-    coarse, fine = (run_reference(drawn, finer) for finer in (0, 1))
+    coarse, fine = (run_reference(drawn, finer) for finer in (False, True))
     if coarse is None or fine is None:
         return None
     time = np.linspace(0.0, min(coarse.time[-1], fine.time[-1]), SAMPLES)
