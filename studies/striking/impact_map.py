@@ -1,17 +1,17 @@
 """First impacts of the striking slider-crank over speed, bow, stop stiffness and slider mass, in dimensionless numbers.
 
-A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the compression of
-the strip and the force of the stop at their maxima, over the Euler load P_E. An independent theory, a strip of sine modes
-(`SineStrip`), is compared with the beam. Two numbers decide the regime of a strike. The first is the strip's deflection at first
-contact over its radius of gyration. The second is the rise of the compression P over P_E, per unit of w1 t, where w1 is the
-strip's first frequency and t the time:
+A strike is a run up to the end of the first impact. For each point of a grid the beam of `slider-crank` gives the largest
+compression P of the strip and the largest force of the stop, over the Euler load P_E. An independent theory, `SineStrip`, is
+compared with the beam. Two numbers decide the regime of a strike. The first is the strip's deflection at first contact over its
+radius of gyration. The second, s, is the rate at which P/P_E rises with w1 t in a straight strip. Here t is the time and w1 the
+strip's first frequency:
 
     s = K' v/(P_E w1 cos phi).
 
 K' is the stiffness of stop and strip in series, v the slider's speed, phi the angle of the strip's chord to the slider's line. In
 the regime "late buckling" a straight strip reaches a compression that grows as sqrt(s). In "plateau" the strip has time to buckle
 and pushes with P_E. In "sagging" it is bowed and acts as a soft spring. In "swing" it has buckled before contact and swings, so
-that the slider may never reach the stop; runs without an impact are of this regime.
+that the slider may never reach the stop.
 
 In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
 mu. It has no axial inertia; tau is the time constant of its damping. At a distance z from A its deflection from the chord AB is
@@ -29,7 +29,6 @@ modes.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 from math import isfinite, nan
 from typing import Any, NamedTuple, Self
@@ -70,11 +69,13 @@ AFTER = np.radians(25.0)
 LINEAR = 1e-3
 """Speed of the slider below which its friction is proportional to the speed in the theory [m/s].
 
-At its tenfold largest forces of the default grid change by 8 % at most, in nine of ten strikes not at all."""
+A value ten times as large changes the largest forces of the default grid by 8 % at most, and nine of ten strikes not at all."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
-R, L = PAPER.crank, PAPER.coupler
-"""Lengths of crank and coupler [m]."""
+R = PAPER.crank
+"""Length of the crank [m]."""
+L = PAPER.coupler
+"""Length of the coupler [m]."""
 WAVE_NUMBERS = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
@@ -103,44 +104,30 @@ class Parameters(StrikeAssumptions):
         ]
 
 
-@dataclass(frozen=True)
 class SineStrip:
     """Slider-crank of a case by equations (1) and (2), with constant crank speed.
 
     The state y has the slider's position x [m] and velocity, the amplitudes a_n [m], and their rates.
     """
 
-    case: Case
-
-    @cached_property
-    def frequency(self) -> float:
-        """First frequency w1 of the strip [rad/s]."""
-        return self.case.section.first_frequency(L)
-
-    @cached_property
-    def stress_free(self) -> Array:
-        """Stress-free amplitudes b_n [m], positive to the left when looking from A to B; a positive bow is to the right."""
-        return np.where(N == 1, -self.case.imperfection * L, 0.0)
-
-    @cached_property
-    def bending(self) -> Array:
-        """Bending stiffness E I k^4 of the modes [N/m^2]."""
-        return np.asarray(self.case.section.bending_stiffness * WAVE_NUMBERS**4)
-
-    @cached_property
-    def impact_speed(self) -> float:
-        """Speed v of the slider at first contact [m/s]."""
-        return -float(PAPER.slider_rate(CONTACT)) * self.case.speed
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.frequency = case.section.first_frequency(L)  # w1 [rad/s]
+        # Stress-free amplitudes b_n [m], positive to the left when looking from A to B; a positive bow is to the right.
+        self.stress_free: Array = np.where(N == 1, -case.imperfection * L, 0.0)
+        self.bending: Array = case.section.bending_stiffness * WAVE_NUMBERS**4  # stiffness E I k^4 of the modes [N/m^2]
+        self.impact_speed = -float(PAPER.slider_rate(CONTACT)) * case.speed  # v, at first contact [m/s]
 
     @property
     def duration(self) -> float:
         """Time after first contact by which the impact is over [s]: a period on the stop, and the strip's time to buckle.
 
-        While a strip buckles, equation (2) is a'' = s w1^3 t a. This Airy equation lets a grow 1e4-fold until w1 t = 6/s^(1/3).
-        Half a vibration, w1 t = 3, is added.
+        With t counted from P = P_E, where P rises at the rate s, equation (2) of the first mode is a'' = s w1^3 t a. This Airy
+        equation lets a grow 1e4-fold until w1 t = 6/s^(1/3). Half a vibration, w1 t = 3, is added, by convention.
         """
         p = self.case
-        rigid_rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)  # s, K' that of the stop
+        # s with the stiffness of the stop alone, and cos phi = 1
+        rigid_rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)
         on_stop, buckling = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness), 3 + 6 / np.cbrt(rigid_rate)
         return float(min(AFTER / p.speed, on_stop + buckling / self.frequency))
 
@@ -183,7 +170,7 @@ class SineStrip:
         return float((N**2 * np.pi**2 * (a**2 - self.stress_free**2)).sum() / (4 * L))
 
     def _transverse(self, angle: float, x: float, acceleration: float) -> Array:
-        """Compute q_n [N/m], weight less inertia of the chord, from the slider's position and acceleration."""
+        """Compute q_n [N/m], weight less inertia of the chord, from the slider's position [m] and acceleration [m/s^2]."""
         pin = R * np.array([np.cos(angle), np.sin(angle)])
         chord = np.array([x, 0.0]) - pin
         normal = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
@@ -193,14 +180,6 @@ class SineStrip:
         components = 2 / (N * np.pi) * (at_a - (-1.0) ** N * at_b)
         return np.asarray(-self.case.section.mass_per_length * components)
 
-    def _compression(self, t: float, y: Array) -> tuple[float, float]:
-        """Compute the compression P of the strip [N], and cos(phi)."""
-        angle = self.case.speed * t
-        dx, dy = y[0] - R * np.cos(angle), R * np.sin(angle)
-        chord = np.hypot(dx, dy)
-        load = self.case.section.axial_stiffness / L * (L - chord - self._shortening(y[2 : 2 + N.size]))
-        return float(load), float(-dx / chord)
-
     def _stop_force(self, y: Array) -> float:
         depth, depth_rate = PAPER_STOP - y[0], -y[1]
         chi = float(CarvalhoMartins.hysteresis(self.case.restitution))
@@ -208,37 +187,36 @@ class SineStrip:
         return max(0.0, float(force)) if depth > 0 else 0.0
 
     def _rates(self, t: float, y: Array) -> Array:
-        """Compute the rates of the state by equation (2) and that of the slider."""
-        load, cosine = self._compression(t, y)
+        """Compute the rates of the state by equations (1) and (2) and that of the slider."""
+        angle, (a, speed) = self.case.speed * t, np.split(y[2:], 2)
+        dx, dy = y[0] - R * np.cos(angle), R * np.sin(angle)
+        chord = float(np.hypot(dx, dy))
+        load = self.case.section.axial_stiffness / L * (L - chord - self._shortening(a))
+        cosine = -dx / chord  # of phi
         friction = self.case.friction_force * min(max(y[1] / LINEAR, -1.0), 1.0)
         acceleration = (self._stop_force(y) - load * cosine - friction) / self.case.mass
-        a, speed = np.split(y[2:], 2)
         time_constant = 2 * self.case.damping / self.frequency  # tau of equation (2)
         bend = self.bending * (a - self.stress_free + time_constant * speed)
-        q = self._transverse(self.case.speed * t, y[0], acceleration)
+        q = self._transverse(angle, y[0], acceleration)
         modal_acceleration = (load * WAVE_NUMBERS**2 * a - bend + q) / self.case.section.mass_per_length
         return np.concatenate([[y[1], acceleration], speed, modal_acceleration])
 
 
 class MapPoint(NamedTuple):
-    """Strike of a case: simulated largest force of the stop (`peak`) and of the strip (`compression`), over the Euler load.
-
-    `sine` is the peak by sine modes; `early` the simulated change of the end shortening before contact, over the length; `rate`
-    is s; `bend` the deflection at first contact over the radius of gyration.
-    """
+    """Strike of a case, simulated and by sine modes; forces are largest ones over the Euler load."""
 
     case: Case
-    peak: float
-    compression: float
-    early: float
-    sine: float
-    rate: float
-    bend: float
-    failure: str
+    peak: float  # simulated force of the stop
+    compression: float  # simulated compression of the strip
+    early: float  # simulated change of the end shortening before contact, over the length
+    sine: float  # force of the stop by sine modes
+    rate: float  # s
+    bend: float  # deflection at first contact over the radius of gyration
+    failure: str  # case and status of a simulation that failed, "" if it did not
 
     @property
     def regime(self) -> str:
-        """Regime by the simulation."""
+        """Regime by the simulation; "swing" for a run without an impact, be it that it failed."""
         # By equation (1), a_1 = 2 b_1 shortens the chord by 3 pi^2 b_1^2/(4 L): a bow may double without counting as buckled.
         bow_doubles = 0.75 * (np.pi * self.case.imperfection) ** 2
         is_buckled = self.early > BUCKLED_FROM + bow_doubles  # before contact
