@@ -1,8 +1,9 @@
 """Inverse design of the striking slider-crank: strip, stop and speed for a wished contact force, impact force and contact angle.
 
-The equations of `inverse` give the design, and one simulated turn checks it. They hold for a massless coupler, the model `strut`.
-The coupler of the model `beam` has inertia: if nearly straight, it carries more than the Euler load before it has time to bend,
-and the slider strikes far harder.
+The equations of `inverse` give the design, and one simulated turn checks it. The crank drives the slider by a strip, the coupler,
+and the slider strikes a stop. While the strip is buckled, it presses the slider against the stop: the contact. The equations hold
+for a massless strip, the model `strut`. The strip of the model `beam` has inertia: if nearly straight, it carries more than the
+Euler load before it has time to bend, and the slider strikes far harder.
 Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
@@ -26,7 +27,7 @@ from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limit
 AFTER_RELEASE = np.radians(2.0)
 """Angle by which the crank turns in the simulation after the slider has left the stop [rad]."""
 LARGEST_ERRORS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
-"""Largest relative differences of the simulated turn from the wish; only the equation of the impact errs, by 1 %."""
+"""Largest relative differences of the simulated turn from the wish, chosen: the equation of the impact alone errs by 1 %."""
 UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
 """Units of the unknowns of the design."""
 
@@ -61,16 +62,17 @@ class Parameters(StrikeParameters):
         )  # fmt: skip
 
 
-def check(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
+def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until the slider has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
     stop = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
-    numbers = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
-    mechanism = make_slider_crank(model, section, p, stop, given.friction, given.lengths, **numbers)
+    mechanism = make_slider_crank(
+        model, section, p, stop, given.friction, given.lengths, mass=given.mass, speed=chosen.speed, stop=chosen.stop
+    )
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
-    duration = p.extend_for_motor((release_angle + AFTER_RELEASE) / chosen.speed)
+    duration = p.extend_for_motor((release_angle + AFTER_RELEASE) / chosen.speed)  # [s], longer on a motor (`--motor`)
     return simulate_model(model, mechanism, duration, solver, p.timeout)
 
 
@@ -80,7 +82,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     bounds = {f"limit.{limit.name}": Metric(float(limit.use), "1") for limit in limits(d)}
     if not feasible(d):
         return StudyResult(parameters=p, status="INFEASIBLE", message=str(binding(d)), metrics=bounds)
-    turn = check(p.model, d, p)
+    turn = simulate_design(p.model, d, p)
     found = read(turn)
     metrics = {
         "contact_force": Metric(found.force_180, "N", exact=p.contact_force),
@@ -97,9 +99,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong = [f"{p.model}: {line}" for line in wrong]
     notes = "exact: the wish. limit: share of a bound that is used. settled: crank angle from which the slider rests.\n"
     notes += f"{p.describe()}; friction {p.friction_force:g} N."
-    failure = {"status": turn.status, "message": f"{p.model}: {turn.message}"}
+    status = status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}
     return StudyResult(
-        parameters=p, **(status_of(wrong) if turn.status == "OK" else failure),
+        parameters=p, **status,
         metrics=metrics, signals={"angle": turn.angle, "force": turn.force},
         tables=[replace(metrics_table(metrics), notes=notes)],
     )  # fmt: skip
@@ -114,7 +116,7 @@ def figure(result: StudyResult) -> Figure:
     stop = d.given.lengths.slider(pi - angle / 2)
     u = np.clip(d.given.lengths.shortening(pi, stop), 0.0, 1.0)  # above 1 the limit `shortening` excludes the design
     bending_stiffness = d.given.modulus * p.width * h**3 / 12
-    force = law.fast(u) * bending_stiffness / d.given.coupler**2  # the law gives P L^2/(E I)
+    force = law.fast(u) * bending_stiffness / d.given.coupler**2  # `fast` gives the elastica's load P L^2/(E I)
     is_feasible = feasible(design(Wish(force, p.impact_force, angle), d.given))
     ax.contourf(1e3 * h, np.degrees(angle), is_feasible, levels=[-0.5, 0.5], colors=["#dddddd"])
     lines = ax.contour(1e3 * h, np.degrees(angle), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")

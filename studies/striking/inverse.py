@@ -4,7 +4,7 @@ A slider of mass m moves along the negative x axis and meets a stop at a crank a
 lasts from then to pi + g. In it the coupler, a pinned strip of width b and thickness h, is buckled and presses the slider against
 the stop, most strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L. The slider has
 the position x(theta) < 0, with derivatives x' and x'' by the crank angle theta. K is the stop's stiffness. A pinned strip whose
-ends approach each other by u L has the load p(u) E I/L^2 of the exact elastica (`buckler.elastica.law.fast`):
+ends approach each other by u L has the load p(u) E I/L^2 of the elastica (`buckler.elastica.law.fast`, to a relative 1e-12):
 
     contact angle 2 g      ->  stop at x_s = x(pi - g);                                                         (1)
     contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
@@ -24,8 +24,8 @@ sqrt(K/m) times the momentum. Hence the missing momentum lessens S by
 
     D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k_s (1 + chi) K v)]^(1/3),   axial stiffness k_s = E A/L cos(phi)^2. (4)
 
-Equations (1) and (2) are exact; (3) and (4) hold within 1 % up to Q = 0.4 (S - D) for a massless strip, a `Strut`. A straight
-`Beam` buckles late and strikes far harder. Arrays broadcast.
+Equations (1) and (2) are exact. For a massless strip, a `Strut`, (3) and (4) agree within 1 % with integrations of the impact up
+to Q = 0.4 (S - D). A straight `Beam` buckles late and strikes far harder. Arrays broadcast.
 Sources: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796; Carvalho, Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
 """
 
@@ -49,7 +49,7 @@ MOST_COMPRESSION = 0.8
 MOST_PUSH = 0.4
 """Largest Q over S - D: up to it equation (3) holds within 1 %."""
 MOST_RISE = 2.0
-"""Largest Q' over P_cr; Q is P_cr at most, so above it the slider's inertia m x'' omega^2 pulls the strip with more than P_cr."""
+"""Largest Q' over P_cr, as Q is P_cr at most: at Q' > 2 P_cr the slider's inertia pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
 """Least S - D over F_i in the iteration: it keeps the speed positive where Q alone exceeds F_i, which limit `push` excludes."""
 ANGLES = 33
@@ -79,7 +79,8 @@ class Wish:
 class Given:
     """Numbers of strip, slider, stop and linkage that the design does not change, in SI units.
 
-    `friction` is the force f on the slider [N], `fastest` the largest crank speed of the drive [rad/s].
+    `friction` is the force f on the slider [N], `fastest` the largest crank speed of the drive [rad/s]. Width, crank and coupler
+    are the paper's; other defaults are chosen.
     """
 
     width: Floats = 0.030
@@ -133,7 +134,8 @@ class StrikeDesign:
 def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     """Solve equations (1) and (2) for stop and thickness, and (3) with (4) for the speed by fixed-point iteration.
 
-    For a wish without a solution the numbers are finite, and violate one of the `limits`.
+    For a wish without a solution the numbers are finite, and violate one of the `limits`. A stop so soft that u < 0 is no limit
+    of its own: 5e4 random designs with such a stop all violate another limit.
     """
     given = Given() if given is None else given
     lengths, r, L, mass, stiffness = given.lengths, given.crank, given.coupler, given.mass, given.stiffness
@@ -157,10 +159,9 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
         loss = 0.75 * rise * rise_time * np.sqrt(stiffness / mass)  # D
         elastic_force = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + loss  # S
         speed = elastic_force / (rate * np.sqrt(stiffness * mass))
-    found = {"thickness": thickness, "stop": stop, "speed": speed, "angle": angle, "shortening": u, "euler_load": euler}
-    found |= {"impact_speed": rate * speed, "push": push, "strength": strength}
-    shape = np.broadcast_shapes(*map(np.shape, found.values()))
-    return StrikeDesign(wish, given, **{name: np.broadcast_to(x, shape) if shape else float(x) for name, x in found.items()})
+    found = (thickness, stop, speed, angle, u, euler, rate * speed, push, strength)  # in the order of the fields
+    shape = np.broadcast_shapes(*map(np.shape, found))
+    return StrikeDesign(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
 
 
 class Limit(NamedTuple):
@@ -191,7 +192,7 @@ def limits(chosen: StrikeDesign) -> list[Limit]:
     rise = (chosen.push + inertia) / chosen.euler_load  # Q' over P_cr
     stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
     return [
-        Limit("shortening", "end shortening over length", chosen.shortening, 1.0),
+        Limit("shortening", "end shortening over length", chosen.shortening, 1.0),  # at 1 the strip's ends meet
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
         Limit("buckling", "compression on the way over the Euler load", compression, MOST_COMPRESSION),
         Limit("pull", "rise of the strip's push in the impact over the Euler load", rise, MOST_RISE),
