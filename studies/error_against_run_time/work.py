@@ -77,27 +77,16 @@ class ComparedMotion:
 
 @dataclass(frozen=True)
 class Work:
-    """Job with its runs and references.
+    """Job with its runs and references."""
 
-    Attributes
-    ----------
-    about, measure : texts that describe the job and its error
-    runs : runs by series and setting, coarse to fine
-    tuned : setting, as in the keys of `runs`, of the hand-tuned run of the engine, with whose time other times are compared
-    references : function that computes the reference of each series, of the same shape as its runs
-    scale : divisor of the root mean square of a difference; by default the root mean square of the reference less its start
-    largest : true for exact references whose error is the largest relative one, not a root mean square
-    motion : motion that Buckler simulates; None for statics
-    """
-
-    about: str
-    measure: str
-    runs: Mapping[tuple[str, str], Run]
-    tuned: str
-    references: Mapping[str, Run]
-    scale: float | None = None
-    largest: bool = False
-    motion: ComparedMotion | None = None
+    about: str  # description of the job
+    measure: str  # description of its error
+    runs: Mapping[tuple[str, str], Run]  # by series and setting, coarse to fine
+    tuned: str  # setting of the series `engine` with whose time other times are compared
+    references: Mapping[str, Run]  # function that computes the reference of each series, of the same shape as its runs
+    scale: float | None = None  # divisor of the rms of a difference; by default the rms of the reference less its start
+    largest: bool = False  # true for exact references, where the error is the largest relative one, not an rms
+    motion: ComparedMotion | None = None  # motion that Buckler simulates; None for statics
 
     def difference(self, found: Array, exact: Array) -> float:
         """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""

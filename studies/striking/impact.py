@@ -1,7 +1,7 @@
 """Striking slider-crank: parameters of its studies, the run of a model, and the numbers that are read from a turn of the crank.
 
 A contact is a time interval in which the stop feels a force. The first contact is the impact; later ones are rebounds. The slider
-rests if its contact lasts from before the dead centre, at 180 degrees, beyond it, and is the last that begins before 210 degrees.
+rests at the dead centre, 180 degrees, if it is in contact there and no later contact begins before 210 degrees.
 The paper is B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
@@ -119,31 +119,22 @@ class ImpactParameters(StrikeParameters):
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Run of one model; arrays have the shape (samples,).
-
-    Attributes
-    ----------
-    status, message : those of `buckler.mbs.Result`; the message of an OK run is a remark on the mechanism
-    time, angle, force, speed, shortening, push : time [s]; crank angle [rad]; force on the stop [N]; slider speed towards the
-        stop [m/s]; end shortening of the strip over its length; compression of the strip [N]
-    overload : indicator of buckling, above 1 where the strip is buckled before the slider meets the stop: compression of the
-        rigid coupler over the Euler load (stitched), or shortening over `impact_models.BUCKLED_FROM` (strut, beam)
-    energy_balance : largest error of the energy ledger over the throughput
-    work : wall_s, the run time [s]; steps
-    """
+    """Run of one model; arrays have the shape (samples,)."""
 
     model: str
-    status: str
-    message: str
-    time: Array
-    angle: Array
-    force: Array
-    speed: Array
-    shortening: Array
-    push: Array
-    overload: Array
-    energy_balance: float
-    work: dict[str, float]
+    status: str  # of `buckler.mbs.Result`
+    message: str  # of an OK run: a remark on the mechanism
+    time: Array  # [s]
+    angle: Array  # of the crank [rad]
+    force: Array  # on the stop [N]
+    speed: Array  # of the slider towards the stop [m/s]
+    shortening: Array  # end shortening of the strip over its length
+    push: Array  # compression of the strip [N]
+    # Above 1 the strip is buckled. For strut and beam: the shortening over `BUCKLED_FROM`. For stitched: the compression of the
+    # rigid coupler over the Euler load.
+    buckling_ratio: Array
+    energy_balance: float  # largest error of the energy ledger over the throughput
+    work: dict[str, float]  # `wall_s`, the run time [s], and `steps`
 
     @property
     def signals(self) -> dict[str, Array]:
@@ -157,39 +148,25 @@ def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
 
 
 class TurnReading(NamedTuple):
-    """Numbers of one turn of the crank; for an event that does not happen, nan, or 0 where that is the default.
+    """Numbers of one turn of the crank; for an event that does not happen, nan, or 0 where that is the default."""
 
-    Attributes
-    ----------
-    contact_angle, settled, release_angle : crank angles [rad] at the first contact, at the onset of rest, at the end of the
-        last contact; `settled` is nan if the slider is off the stop at the dead centre
-    contact_time, settling_time : times from the first contact to the end of the last, and to the onset of rest [s]
-    impact_speed, rebound_ratio : speed of the slider at first contact [m/s]; speed after the impact over that
-    impact_peak, impact_impulse, impact_time : largest force [N], impulse [N s] and duration [s] of the first impact
-    impact_push : largest compression of the strip in the first impact [N]
-    rebounds : number of contacts after the first that begin before `SETTLED_BY`
-    force_180, contact_max : force at the dead centre [N]; largest force around it if the slider rests [N]
-    shortening, early_shortening : largest end shortening, and its change before first contact, over the length
-    buckles_before_stop : true if the strip buckles before the slider meets the stop
-    """
-
-    contact_angle: float = nan
-    settled: float = nan
-    release_angle: float = nan
-    contact_time: float = 0.0
-    settling_time: float = nan
-    impact_speed: float = nan
-    rebound_ratio: float = nan
-    impact_peak: float = 0.0
-    impact_impulse: float = 0.0
-    impact_time: float = nan
-    impact_push: float = nan
-    rebounds: int = 0
-    force_180: float = nan
-    contact_max: float = nan
-    shortening: float = nan
-    early_shortening: float = nan
-    buckles_before_stop: bool = False
+    contact_angle: float = nan  # crank angle at the first contact [rad]
+    settled: float = nan  # crank angle at the onset of rest [rad], nan if the slider is off the stop at the dead centre
+    release_angle: float = nan  # crank angle at the end of the last contact [rad]
+    contact_time: float = 0.0  # time from the first contact to the end of the last [s]
+    settling_time: float = nan  # time from the first contact to the onset of rest [s]
+    impact_speed: float = nan  # speed of the slider at first contact [m/s]
+    rebound_ratio: float = nan  # speed after the impact over `impact_speed`
+    impact_peak: float = 0.0  # largest force of the impact [N]
+    impact_impulse: float = 0.0  # [N s]
+    impact_time: float = nan  # duration of the impact [s]
+    impact_push: float = nan  # largest compression of the strip in the impact [N]
+    rebounds: int = 0  # that begin before `SETTLED_BY`
+    force_180: float = nan  # force on the stop at the dead centre [N]
+    contact_max: float = nan  # largest force around the dead centre if the slider rests [N]
+    shortening: float = nan  # largest end shortening over the length
+    early_shortening: float = nan  # change of the end shortening before the first contact, over the length
+    buckles_before_stop: bool = False  # the strip buckles before the slider meets the stop
 
     @property
     def contact_turn(self) -> float:
@@ -214,7 +191,8 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     before = slice(contacts[0, 0] + 1 if len(contacts) else None)  # up to the first sample in contact, at or after its onset
     found = TurnReading(
         force_180=float(np.interp(pi, angle, force, right=nan)), shortening=float(shortening.max()),
-        early_shortening=float(np.ptp(shortening[before])), buckles_before_stop=bool((run.overload[part][before] > 1).any()),
+        early_shortening=float(np.ptp(shortening[before])),
+        buckles_before_stop=bool((run.buckling_ratio[part][before] > 1).any()),
     )  # fmt: skip
     if not len(contacts):
         return found
@@ -263,7 +241,7 @@ def findings(run: ModelRun, readings: Sequence[TurnReading]) -> list[str]:
         return []
     found = [run.message] if run.status == "OK" and run.message else []
     for state, applies in STATES.items():
-        if turns := [str(turn) for turn, reading in enumerate(readings, 1) if applies(reading)]:
+        if turns := [str(turn) for turn, reading in enumerate(readings, 1) if applies(reading)]:  # in texts the first is turn 1
             found.append(state + (f" (turn {', '.join(turns)})" if len(readings) > 1 else ""))
     return [f"{run.model}: {text}" for text in found]
 

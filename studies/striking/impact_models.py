@@ -25,7 +25,9 @@ from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, r
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5
-"""Time constant of a strut's axial damping [s]: a fifth of critical damping for the slider, 0.3 kg, on the straight strip."""
+"""Time constant of a strut's axial damping [s], chosen: a fifth of critical damping for the default slider on the default strip.
+
+It does not depend on the slider's mass and the section of the strip."""
 BUCKLED_FROM = 1e-3
 """End shortening over length above which a strip counts as buckled before contact, by convention."""
 IMPACT_UNTIL = np.radians(150.0)
@@ -42,7 +44,8 @@ def make_slider_crank(
 ) -> Mechanism:  # fmt: skip
     """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N]; numbers are those of `slider_crank`.
 
-    A strut is damped along its axis, a beam has a bow to the side to which its inertia bends it; `p` adds gravity and motor.
+    A strut is damped along its axis. A beam has the bow of `p`, positive to the side to which inertia bends the beam; for `Beam`
+    that side is negative. `p` adds gravity and motor.
     """
     if model == "strut":
         body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
@@ -60,7 +63,7 @@ def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | 
 
 
 def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
-    """Run the mechanism of a model for a duration [s], with its energy ledger; `ModelRun` defines `overload` for each model."""
+    """Run the mechanism of a model for a duration [s], with its energy ledger."""
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
@@ -69,7 +72,7 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     return ModelRun(
         model=model, status=str(result.status), message=result.message, time=result.time, angle=crank_angle(signals),
         force=signals["B.contact_force"], speed=-signals["B.vx"], shortening=shortening, push=push,
-        overload=shortening / BUCKLED_FROM, energy_balance=result.energy_balance, work=work,
+        buckling_ratio=shortening / BUCKLED_FROM, energy_balance=result.energy_balance, work=work,
     )  # fmt: skip
 
 
@@ -84,11 +87,9 @@ def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float
         trace = follow(closed_forms, motion, duration)
         # The status stays OK: with this friction the slider does not reach the stop again, which is no fault of the run.
         remark = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
-        return ModelRun(
-            model=model, status="OK", message=remark, time=trace.time, angle=trace.angle, force=trace.force, speed=-trace.speed,
-            shortening=trace.shortening, push=trace.push, overload=trace.overload, energy_balance=trace.energy_balance,
-            work={"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
-        )  # fmt: skip
+        arrays = {name: getattr(trace, name) for name in ("time", "angle", "force", "shortening", "push", "buckling_ratio")}
+        work = {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))}
+        return ModelRun(model, "OK", remark, speed=-trace.speed, energy_balance=trace.energy_balance, work=work, **arrays)
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     time_of_a_degree = pi / 180 / fastest  # [s] of crank angle: a longest step, by convention
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=time_of_a_degree))
@@ -105,7 +106,7 @@ class NotCalibratedError(ValueError):
 
 
 class Calibration(NamedTuple):
-    """Stop with which a model strikes with 27 N at 1.25 rad/s: duration [s] or stiffness [N/m], and the force of its run [N]."""
+    """Stop with which a model strikes with the published force: impact's duration [s] or stiffness [N/m], and its force [N]."""
 
     model: str
     stop_setting: float
@@ -123,27 +124,33 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
 
     A NotCalibratedError says that a run fails or has no impact, or that `TRIALS` iterations are not enough.
     """
-    crank_speed = IMPACT_SPEED  # [rad/s], at which the published impact force was measured
-    slider_speed = crank_speed * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))  # at the impact [m/s]
+    # speed of the slider at the impact [m/s]; the published force was measured at the crank speed IMPACT_SPEED
+    slider_speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
     if model == "stitched":
         impulse = parameters.mass * (1 + parameters.restitution) * slider_speed
         return Calibration(model, impulse / IMPACT_FORCE, IMPACT_FORCE)
-    forces: dict[float, float] = {}
 
     @cache
-    def log_ratio(log_stop: float) -> float:
-        """Compute the logarithm of force over published force, 0 where the stop is accurate enough."""
+    def strike_force(log_stop: float) -> float:
+        """Run the model with a stop, and return the force of its impact [N]."""
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
-        force = forces[log_stop] = read(run).impact_peak
+        force = read(run).impact_peak
         if run.status not in ("OK", "SUSPECT") or not force:
             why = run.message or "the slider does not meet the stop"
             raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N: {why}")
-        ratio = log(force / IMPACT_FORCE)
+        return force
+
+    def log_ratio(log_stop: float) -> float:
+        """Compute the logarithm of force over published force, or 0, which ends the iteration, where the stop is accurate."""
+        ratio = log(strike_force(log_stop) / IMPACT_FORCE)
         return ratio if abs(ratio) >= CALIBRATED_TO else 0.0
 
     first = 2 * log(IMPACT_FORCE / slider_speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
-    second = first - 2 * log_ratio(first)  # F grows with sqrt(k)
-    root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
+    root = first
+    if log_ratio(first):
+        second = first - 2 * log_ratio(first)  # F grows with sqrt(k)
+        root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root
     if log_ratio(root):
-        raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {forces[root]:.4g} N")
-    return Calibration(model, exp(root), forces[root])
+        last = strike_force(root)
+        raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {last:.4g} N")
+    return Calibration(model, exp(root), strike_force(root))

@@ -3,8 +3,9 @@
 Each figure shows the force on the stop over time, in several turns from crank angle 0, by several models (`impact.MODELS`).
 `stitched` is the model of the paper: closed forms of three modes of motion, joined one after another. The beam has by default a
 bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with which it strikes
-with 27 N at 1.25 rad/s; all other numbers are predictions. The ramp of Fig. 6 needs a light slider, whose mass the paper does
-not give. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+with 27 N at 1.25 rad/s; all other numbers are predictions. Fig. 6 has a ramp of the crank speed, and only a light slider still
+rests on the stop at its end; the paper does not give the mass.
+Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from dataclasses import dataclass, replace

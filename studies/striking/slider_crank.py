@@ -36,7 +36,7 @@ CONTACT = float(PAPER.contact_angle(PAPER_STOP))
 PLATEAU = np.radians((150.0, 210.0))
 """Crank angles between which the contact force is compared with the elastica [rad]: the slider is at rest by then."""
 REFERENCE_VOLTAGE = 2.7
-"""Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times it, and 27 N at that speed."""
+"""Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times the voltage, and 27 N at that speed."""
 MASSES = (0.01, 10.0)
 """Range of masses [kg] in which `_heaviest` searches."""
 MOTOR = 1.6
@@ -45,7 +45,10 @@ READ = {
     "impact_impulse": "N.s", "impact_time": "s", "impact_push": "N", "rebound_ratio": "1", "rebounds": "1", "settling_time": "s",
     "early_shortening": "1", "buckles_before_stop": "1",
 }  # fmt: skip
-"""Fields of an `impact.TurnReading`, defined there, that are metrics without conversion, and their units."""
+"""Fields of an `impact.TurnReading` that are metrics without conversion, and their units.
+
+`impact_push` is the largest compression of the strip in the impact. `early_shortening` is the change of its end shortening before
+the first contact, over its length. `buckles_before_stop` is 1 if the strip buckles before that."""
 NOTES = {
     "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not at the 120 of\n"
     "the text. 27 N is no prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded);\n"
@@ -63,6 +66,7 @@ class Parameters(ImpactParameters):
 
     drive: str = choice("speed", tuple(NOTES), "how the crank is driven", "drive")
     speed: float = quantity(IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
+    # The first impact begins at 120 degrees and is over at 149 degrees, 2.6 rad.
     until: float = quantity(2 * pi, "rad", 2.6, 2 * pi, "crank angle at which a run at this speed ends", "drive")
     start: float = quantity(0.75, "rad/s", 0.1, 60, "ramp: speed of the crank at first", "drive")
     end: float = quantity(6.58, "rad/s", 0.1, 60, "ramp: speed of the crank at last", "drive")
@@ -130,11 +134,15 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
-    force, is_published_strike = reading.force_180, p.speed == IMPACT_SPEED and p.thickness == Parameters.thickness  # the default
-    stress, exact_stress = (  # of a shortening between 0 and 1, up to which the ends of the strip do not cross
-        float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
-        for u in (reading.shortening, float(PAPER.shortening(pi, PAPER_STOP)))
-    )
+    is_published_strike = p.speed == IMPACT_SPEED and p.thickness == Parameters.thickness  # both by default
+
+    def bending_stress(shortening: float) -> float:
+        """Compute the largest stress [Pa] of a shortening, up to 1, at which the strip's ends meet."""
+        u = min(max(shortening, 0.0), 1.0)
+        return float(pinned.surface_stress(u, p.thickness, PAPER.coupler, p.section.material.modulus))
+
+    force, stress = reading.force_180, bending_stress(reading.shortening)
+    exact_stress = bending_stress(float(PAPER.shortening(pi, PAPER_STOP)))
     return {
         "contact_force_180": Metric(force, "N", published=CONTACT_FORCES.get(p.thickness), exact=float(exact_force(p, pi))),
         "contact_force_error": Metric(_force_error(run, reading, p), "1"),

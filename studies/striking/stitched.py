@@ -2,8 +2,9 @@
 
 1. Rigid: the coupler is straight, and the loop closure gives the slider's motion (eqs 1-5).
 2. Impact: the slider of mass m meets the stop at speed v and leaves it at e v (eq. 6). The stop feels a constant force
-   F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back to the stop with the constant force F_c of that
-   crank angle, against friction f. It returns with the speed e v sqrt((F_c - f)/(F_c + f)), until rebounds are negligible.
+   F = m (1 + e) v/dt for the time dt. The coupler then pushes the slider back to the stop, against friction f, with the force
+   F_c (3.) that it has at the end of the impact. The slider returns with the speed e v sqrt((F_c - f)/(F_c + f)), until rebounds
+   are negligible.
 3. Contact: the slider rests against the stop, which feels F_c = p(u) E I/L^2 cos(phi) in equilibrium (eqs 7-13), until the
    coupler is straight again. Here u is the end shortening over length, phi the angle of the coupler to the slider's line.
 
@@ -14,7 +15,7 @@ Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import NamedTuple
@@ -24,9 +25,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from buckler.elastica import law
-from buckler.mbs.elements import Motion, Ramp
+from buckler.mbs.elements import Ramp
 from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
 
@@ -40,18 +40,14 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 class Rebound(NamedTuple):
-    """Motion of the slider off the stop, in SI units.
+    """Motion of the slider off the stop, in SI units."""
 
-    `outward_time` and `height` are time and distance to standstill, `duration` the time until it returns or is held. The
-    deceleration is (F_c + f)/m, the acceleration back (F_c - f)/m, or 0 if friction holds it.
-    """
-
-    speed: float
-    deceleration: float
-    acceleration: float
-    outward_time: float
-    height: float
-    duration: float
+    speed: float  # at the start, away from the stop
+    deceleration: float  # (F_c + f)/m
+    acceleration: float  # back to the stop, (F_c - f)/m, or 0 if friction holds the slider
+    outward_time: float  # to standstill
+    height: float  # distance from the stop at standstill
+    duration: float  # until the slider returns or is held
     return_speed: float
 
     @classmethod
@@ -74,7 +70,7 @@ class Stitched:
     """Slider-crank with a stop, as published, in SI units.
 
     `mass` and `friction` are those of the slider. `impact_duration` is dt, `stiffness` is E I of the strip. `stop` is the place
-    of the stop on the slider's line, `load` is the function p(u).
+    of the stop on the slider's line. The function p(u) is `law.quartic`.
     """
 
     mass: float
@@ -82,28 +78,26 @@ class Stitched:
     friction: float
     impact_duration: float
     stiffness: float
-    lengths: SliderCrank = PAPER
     stop: float = PAPER_STOP
-    load: Callable[[Reals], Reals] = law.quartic
 
     @property
     def contact_angle(self) -> float:
         """Crank angle at which the slider meets the stop [rad]; at 2 pi minus this angle it leaves the stop."""
-        return self.lengths.contact_angle(self.stop)
+        return PAPER.contact_angle(self.stop)
 
     def strip_force(self, shortening: Reals) -> Reals:
         """Compute the force of the buckled strip, p(u) E I/L^2 [N] (eq. 12)."""
-        return self.load(shortening) * self.stiffness / self.lengths.coupler**2
+        return law.quartic(shortening) * self.stiffness / PAPER.coupler**2
 
     def strip_energy(self, shortening: Array) -> Array:
         """Integrate the force of the strip from u = 0 by Gauss quadrature, exact for the quartic [J]."""
         u = np.asarray(shortening)
-        mean = (_WEIGHTS * self.load(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
-        return u * mean * self.stiffness / self.lengths.coupler
+        mean = (_WEIGHTS * law.quartic(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
+        return u * mean * self.stiffness / PAPER.coupler
 
     def contact_force(self, angle: Reals) -> Reals:
         """Compute the quasi-static force on the stop, p(u) E I/L^2 cos(phi) [N], for angles in contact (eq. 13)."""
-        return self.lengths.push(self.load, self.stiffness, angle, self.stop)
+        return PAPER.push(law.quartic, self.stiffness, angle, self.stop)
 
     def impact_force(self, speed: float) -> float:
         """Compute the force on the stop in an impact, m (1 + e) v/dt [N]."""
@@ -114,36 +108,25 @@ class Stitched:
 
         N cos(phi) = -(m x_tt + f sign(x_t)), where x is the position of the slider.
         """
-        rate, second = self.lengths.slider_rate(angle), self.lengths.slider_second_rate(angle)  # dx/dangle, d2x/dangle2
+        rate, second = PAPER.slider_rate(angle), PAPER.slider_second_rate(angle)  # dx/dangle, d2x/dangle2
         resistance = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
-        return -resistance / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
+        cosine = PAPER.lean_cosine(angle, PAPER.slider(angle))  # of phi
+        return -resistance / cosine
 
 
 class Trace(NamedTuple):
-    """Motion and energy ledger of a run; arrays of shape (samples,), with two samples at a time where a quantity jumps.
+    """Motion and energy ledger of a run; arrays of shape (samples,), with two samples at a time where a quantity jumps."""
 
-    Attributes
-    ----------
-    time, angle, position, speed, force, shortening : time [s]; crank angle [rad]; slider position [m] and velocity [m/s];
-        force on the stop [N]; end shortening over length
-    push : compression of the strip [N]
-    overload : compression of the rigid coupler over the Euler load, 0 in the other modes; above 1 the strip buckles in the rigid
-        mode, and the model does not hold
-    energy : `kinetic`, `strain`; since t = 0 dissipated in impacts (`taken_impact`) and by friction (`taken_friction`), given
-        by the drive (`given_drive`), and the ledger's `error` [J]
-    held : true if friction has held the slider off the stop
-    """
-
-    time: Array
-    angle: Array
-    position: Array
-    speed: Array
-    force: Array
-    shortening: Array
-    push: Array
-    overload: Array
-    energy: dict[str, Array]
-    held: bool
+    time: Array  # [s]
+    angle: Array  # of the crank [rad]
+    position: Array  # of the slider [m]
+    speed: Array  # velocity of the slider [m/s]
+    force: Array  # on the stop [N]
+    shortening: Array  # end shortening of the strip over its length
+    push: Array  # compression of the strip [N]
+    buckling_ratio: Array  # compression of the rigid coupler over the Euler load; above 1 it buckles, and the model does not hold
+    energy: dict[str, Array]  # [J]: kinetic, strain; taken by impacts and friction, given by the drive since t = 0; error
+    held: bool  # friction has held the slider off the stop
 
     @property
     def energy_balance(self) -> float:
@@ -155,7 +138,7 @@ class Trace(NamedTuple):
 class _Crank(NamedTuple):
     """Motion of the crank in a run of this duration [s]."""
 
-    motion: Ramp | Motion
+    motion: Ramp
     duration: float
 
     def sample(self, times: Array) -> Array:
@@ -180,7 +163,7 @@ class _Piece(NamedTuple):
     force: Array
 
 
-def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
+def follow(model: Stitched, motion: Ramp, duration: float) -> Trace:
     """Run the model from crank angle 0 for a duration [s], forward by `motion`; a ValueError for a stop beyond reach."""
     crank = _Crank(motion, duration)
     pieces: list[_Piece] = []
@@ -189,7 +172,7 @@ def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
         start, end = crank.time(2 * pi * turn + contact), crank.time(2 * pi * (turn + 1) - contact)
         times = _times("rigid", time, start)
         angle, speed, _ = crank.sample(times)
-        pieces.append(_piece("rigid", times, model.lengths.slider(angle), model.lengths.slider_rate(angle) * speed))
+        pieces.append(_piece("rigid", times, PAPER.slider(angle), PAPER.slider_rate(angle) * speed))
         pieces += _strike(model, crank, start, end)
         time, turn = float(pieces[-1].time[-1]), turn + 1
     return _trace(model, crank, pieces)
@@ -206,7 +189,7 @@ def _times(mode: str, start: float, end: float) -> Array:
 def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
     """Compute impacts and rebounds until they are negligible or friction holds the slider, then contact until `end` [s]."""
     time = start
-    first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
+    first = speed = abs(PAPER.slider_rate(model.contact_angle)) * crank.motion.speed(start)
     while time < end and speed > NEGLIGIBLE * first:
         pulse, rebound_speed = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
         yield _piece("impact", pulse, model.stop, np.linspace(-speed, rebound_speed, len(pulse)), model.impact_force(speed))
@@ -230,8 +213,8 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     piece_number = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[piece_number]
     angle, crank_speed, crank_acceleration = crank.sample(time)
-    chord, is_rigid = model.lengths.chord(angle, position), modes == "rigid"
-    shortening = np.where(is_rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
+    chord, is_rigid = PAPER.chord(angle, position), modes == "rigid"
+    shortening = np.where(is_rigid, 0.0, np.maximum(1 - chord / PAPER.coupler, 0.0))
     is_inside = np.diff(piece_number, prepend=-1) == 0  # false at the first sample of a piece, where quantities jump
 
     def accumulate(increments: Array, where: Array | bool = True) -> Array:
@@ -240,9 +223,9 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     kinetic, strip_push = model.mass * speed**2 / 2, model.strip_force(shortening)
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    # The strip presses the crank pin along the chord, away from the slider at x: its moment about O is push R sin(angle) x/chord.
-    drive_moment = -strip_push * model.lengths.crank * np.sin(angle) * position / chord  # balances that moment
-    drive_power = drive_moment * crank_speed
+    # The strip's push P on the crank pin acts along the chord, away from the slider at x. Its moment about the crank's axis, the
+    # origin, is P R sin(angle) x/chord, which the moment of the drive balances.
+    drive_power = -strip_push * PAPER.crank * np.sin(angle) * position / chord * crank_speed
     # Trapezoidal rule; np.roll brings the last value to the first sample, which `accumulate` leaves out.
     work = np.diff(time, prepend=0.0) * (drive_power + np.roll(drive_power, 1)) / 2
     energy = {
@@ -256,5 +239,5 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     energy["error"] = stored - stored[0] + dissipated - energy["given_drive"]
     compression = is_rigid * model.compression(angle, crank_speed, crank_acceleration)
     push = np.where(is_rigid, compression, strip_push)
-    overload = compression / model.strip_force(shortening=0.0)
-    return Trace(time, angle, position, speed, force, shortening, push, overload, energy, bool((modes == "held").any()))
+    buckling_ratio = compression / model.strip_force(shortening=0.0)
+    return Trace(time, angle, position, speed, force, shortening, push, buckling_ratio, energy, bool((modes == "held").any()))

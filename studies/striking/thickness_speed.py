@@ -27,7 +27,8 @@ from . import slider_crank
 from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
 CUBE_TOLERANCE = 2e-3
-"""Largest relative difference of a force ratio from the cubed thickness ratio: ten times that of the stop's compliance, 2e-4."""
+"""Largest relative difference of a force ratio from the cubed thickness ratio, chosen: ten times the 2e-4 by which the compliance
+of the stop changes the ratio."""
 STATIC_TOLERANCE = 0.01
 """Largest relative difference from the elastica in equilibrium with which a force counts as static, by convention."""
 STATES = {
@@ -38,6 +39,8 @@ STATES = {
     "SUSPECT": ("suspect or failed", "s", "#999999"),
 }
 """States of a case: label, mark and colour in the figure."""
+STRUCK = ("pressed", "in the air")
+"""States of a case whose slider strikes the stop before the strip buckles."""
 LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 """Line styles of the models."""
 
@@ -57,7 +60,7 @@ class Parameters(StrikeParameters):
     workers: int = integer(2, 0, 256, "processes, 0: the cases run in this one", "numerics")
 
     def agree(self) -> None:
-        """Check that the slow speed is not in the grid, and the parameters of every case."""
+        """Check that the slow speed is not in the grid; making every case checks its parameters."""
         if self.slow in self.speeds:
             raise ValueError(f"slow = {self.slow:g} rad/s: is one of the speeds already")
         self.cases()
@@ -104,11 +107,11 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 
     is_ok = np.array([row.status == "OK" for row in rows])
     turned = np.where(is_ok, np.radians(column("release_angle") - column("contact_angle")), nan)
-    has_contact = np.isfinite(turned)
+    has_contact = np.isfinite(turned)  # both angles are nan without a contact
     is_resting = np.isfinite(column("settling_time"))  # nan unless the slider rests at the dead centre
-    states = [~is_ok, ~has_contact, column("buckles_before_stop") > 0, is_resting]
+    conditions = [~is_ok, ~has_contact, column("buckles_before_stop") > 0, is_resting]  # the first that is met counts
     return {
-        "state": np.select(states, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
+        "state": np.select(conditions, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
         "force": np.where(has_contact & is_resting, column("contact_force_180"), nan),
         "exact": np.array([exact_force(case, np.pi) for case in cases]),
         "impact": np.where(has_contact, column("impact_peak"), nan),
@@ -131,10 +134,10 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
     for i, h in enumerate(p.thicknesses):
         is_static = np.logical_and.accumulate(difference[i, 1:] < STATIC_TOLERANCE)  # at this and all speeds listed before
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
-        is_struck = np.isin(state[i, 1:], ("pressed", "in the air"))
+        is_struck = np.isin(state[i, 1:], STRUCK)
         if is_struck.sum() > 2:  # a power law has two parameters
-            exponents = power_law(np.array(p.speeds)[None, is_struck], impact[i, 1:][is_struck]).metrics()
-            found[f"{1e3 * h:g}mm.impact_power"] = exponents[0]  # of the only variable, the speed
+            speeds = np.array([p.speeds])[:, is_struck]  # (1, speeds): the only variable of the law
+            (found[f"{1e3 * h:g}mm.impact_power"],) = power_law(speeds, impact[i, 1:][is_struck]).metrics()
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 
@@ -159,7 +162,7 @@ def figure(result: StudyResult) -> Figure:
         x = np.broadcast_to(1e3 * np.array(p.thicknesses)[:, None], force.shape)
         forces.loglog(x.ravel(), force.ravel(), "ox+"[m], color=COLOURS[m], fillstyle="none", label=model)
         for i, h in enumerate(p.thicknesses):
-            is_struck = np.isin(s["state"][m, i, 1:], ("pressed", "in the air"))
+            is_struck = np.isin(s["state"][m, i, 1:], STRUCK)
             values, name = np.where(is_struck, s["impact"][m, i, 1:], nan), f"{1e3 * h:g} mm" if m == 0 else None
             impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], label=name)
     forces.loglog(1e3 * np.array(p.thicknesses), s["exact"][0, :, 0], "k-", linewidth=0.7, label="elastica")

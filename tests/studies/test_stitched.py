@@ -109,8 +109,8 @@ def test_compression_is_newtons_law_of_the_slider():
 
 
 def test_strip_buckles_on_the_way_above_a_crank_speed():
-    assert follow(MODEL, *turn(5.80)).overload.max() < 1 < follow(MODEL, *turn(5.90)).overload.max()
-    assert follow(replace(MODEL, friction=1.46), *turn(0.1)).overload.max() > 1  # the Euler load is 1.456 N
+    assert follow(MODEL, *turn(5.80)).buckling_ratio.max() < 1 < follow(MODEL, *turn(5.90)).buckling_ratio.max()
+    assert follow(replace(MODEL, friction=1.46), *turn(0.1)).buckling_ratio.max() > 1  # the Euler load is 1.456 N
 
 
 # --- time and energy --------------------------------------------------------------------------------------------------
