@@ -56,7 +56,7 @@ def evaluate(tables, work, out, columns, factors, values):
             if source == Source.REPORT:
                 value = work.reports[index, component]
             elif source == Source.DEPTH:
-                value = get_depth(tables, work.reports, index)
+                value, _ = get_depth(tables, work.reports, index)
             elif source == Source.MARKER:
                 value = work.state[index, component]
             elif source == Source.MULTIPLIER:

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from .compiling import copy, inline, jit, kernel_function
-from .contacts import find_first_onset, has_smooth_onset, is_contact, update_onset
+from .contacts import find_first_event, has_smooth_onset, is_contact, update_onset
 from .forces import add_one
 from .fronts import factor, solve
 from .kernel import add_modal, compute_changes, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
@@ -199,7 +199,7 @@ def _try_step(model, clock, h, last, controls, counts):
         if clock.next_step < controls.shortest:
             counts.status = Ended.UNDERFLOW if is_finite else Ended.NOT_FINITE
         return False
-    fraction = find_first_onset(model.tables, state.start_reports, model.work.reports, h, controls)
+    fraction = find_first_event(model.tables, state.start_reports, model.work.reports, h, controls)
     if fraction < 1.0 and h * fraction > controls.shortest:
         clock.resumed_step = max(clock.resumed_step, h)  # length with which `run_explicit` goes on after the onset
         clock.next_step = h * fraction

@@ -83,8 +83,8 @@ def _complete_step(model, t, h, controls):
     has_contact = False
     for k in range(tables.forces.shape[0]):
         if contacts.is_contact(tables, k):
-            deepest = max(contacts.get_depth(tables, state.start_reports, k), contacts.get_depth(tables, work.reports, k))
-            has_contact = has_contact or deepest > 0.0
+            before, after = contacts.get_depth(tables, state.start_reports, k), contacts.get_depth(tables, work.reports, k)
+            has_contact = has_contact or max(before[0], after[0]) > 0.0
     if has_contact:
         copy(work.reports, state.end_reports)
         _report_shifted_end(model, now, h)
@@ -180,8 +180,7 @@ def _try_step(model, clock, h, end, controls, counts):
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
     clock.error = _complete_step(model, end, h, controls)
-    onset = contacts.find_first_onset(tables, start, work.reports, h, controls)
-    fraction = min(onset, contacts.find_first_edge(tables, start, work.reports, h, controls))
+    fraction = contacts.find_first_event(tables, start, work.reports, h, controls)
     # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end
     is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
     if is_moved and clock.error <= 1.0:
