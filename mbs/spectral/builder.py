@@ -23,7 +23,7 @@ from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
 from ..laws.table import CODES, NUMBERS
 from ..mechanism import Mechanism
-from .tables import LAW_STATE, Elastic, ForceKind, MarkerKind, MeasureKind, MotionKind
+from .tables import LAW_STATE, ForceKind, MarkerKind, MeasureKind, MotionKind, PushData
 
 Pair = tuple[float, float]
 """Coordinates (x, y) [m], or components of a direction."""
@@ -44,7 +44,7 @@ class Attached:
 
     point: str
     mass: float  # [kg]
-    inertia: float = 0.0  # [kg m^2]
+    inertia: float  # [kg m^2]
 
 
 @dataclass
@@ -52,15 +52,9 @@ class ConstraintRow:
     """Constraint on the sum of consecutive measures, each times its factor in `MeasureNumber`."""
 
     name: str
-    measure: int  # index of the first measure
+    measures: range  # indices of the measures
     motion: int  # index of the drive's motion, or -1
     value: float | None  # prescribed value; None: that at t = 0
-    count: int = 1  # number of measures
-
-    @property
-    def measures(self) -> range:
-        """Indices of its measures."""
-        return range(self.measure, self.measure + self.count)
 
 
 @dataclass
@@ -79,7 +73,7 @@ class ForceRow:
 
 @dataclass
 class Builder:
-    """Lists from which a mechanism's arrays are made. Names with a capital are those of columns in `tables`."""
+    """Lists from which a mechanism's arrays are made. Rows of a table have the columns that `tables` names."""
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
@@ -89,12 +83,12 @@ class Builder:
     q: list[float] = field(default_factory=list)  # coordinates at t = 0
     masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: dofs, entries
     weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: dofs, amounts
-    modal: list[tuple[int, int, int]] = field(default_factory=list)  # `Modal`
-    strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)  # `StripColumn`
-    markers: list[tuple[int, int, int, int, int, int, int]] = field(default_factory=list)  # `Markers`
+    modal: list[tuple[int, int, int]] = field(default_factory=list)  # first dof, number of modes, index of the first number
+    strips: list[tuple[int, ...]] = field(default_factory=list)  # columns of `StripColumn`
+    markers: list[tuple[int, ...]] = field(default_factory=list)  # kind, offset, size, first dof, count, first number, twin
     dofs: list[int] = field(default_factory=list)  # on which markers and strips depend
-    measures: list[tuple[int, int, int]] = field(default_factory=list)  # `Measures`
-    measure_numbers: list[tuple[float, float, float]] = field(default_factory=list)  # `MeasureNumber`, of each measure
+    measures: list[tuple[int, int, int]] = field(default_factory=list)  # kind, markers a and b
+    measure_numbers: list[tuple[float, float, float]] = field(default_factory=list)  # direction x, y, coefficient in a constraint
     rows: list[ConstraintRow] = field(default_factory=list)
     motions: list[tuple[int, int, int]] = field(default_factory=list)  # kind, addresses of position and speed
     ramps: list[tuple[float, float, float]] = field(default_factory=list)  # speeds at start and end, duration; of each motion
@@ -102,14 +96,14 @@ class Builder:
     laws: list[list[int]] = field(default_factory=list)  # kind, addresses of functions; `CODES` integers
     law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
     data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
-    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # first dof, link, point, is a rotor
+    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # with own dofs: first, link, point, is rotor
     state_rates: dict[int, float] = field(default_factory=dict)  # by dof whose rate is a law's state: this state at t = 0
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     units: dict[int, float] = field(default_factory=dict)  # by dof, where it is not the mechanism's length
-    elastic: list[tuple[int, ...]] = field(default_factory=list)  # `Elastic`
+    elastic: list[tuple[int, ...]] = field(default_factory=list)  # columns of `Elastic`
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
-    _frames: dict[int, int] = field(default_factory=dict)  # by first dof of a frame: its first marker, see `Markers.TWIN`
+    _frames: dict[int, int] = field(default_factory=dict)  # by first dof of a frame: its first marker
 
     def add_coordinates(self, values: Sequence[float]) -> int:
         """Add coordinates with these values at t = 0; return the index of the first."""
@@ -140,32 +134,29 @@ class Builder:
         """Group coordinates that are deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
 
         The integrator compares errors of deformations with the largest one of the body so far, which is their common unit. Of a
-        vector only the component across the chord is a deformation; that along the chord keeps the mechanism's length as its
-        unit. `chord` are the dofs of x and y of the chord's start, and of its end.
+        vector only the component across the chord is a deformation. The component along the chord keeps the mechanism's length
+        as its unit. `chord` are the dofs of x and y of the chord's start, and of its end.
         """
-        group = self._number_group()
+        group = len(self.elastic)  # any number that no other group has
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
-
-    def _number_group(self) -> int:
-        """Return the number of a new group of coordinates that share a unit."""
-        return 1 + max((row[Elastic.GROUP] for row in self.elastic), default=-1)
 
     def add_marker(self, kind: int, offset: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find an equal one; return its index.
 
-        `offset` is the first dof of a FRAME, or the dof of a law's state; `size` is the number of modes or basis functions.
-        Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates in x, y and
-        angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle.
+        `offset` is the first dof of a FRAME, or the dof of a law's state; else it is 0. `size` is the number of modes or basis
+        functions. Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates
+        in x, y and angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle. The kernel computes cosine
+        and sine of a frame once, for its first marker; others have this one as `twin`.
         """
         key = (kind, offset, size, tuple(dofs), tuple(np.ravel(numbers).tolist()))
         if key in self._marker_rows:
             return self._marker_rows[key]
-        index, first, data = len(self.markers), len(self.dofs), self.add_numbers(numbers)
-        twin = self._frames.get(offset, -1) if kind == MarkerKind.FRAME else -1
+        index, twin = len(self.markers), -1
         if kind == MarkerKind.FRAME:
+            twin = self._frames.get(offset, -1)
             self._frames.setdefault(offset, index)
+        self.markers.append((kind, offset, size, len(self.dofs), len(dofs), self.add_numbers(numbers), twin))
         self.dofs += [int(p) for p in dofs]
-        self.markers.append((kind, offset, size, first, len(dofs), data, twin))
         self._marker_rows[key] = index
         return index
 
@@ -175,10 +166,11 @@ class Builder:
 
     def add_point(self, x: float, y: float, mass: float) -> int:
         """Add a point mass [kg] with coordinates of its own at (x, y) [m]; return its marker."""
-        o = self.add_coordinates((x, y))
-        self.add_mass((o, o + 1), mass * np.eye(2))
-        self.add_weight((o, o + 1), mass * np.array(self.mechanism.gravity))
-        return self.add_marker(MarkerKind.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])  # x, y and an angle of 0
+        x_dof = self.add_coordinates((x, y))
+        dofs = (x_dof, x_dof + 1)
+        self.add_mass(dofs, mass * np.eye(2))
+        self.add_weight(dofs, mass * np.array(self.mechanism.gravity))
+        return self.add_marker(MarkerKind.LINEAR, 0, 1, (*dofs, x_dof), [1.0, 1.0, 0.0])  # factor 0: the angle is 0
 
     def marker(self, link: str, point: str) -> int:
         """Return the marker of a point of a link, or of its position on the ground; '' is the link's start, or the origin.
@@ -191,7 +183,7 @@ class Builder:
 
     def angle_of(self, marker: int) -> float:
         """Compute the angle of a marker at t = 0 [rad]."""
-        kind, offset, size, first, _, data, _ = self.markers[marker]
+        kind, offset, size, first_dof, _count, data, _twin = self.markers[marker]
         if kind == MarkerKind.GROUND:
             return self.data[data + 2]
         if kind == MarkerKind.FRAME:
@@ -199,7 +191,8 @@ class Builder:
 
         def combine(component: int, at: int) -> float:
             """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the factors that begin at index `at`."""
-            return sum(self.data[at + i] * self.q[self.dofs[first + component * size + i]] for i in range(size))
+            dofs = self.dofs[first_dof + component * size :][:size]
+            return sum(self.data[at + i] * self.q[dof] for i, dof in enumerate(dofs))
 
         if kind == MarkerKind.LINEAR:
             return combine(2, data + 2 * size)
@@ -208,27 +201,31 @@ class Builder:
 
     def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b; return its index."""
-        a = self._without_angle(a) if kind != MeasureKind.ANGLE else a
-        b = self._without_angle(b) if kind in (MeasureKind.FIXED, MeasureKind.DISTANCE) else b
+        if kind != MeasureKind.ANGLE:
+            a = self._without_angle(a)
+        if kind not in (MeasureKind.ANGLE, MeasureKind.TURNING):  # the direction of a TURNING measure turns with b
+            b = self._without_angle(b)
         self.measures.append((kind, a, b))
         self.measure_numbers.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
         """Replace a marker on a Kirchhoff strip by one without angle, which depends on fewer coordinates."""
-        kind, _, size, first, _, data, _ = self.markers[marker]
+        kind, _offset, size, first_dof, _count, data, _twin = self.markers[marker]
         if kind != MarkerKind.CURVE:
             return marker
-        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]  # basis functions that are not zero, up to rounding
-        x, y = ([self.dofs[first + component * size + i] for i in used] for component in (0, 1))
-        value, zeros = [self.data[data + i] for i in used], [0.0] * len(used)
+        values = self.data[data : data + size]
+        used = [i for i, value in enumerate(values) if abs(value) > 1e-15]  # basis functions that are not zero, up to rounding
+        x, y = ([self.dofs[first_dof + component * size + i] for i in used] for component in (0, 1))
+        value, zeros = [values[i] for i in used], [0.0] * len(used)
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
         """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a motion; return its index."""
         for factor, measure in terms:
             self.measure_numbers[measure] = (*self.measure_numbers[measure][:2], factor)
-        self.rows.append(ConstraintRow(name, terms[0][1], motion, value, len(terms)))
+        first = terms[0][1]
+        self.rows.append(ConstraintRow(name, range(first, first + len(terms)), motion, value))
         return len(self.rows) - 1
 
     def pin(self, name: str, a: int, b: int) -> None:
@@ -244,7 +241,7 @@ class Builder:
 
         The `kind` tells the laws of contact and friction apart (`laws.table`); for other forces it is not used.
         """
-        if key is not None and key in self._law_rows:
+        if key in self._law_rows:  # None is never stored
             return self._law_rows[key]
         codes, parameters = [kind, *(p.address for p in pointers)], [float(x) for x in numbers]
         self.laws.append(codes + [0] * (CODES - len(codes)))
@@ -261,26 +258,27 @@ class Builder:
         if isinstance(motion, Ramp):
             self.motions.append((MotionKind.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
-        else:
-            functions = [function_pointer(component_functions(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
-            if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
-                self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
-            self.pointers += functions
-            self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
-            self.ramps.append((0.0, 0.0, 1.0))  # not used
+            return len(self.motions) - 1
+        functions = [function_pointer(component_functions(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
+        if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
+            self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
+        self.pointers += functions
+        self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
+        self.ramps.append((0.0, 0.0, 1.0))  # not used
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states. A state is the rate of a new coordinate of unit mass.
 
-        The load acts on x and y of the marker if `column` is State.X, on its angle less `offset` if State.ANGLE. The laws of its
-        components, then of its states' rates, have consecutive indices; so have the markers of its states.
+        `column` is the first column of the marker's state on which the load acts (`tables.State`): X for a force, which acts on X
+        and Y, or ANGLE for a torque. `offset` is the value of this column at which the law's argument is 0. The laws of the
+        load's components, then those of its states' rates, have consecutive indices. So have the markers of its states.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.add_coordinates([0.0] * len(initial))
-        dofs, group = range(first, first + len(initial)), self._number_group()
+        dofs, group = range(first, first + len(initial)), len(self.elastic)  # any number that no other group has
         self.add_mass(dofs, np.eye(len(initial)))
         for i, state in zip(dofs, initial, strict=True):
             self.state_rates[i] = state
@@ -295,8 +293,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        has_line_of_action = len(numbers) > 3  # numbers of a POINT_FORCE as in `forces.PushData`
-        if kind == ForceKind.POINT_FORCE and not has_line_of_action:
+        if kind == ForceKind.POINT_FORCE and not any(numbers[PushData.HAS_LINE :]):
             a = self._without_angle(a)  # it has no moment, so the angle of its marker is not needed
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

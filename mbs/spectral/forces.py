@@ -18,11 +18,8 @@ from ..laws.table import LawColumn, call
 from . import lawtable, markers
 from .compiling import inline, kernel_function
 from .stateful import add_stateful, add_stateful_tangents
-from .tables import ForceKind, Forces, Markers, Measures, Memory, Report, State
+from .tables import ForceKind, Forces, Markers, Measures, Memory, PushData, Report, State
 
-PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
-"""Numbers of a force at a marker: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point,
-else 0; this point."""
 JournalData = IntEnum("JournalData", "RADIUS CLEARANCE", start=0)
 """Numbers of a pin in a bush [m]."""
 

@@ -68,7 +68,7 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
         builder.set_angle_units(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
         factors = [0.0, 0.0, 1.0]  # of q[o] in the marker's x, y and angle: only the angle moves
-        rotor = builder.add_marker(MarkerKind.LINEAR, offset=o, size=1, dofs=(o, o, o), numbers=factors)
+        rotor = builder.add_marker(MarkerKind.LINEAR, offset=0, size=1, dofs=(o, o, o), numbers=factors)
         builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
 
 

@@ -123,7 +123,7 @@ def pack(builder: Builder) -> Tables:
         dofs=np.array(builder.dofs, dtype=np.int64),
         measures=_build_table(builder.measures, len(tables.Measures)),
         measure_numbers=_build_table(builder.measure_numbers, len(tables.MeasureNumber), float),
-        rows=_build_table([(r.measure, r.motion, r.count) for r in builder.rows], len(tables.RowColumn)),
+        rows=_build_table([(r.measures.start, r.motion, len(r.measures)) for r in builder.rows], len(tables.RowColumn)),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
         motions=_build_table(builder.motions, 3),
         ramps=_build_table(builder.ramps, 3, float),

@@ -92,6 +92,9 @@ MeasureNumber = IntEnum("MeasureNumber", "X Y FACTOR", start=0)
 """Columns of `measure_numbers`: direction d of a measure, and its coefficient in the constraint that it is part of."""
 FORCE_NUMBERS = 8
 """Numbers of each force in `data`, the unused ones zero; at least the 7 of `MOTOR`, the kind with the most."""
+PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
+"""Numbers of a POINT_FORCE: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point, else
+0; this point."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
 """Numbers of a force whose law has states: FIRST column of its marker's state on which it acts, COUNT of these columns, count of
 STATES, OFFSET: value of the first column at t = 0."""
