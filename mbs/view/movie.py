@@ -1,12 +1,12 @@
 """The motion of a run for pictures: frames, bent lines and marks at evenly spaced times, as plain arrays.
 
-A `Movie` holds these arrays. A `Result` has a `Film`, which makes the movie from the run's `Record` at its first use; a pickled
-`Film` holds the movie without the record. Frames and marks are those of `drawing`; the frame '' is the ground.
+A frame is a system of axes that moves with a body; a picture shows one time. Frames and marks are those of `drawing`; the frame
+'' is the ground.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, singledispatch
+from functools import singledispatch
 from math import pi
 from typing import Any
 
@@ -24,7 +24,7 @@ from .drawing import MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Spa
 from .symbols import draw_marks
 
 STATIONS = 25
-"""Number of points of the line of a massless strip."""
+"""Number of points of the line of a massless strip; chosen by the look, as `INTERVALS`."""
 INTERVALS = 32
 """Approximate number of intervals between the points of the line of a strip that bends."""
 Bent = tuple[Array, Array, Array]
@@ -71,13 +71,13 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
-    """Compute the line of a strip from its `motion` at the `times` of the pictures, and interpolate its strains to them.
+    """Compute the line of a strip from its `motion` at the `times` of the pictures, and its strains.
 
-    The strains are those of `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its line
-    that small errors of interpolated places would make large axial forces.
+    Strains are interpolated from `recorded`, the motion at the `time` of each step of the solver: a strip is so stiff along its
+    line that small errors of interpolated places would make large axial forces.
     """
     elements = len(motion.arcs(1)) - 1  # `arcs(1)` are the arc lengths at the ends of elements
-    per_element = max(2, min(8, round(INTERVALS / elements)))  # intervals of an element, for a line of `INTERVALS`; 2, 8: chosen
+    per_element = max(2, min(8, round(INTERVALS / elements)))  # intervals of an element; 2 and 8 are chosen
     line = motion.line(per_element)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)  # last recorded time before each picture
     fraction = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]  # of the interval to the next recorded time
@@ -103,7 +103,7 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     if motion is None:
         return _repeat_start(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
     line = motion.line()
-    undeformed = motion.model.line[:, 0]
+    undeformed = motion.model.line[:, 0]  # abscissas in the floating frame
     c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]  # of the floating frame's angle
     x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
     deflection = c * y - s * x
@@ -121,33 +121,20 @@ def _repeat_start(record: Record, link: Link, local: Array) -> Bent:
     return line, np.zeros(line.shape[:2]), np.zeros(line.shape[:2])
 
 
-@lru_cache
-def _elasticas() -> tuple[Array, Array]:
-    """Tabulate x/L, y/L and curvature times L of the elastica, (41, stations, 3), over sqrt(end shortening/L), (41,)."""
-    roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
-    x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
-    return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
-
-
 @bent_line.register
 def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
-    # The elastica between the ends, interpolated in a table. The model does not know the side of the bend: drawn is the left.
+    # The elastica between the ends. The model does not know the side of the bend: drawn is the left.
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start
     span = np.hypot(*chord.T)
     along = chord / np.maximum(span, 1e-300)[:, None]
-    roots, shapes = _elasticas()
-    root = np.sqrt(np.clip(1 - span / length, 0.0, 1.0))
-    k = np.minimum((root * (len(roots) - 1)).astype(int), len(roots) - 2)
-    fraction = (root * (len(roots) - 1) - k)[:, None, None]
-    x, y, bend = np.moveaxis((1 - fraction) * shapes[k] + fraction * shapes[k + 1], -1, 0)
-    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # end on the chord's end
     left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-    line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
-    # the elastica is drawn without axial strain; only a span above the length stretches the strut
-    axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
-    return line, bend / length, axial
+    stretch = np.maximum(span / length, 1.0)[:, None]  # only a span above the length stretches the strut
+    arc = np.linspace(0.0, 1.0, STATIONS)
+    x, y, theta = pinned.shape(np.maximum(1 - span / length, 0.0)[:, None], arc)
+    line = start[:, None] + length * ((stretch * x)[..., None] * along[:, None] + y[..., None] * left[:, None])
+    return line, np.gradient(theta, arc, axis=1) / length, (stretch - 1) * np.ones(STATIONS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,13 +193,13 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
 
 @dataclass(eq=False)
 class Film:
-    """The movie of a run, made from the record at its first use; a pickled film has no record."""
+    """The movie of a run, made from the record when it is first asked for; a pickled film has the movie and no record."""
 
     record: Record | None = None
     made: Movie | None = None
 
     def movie(self) -> Movie:
-        """Return the movie, with the number of pictures that `pictures` counts."""
+        """Return the movie, made at the first call."""
         if self.made is None:
             assert self.record is not None
             self.made = make_movie(self.record)
@@ -228,7 +215,7 @@ def make_movie(record: Record, times: Array | None = None) -> Movie:
     if len(record.time) < 2:
         return still(record.mechanism)
     if times is None:
-        times = np.linspace(record.time[0], record.time[-1], pictures(record))
+        times = np.linspace(record.time[0], record.time[-1], count_pictures(record))
     return _movie(record.at(times), record)
 
 
@@ -238,7 +225,7 @@ def still(mechanism: Mechanism) -> Movie:
     return _movie(motionless, motionless)
 
 
-def pictures(record: Record) -> int:
+def count_pictures(record: Record) -> int:
     """Count the pictures of a run: one for every 2 degrees of the link that turns most, 241 at least and 1441 at most."""
     starts = {name: record.mechanism.link(name).start for name in record.links}
     turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
@@ -264,17 +251,15 @@ def _movie(record: Record, source: Record) -> Movie:
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(draw_marks(sheet))
-    for point in mechanism.points:
-        sheet.frame_of(point)  # adds the point's frame to `sheet.frames`
-    frames = {name: _frame(record, frame) for name, frame in sheet.frames.items()}
+    sources = sheet.frames | {point: FrameSource(point) for point in mechanism.points}
+    frames = {name: _frame(record, frame) for name, frame in sources.items()}
     bands = {}
     for link in mechanism.links:
-        shape = bent_line(link.body, record, source, link)
-        if shape is not None:
-            section, points = link.body.section, shape[0]
+        bent = bent_line(link.body, record, source, link)
+        if bent is not None:
+            section, (points, _, _) = link.body.section, bent
             middle = points[:, points.shape[1] // 2]
-            bands[link.name] = Band(*shape, section.thickness, section.width, section.material.modulus)
-            # the frame of labels and arrows at the middle, see `MIDDLE`
+            bands[link.name] = Band(*bent, section.thickness, section.width, section.material.modulus)
             frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
