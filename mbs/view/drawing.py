@@ -188,7 +188,7 @@ class Sheet:
         return self.pivot(second if first == GROUND else first)
 
 
-def unit(vector: Pair) -> Pair:
+def normalise(vector: Pair) -> Pair:
     """Return the unit vector of a vector; of the zero vector, one that points down."""
     size = hypot(*vector)
     return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
@@ -209,14 +209,14 @@ def capsule(start: Pair, end: Pair, radius: float) -> Points:
     return (*end_cap, *start_cap)
 
 
-def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
+def draw_arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
     """Yield an arrow: a line, and a head of a length [m]."""
-    along = unit((tip[0] - tail[0], tip[1] - tail[1]))
+    along = normalise((tip[0] - tail[0], tip[1] - tail[1]))
     yield Outline(frame, ink, (tail, tip))
     yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
 
-def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
+def draw_turn(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
     """Yield a counter-clockwise arrow on three quarters of a circle."""
     first, last = -0.9, 3.6  # rad
     angles = [first + (last - first) * k / 24 for k in range(25)]
@@ -228,7 +228,7 @@ def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> I
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
     """Yield the symbol of the ground: a line with short oblique strokes on its right."""
-    length, along = hypot(end[0] - start[0], end[1] - start[1]), unit((end[0] - start[0], end[1] - start[1]))
+    length, along = hypot(end[0] - start[0], end[1] - start[1]), normalise((end[0] - start[0], end[1] - start[1]))
     count = max(3, min(60, round(length / (0.8 * size))))
     comb = [(0.0, 0.0)]  # one line that goes down each stroke and back up
     for k in range(count):

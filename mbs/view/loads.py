@@ -18,10 +18,10 @@ from ..elements.motor import Motor
 from ..elements.references import distance
 from ..elements.rigid import Mass
 from ..elements.spring import Spring, TorsionSpring
-from .drawing import Disc, Label, Mark, Outline, Sheet, Span, arrow, hatching, place_along, turning, unit
+from .drawing import Disc, Label, Mark, Outline, Sheet, Span, draw_arrow, draw_turn, hatching, normalise, place_along
 
 
-def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
+def draw_spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
     """Yield a zigzag between the two ends of a spring."""
     ends = [sheet.frame_at(*place(ref)) for ref in (spring.a, spring.b)]
     u, half = sheet.unit, 0.5 * sheet.unit
@@ -33,7 +33,7 @@ def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
             yield from hatching(frame, (-0.8 * u, -0.3 * u), (0.8 * u, -0.3 * u), 0.7 * u)
 
 
-def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
+def draw_spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that the two bodies of the spring share."""
     frame = sheet.upright_frame(sheet.shared_point(spring.first, spring.second))
     angles = [2.25 * 2 * pi * k / 60 for k in range(61)]  # rad, 2.25 turns
@@ -41,63 +41,63 @@ def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))
 
 
-def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
+def draw_force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """Yield an arrow that ends at the loaded point, in the direction of the force at t = 0."""
-    along = unit(load.initial_force(sheet.mechanism))
+    along = normalise(load.initial_force(sheet.mechanism))
     point = place(load.point).point
     frame, loaded = sheet.upright_frame(point), (0.0, 0.0)  # `loaded`: coordinates of the loaded point in the frame
     if load.follows:  # a link with which the force turns
         link = load.follows.partition(":")[0]
         frame, loaded = sheet.body_frame(link), sheet.place_on(link, point)
     tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, scale=sheet.unit, origin=loaded)
-    yield from arrow(frame, "load", tail, tip, sheet.unit)
+    yield from draw_arrow(frame, "load", tail, tip, sheet.unit)
 
 
-def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
+def draw_line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Yield arrows onto the ends of a strip for a distributed force, a turning arrow for a distributed moment."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     loaded_points = (link.start, link.end) if any(load.force) else ()
     for point in loaded_points:
-        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), scale=u)
+        tail, tip = place_along(((-2.5, 0.0), (-0.5, 0.0)), normalise(load.force), scale=u)
         frame = sheet.frame_at(link.name, point) if load.turns else sheet.upright_frame(f"{link.name}:{point}")
-        yield from arrow(frame, "load", tail, tip, u)
+        yield from draw_arrow(frame, "load", tail, tip, u)
     if load.moment:
-        yield from torque(sheet, _name, load)
+        yield from draw_torque(sheet, _name, load)
 
 
-def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
+def draw_torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
     """Yield a turning arrow on the loaded link, at 0.3 of its length, beside the link's name."""
     x, y = sheet.place_on(load.link, sheet.mechanism.link(load.link).end)
-    yield from turning(sheet.body_frame(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
+    yield from draw_turn(sheet.body_frame(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
-def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
+def draw_motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
     """Yield a circle with an M and a turning arrow at the joint in which the motor turns a link."""
     frame, u = sheet.upright_frame(sheet.pivot(load.link)), sheet.unit
     upper_left = (-1.6 * u, 1.6 * u)  # where no name of a point is drawn
     yield Disc(frame, "motor", upper_left, 0.85 * u)
     yield Label(frame, "M", upper_left, "symbol")
-    yield from turning(frame, "drive", 1.1 * u)
+    yield from draw_turn(frame, "drive", 1.1 * u)
 
 
-def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
+def draw_drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
     """Yield a turning arrow about the pivot of a driven link, or a straight arrow beside a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
-        yield from turning(sheet.upright_frame(sheet.pivot(drive.target)), "drive", 1.15 * u)
+        yield from draw_turn(sheet.upright_frame(sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
     guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
     tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), scale=u)
-    yield from arrow(sheet.upright_frame(drive.target), "drive", tail, tip, 0.8 * u)
+    yield from draw_arrow(sheet.upright_frame(drive.target), "drive", tail, tip, 0.8 * u)
 
 
-def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
+def draw_mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
     """Yield a dark disc at a point mass: on its link, or on any body that has the point."""
     frame = sheet.frame_at(mass.link, mass.point) if mass.link else sheet.frame_of(mass.point)
     yield Disc(frame, "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
-def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
+def draw_gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
     """Yield the pitch circles of two gears; coaxial gears have none and get two circles of the size of a symbol."""
     apart = distance(sheet.mechanism, gear.first, gear.second)
     radii = (1.5 * sheet.unit, 2.0 * sheet.unit)
@@ -108,7 +108,7 @@ def gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
     yield _circle(sheet, gear.second, radii[1])
 
 
-def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
+def draw_rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     """Yield the pitch circle of a pinion and a piece of the pitch line of its rack."""
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
@@ -117,7 +117,7 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     yield Outline(sheet.body_frame(other), "coupling", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)))
 
 
-def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
+def draw_belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
     """Yield two pulleys and the two spans of belt between them."""
     yield _circle(sheet, belt.first, belt.radius)
     yield _circle(sheet, belt.second, belt.other_radius)
@@ -127,7 +127,7 @@ def belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
         yield Span(ends[0], ends[1], "coupling", ((0.0, side * belt.radius), (1.0, other_side * belt.other_radius)))
 
 
-def rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
+def draw_rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
     """Yield the straight parts of a rope, and a disc at each pulley."""
     frames = [sheet.frame_at(*end) for end in rope.path(sheet.mechanism)]
     for first, second in pairwise(frames):

@@ -24,7 +24,7 @@ from ..elements.stop import Stop
 from ..imports import extensions
 from ..scene.scene import Scene
 from . import drawing, loads
-from .drawing import MIDDLE, Arrow, Disc, Label, Mark, Outline, Pair, Sheet, StripMark, capsule, hatching, place_along, unit
+from .drawing import MIDDLE, Arrow, Disc, Label, Mark, Outline, Pair, Sheet, StripMark, capsule, hatching, normalise, place_along
 
 Symbol = Callable[..., Iterator[Mark]]
 
@@ -72,18 +72,18 @@ def symbol(element: object) -> Symbol:
     for kind in type(element).__mro__:
         if kind.__name__ in SYMBOLS:
             return SYMBOLS[kind.__name__]
-    found: Symbol = extensions("buckler.symbols").get(type(element).__name__, unknown)
+    found: Symbol = extensions("buckler.symbols").get(type(element).__name__, draw_unknown)
     return found
 
 
-def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
+def draw_bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a rigid link to scale: a bar through its points, or a plate if they are not in line."""
     section, frame, ink = link.body.section, sheet.body_frame(name), sheet.inks[name]
     has_section = isinstance(section, Section)
     thickness, width = (section.thickness, section.width) if has_section else (0.5 * sheet.unit, 0.5 * sheet.unit)
     local = [sheet.place_on(name, point) for point in link.points]  # of start, end, further points; the start is the origin
     _, end, *_ = local
-    length, along = hypot(*end), unit(end)
+    length, along = hypot(*end), normalise(end)
     label = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off_line = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off_line) > thickness:
@@ -107,14 +107,14 @@ def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     yield Label(frame, name, label, "link")
 
 
-def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
+def draw_strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
     middle = MIDDLE + name  # name of the frame at the middle of the strip
     yield Label(middle, name, (0.0, 0.9 * sheet.unit), "link")
 
 
-def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
+def draw_support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
     """Yield a triangle on the ground below a joint with the ground."""
     if GROUND in (joint.first, joint.second):
         u, frame = sheet.unit, sheet.frame_at(GROUND, joint.point)
@@ -122,46 +122,46 @@ def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
         yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
 
 
-def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
+def draw_pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
     """Yield the pin of an ideal revolute joint."""
-    yield from support(sheet, joint)
+    yield from draw_support(sheet, joint)
     yield Disc(sheet.frame_at(_moving_body(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
 
 
-def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
+def draw_bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     """Yield a pin in a bush, radii not to scale; the eccentricity is enlarged so that the drawn circles touch in contact."""
-    yield from support(sheet, joint)
+    yield from draw_support(sheet, joint)
     outer, inner, u = sheet.frame_at(joint.second, joint.point), sheet.frame_at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
     drawn_gap = 0.28 * u  # difference of the drawn radii
     yield Disc(sheet.enlarged_frame(outer, inner, drawn_gap / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
 
 
-def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
+def draw_weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Yield a dark square for two bodies welded together."""
-    yield from support(sheet, joint)
+    yield from draw_support(sheet, joint)
     half, frame = 0.42 * sheet.unit, sheet.frame_at(_moving_body(joint), joint.point)
     yield Outline(frame, "mass", ((-half, -half), (half, -half), (half, half), (-half, half)), closed=True)
 
 
-def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
+def draw_slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """Yield a pin of the first body in a slot of the second."""
-    u, along = sheet.unit, unit(joint.along)
+    u, along = sheet.unit, normalise(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
     outline = place_along(groove, along, origin=sheet.place_on(joint.second, joint.point))
     yield Outline(sheet.body_frame(joint.second), "rail", outline, closed=True)
     yield Disc(sheet.frame_at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
-def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
+def draw_sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     """Yield a block of the first body on a line of the second."""
-    u, along = sheet.unit, unit(joint.along)
+    u, along = sheet.unit, normalise(joint.along)
     line = place_along(((-4.0, 0.0), (4.0, 0.0)), along, scale=u, origin=sheet.place_on(joint.second, joint.point))
     yield Outline(sheet.body_frame(joint.second), "rail", line)
     yield Outline(sheet.frame_at(joint.first, joint.point), "block", _block(along, u), closed=True)
 
 
-def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
+def draw_guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     """Yield a block on a rail that is as long as the block's travel in the run."""
     u, along = sheet.unit, guide.along
     travel = (sheet.record.point(guide.point)[0] - sheet.mechanism.points[guide.point]) @ np.array(along)
@@ -185,7 +185,7 @@ def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
     return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, scale=unit)
 
 
-def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
+def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     """Yield a wall, moved back by the drawn size of the stop's point so that drawings touch in contact, and the force's arrow."""
     mechanism, u = sheet.mechanism, sheet.unit
     normal = stop.face_normal(mechanism)
@@ -204,7 +204,7 @@ def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 
 
-def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
+def draw_unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
     """Yield a neutral mark and the element's name, at the first point or link that a field of the element names."""
     for field in ("point", "at", "a", "first", "link", "target", "start"):
         reference = getattr(element, field, None)
@@ -221,11 +221,12 @@ def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
 
 
 SYMBOLS: dict[str, Symbol] = {
-    "Rigid": bar, "Beam": strip, "Cable": strip, "Strut": strip, "Modal": strip,
-    "Revolute": pin, "Clearance": bush, "Weld": weld, "Slot": slot, "Slider": sleeve, "Guide": guide, "Stop": stop,
-    "Spring": loads.spring, "TorsionSpring": loads.spiral, "Force": loads.force, "Torque": loads.torque,
-    "LineLoad": loads.line_load, "Motor": loads.motor, "Drive": loads.drive, "Mass": loads.mass,
-    "Gear": loads.gear, "Rack": loads.rack, "Belt": loads.belt, "Rope": loads.rope,
+    "Rigid": draw_bar, "Beam": draw_strip, "Cable": draw_strip, "Strut": draw_strip, "Modal": draw_strip,
+    "Revolute": draw_pin, "Clearance": draw_bush, "Weld": draw_weld, "Slot": draw_slot, "Slider": draw_sleeve,
+    "Guide": draw_guide, "Stop": draw_stop,
+    "Spring": loads.draw_spring, "TorsionSpring": loads.draw_spiral, "Force": loads.draw_force, "Torque": loads.draw_torque,
+    "LineLoad": loads.draw_line_load, "Motor": loads.draw_motor, "Drive": loads.draw_drive, "Mass": loads.draw_mass,
+    "Gear": loads.draw_gear, "Rack": loads.draw_rack, "Belt": loads.draw_belt, "Rope": loads.draw_rope,
 }  # fmt: skip
 """Symbol of each kind of element or body, by the name of its class."""
 
@@ -243,11 +244,11 @@ def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
 def _gravity(sheet: Sheet) -> Iterator[Mark]:
     """Yield an arrow in the direction of gravity, above and right of all points."""
     if any(sheet.mechanism.gravity):
-        gx, gy = unit(sheet.mechanism.gravity)
+        gx, gy = normalise(sheet.mechanism.gravity)
         places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
         corner = (float(places[:, 0].max()) + 3 * u, float(places[:, 1].max()) + 3 * u)
         tip = (corner[0] + 3 * u * gx, corner[1] + 3 * u * gy)
-        yield from drawing.arrow("", "other", corner, tip, 0.8 * u)
+        yield from drawing.draw_arrow("", "other", corner, tip, 0.8 * u)
         yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
 
 
