@@ -54,7 +54,7 @@ class StripMark(NamedTuple):
 
 
 class Arrow(NamedTuple):
-    """A force at a frame. Two `signals` are its components along x and y of the ground; one is its component along `along`.
+    """A force at a frame, drawn by a report page from its `signals`: components along x and y of the ground, or one `along`.
 
     The direction `along` (x, y) is fixed in the frame `within`.
     """
@@ -115,7 +115,7 @@ INKS: dict[str, Ink] = {
 }
 """Colours by the kind of thing a mark represents. Lines have a contrast of at least 3 : 1 to white."""
 MIDDLE = "@"
-"""Prefix of a link's name in the name of the frame at the middle of a flexible link, which does not turn."""
+"""Prefix of a link's name in the name of a frame: at the middle of a flexible link, with the directions of the ground's axes."""
 
 
 class FrameSource(NamedTuple):
@@ -134,7 +134,8 @@ class FrameSource(NamedTuple):
 class Sheet:
     """Data from which symbols are drawn: a mechanism, its motion in `record`, and the frames that symbols need, by name.
 
-    `unit` is the size of a symbol [m], a fraction of the mechanism's extent.
+    `unit` is the size of a symbol [m], a fraction of the mechanism's extent. `inks` are the colours of links by their names.
+    Methods that return the name of a frame add the frame to `frames`.
     """
 
     def __init__(self, mechanism: Mechanism, record: Any) -> None:
@@ -150,13 +151,13 @@ class Sheet:
         return self.frame_of(f"{body}:{point}" if has_motion else point)
 
     def frame_of(self, ref: str) -> str:
-        """Return the frame of a point reference: of the body in 'crank:A', of any body that has the point in 'A'."""
-        self.frames.setdefault(ref, FrameSource(ref))
+        """Return the frame of a point reference: it turns with the crank for 'crank:A', with any body that has A for 'A'."""
+        self.frames[ref] = FrameSource(ref)
         return ref
 
     def upright_frame(self, ref: str) -> str:
         """Return the frame that follows a point reference without turning."""
-        self.frames.setdefault(f"={ref}", FrameSource(ref, turns=False))
+        self.frames[f"={ref}"] = FrameSource(ref, turns=False)
         return f"={ref}"
 
     def enlarged_frame(self, bush: str, pin: str, factor: float) -> str:
@@ -202,28 +203,33 @@ def place_along(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin:
 
 def capsule(start: Pair, end: Pair, radius: float) -> Points:
     """Return the outline of a bar with round ends."""
-    angle = atan2(end[1] - start[1], end[0] - start[0])
-    half = [pi * k / 8 for k in range(9)]
-    end_cap = [(end[0] + radius * cos(angle - pi / 2 + a), end[1] + radius * sin(angle - pi / 2 + a)) for a in half]
-    start_cap = [(start[0] + radius * cos(angle + pi / 2 + a), start[1] + radius * sin(angle + pi / 2 + a)) for a in half]
-    return (*end_cap, *start_cap)
+    right = atan2(end[1] - start[1], end[0] - start[0]) - pi / 2  # direction to the right of the bar
+    return (*arc_points(end, radius, right, right + pi, 8), *arc_points(start, radius, right + pi, right + 2 * pi, 8))
+
+
+def arc_points(centre: Pair, radius: float, first: float, last: float, intervals: int) -> Points:
+    """Return points on an arc between two directions [rad]."""
+    angles = [first + (last - first) * k / intervals for k in range(intervals + 1)]
+    return tuple((centre[0] + radius * cos(a), centre[1] + radius * sin(a)) for a in angles)
 
 
 def draw_arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
-    """Yield an arrow: a line, and a head of a length [m]."""
-    along = normalise((tip[0] - tail[0], tip[1] - tail[1]))
+    """Yield an arrow of fixed length: a line, and a head of a length [m]."""
     yield Outline(frame, ink, (tail, tip))
-    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
+    yield _head(frame, ink, normalise((tip[0] - tail[0], tip[1] - tail[1])), head, tip)
+
+
+def _head(frame: str, ink: str, along: Pair, length: float, tip: Pair) -> Outline:
+    return Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, length, tip))
 
 
 def draw_turn(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
     """Yield a counter-clockwise arrow on three quarters of a circle."""
     first, last = -0.9, 3.6  # rad
-    angles = [first + (last - first) * k / 24 for k in range(25)]
-    arc = tuple((centre[0] + radius * cos(a), centre[1] + radius * sin(a)) for a in angles)
+    arc = arc_points(centre, radius, first, last, 24)
     yield Outline(frame, ink, arc)
-    tangent = (-sin(last + 0.1), cos(last + 0.1))  # 0.1 rad: the head points a little inwards, by its look
-    yield Outline(frame, ink, place_along(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), tangent, 0.55 * radius, arc[-1]))
+    tangent = (-sin(last + 0.1), cos(last + 0.1))  # 0.1 rad: the head points a little inwards
+    yield _head(frame, ink, tangent, 0.55 * radius, arc[-1])
 
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:

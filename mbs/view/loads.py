@@ -2,8 +2,8 @@
 
 Each function is a `symbols.Symbol`: it takes the sheet, the name of the element and the element. Numbers are proportions, over
 the size of a symbol (`sheet.unit`), chosen by their look. Frames of `sheet.frame_at` and `sheet.body_frame` turn with a body,
-those of `sheet.upright_frame` do not. At t = 0 all have the axes of the ground. Places in a frame are in m; those of a `Span` are
-pairs (fraction of the way to its other end [1], offset to the left [m]).
+those of `sheet.upright_frame` do not. At t = 0 all have the axes of the ground. Places in a frame are in m.
+`place('crank:A')` splits a point reference into its `body` and its `point`.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from ..elements.motor import Motor
 from ..elements.references import distance
 from ..elements.rigid import Mass
 from ..elements.spring import Spring, TorsionSpring
-from .drawing import Disc, Label, Mark, Outline, Sheet, Span, draw_arrow, draw_turn, hatching, normalise, place_along
+from .drawing import Disc, Label, Mark, Outline, Sheet, Span, arc_points, draw_arrow, draw_turn, hatching, normalise, place_along
 
 
 def draw_spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
@@ -46,7 +46,7 @@ def draw_force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     along = normalise(load.initial_force(sheet.mechanism))
     point = place(load.point).point
     frame, loaded = sheet.upright_frame(point), (0.0, 0.0)  # `loaded`: coordinates of the loaded point in the frame
-    if load.follows:  # a link with which the force turns
+    if load.follows:  # a link, or a point of a link, with which the force turns
         link = load.follows.partition(":")[0]
         frame, loaded = sheet.body_frame(link), sheet.place_on(link, point)
     tail, tip = place_along(((-4.0, 0.0), (-0.5, 0.0)), along, scale=sheet.unit, origin=loaded)
@@ -110,11 +110,11 @@ def draw_gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
 
 def draw_rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     """Yield the pitch circle of a pinion and a piece of the pitch line of its rack."""
-    centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
-    yield _circle(sheet, rack.first, r)
-    (x, y), (dx, dy) = sheet.place_on(other, centre), rack.along
-    middle = x + r * dy, y - r * dx  # of the pitch line, on the right of the pinion
-    yield Outline(sheet.body_frame(other), "coupling", tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)))
+    yield _circle(sheet, rack.first, rack.radius)
+    pinion_point, rack_body = place(rack.first).point, place(rack.second).body
+    # 2 radii to either side of the pitch point, which lies on the right of the pinion
+    pitch_line = place_along(((-2.0, -1.0), (2.0, -1.0)), rack.along, rack.radius, sheet.place_on(rack_body, pinion_point))
+    yield Outline(sheet.body_frame(rack_body), "coupling", pitch_line)
 
 
 def draw_belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
@@ -138,5 +138,5 @@ def draw_rope(sheet: Sheet, _name: str, rope: Rope) -> Iterator[Mark]:
 
 def _circle(sheet: Sheet, at: str, radius: float) -> Outline:
     """Return a circle about a point of a body, and a spoke that shows its rotation."""
-    angles = [2 * pi * k / 48 for k in range(49)]
-    return Outline(sheet.frame_at(*place(at)), "coupling", ((0.0, 0.0), *((radius * cos(a), radius * sin(a)) for a in angles)))
+    circle = arc_points((0.0, 0.0), radius, 0.0, 2 * pi, 48)
+    return Outline(sheet.frame_at(*place(at)), "coupling", ((0.0, 0.0), *circle))

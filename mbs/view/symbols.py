@@ -1,9 +1,8 @@
 """Symbols of links, joints, guides and stops, and the table `SYMBOLS` of the symbols of all elements.
 
-A symbol is a function (sheet, name, element) that yields marks. The table is by the name of the element's class; a class that is
-not in the table gets the symbol of its nearest base class in the table, an extension's symbol, or a neutral mark. Numbers are
-proportions, over the size of a symbol (`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad].
-Frames of `sheet.frame_at`, `sheet.body_frame` and `sheet.frame_of` turn with a body, those of `sheet.upright_frame` do not; at
+A symbol is a function (sheet, name, element) that yields marks. Numbers are proportions, over the size of a symbol
+(`sheet.unit`), chosen by their look. Directions are angles from the x axis [rad]. Frames of `sheet.frame_at` (a body and a
+point), `sheet.frame_of` (a point of any body) and `sheet.body_frame` turn with a body, those of `sheet.upright_frame` do not. At
 t = 0 all have the axes of the ground. `sheet.place_on` gives coordinates in the frame of `sheet.body_frame`.
 """
 
@@ -51,8 +50,9 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
     """Return the place of a point's name, from the point [m]: in the widest angle between its links, support and motor."""
     mechanism = sheet.mechanism
     x, y = mechanism.points[point]
-    others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
-    occupied = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
+    names = [name for link in mechanism.links if point in link.points for name in link.points]
+    places = [mechanism.points[name] for name in names]
+    occupied = [atan2(y2 - y, x2 - x) for x2, y2 in places if (x2, y2) != (x, y)]
     is_supported = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
     if is_supported or any(guide.point == point for guide in mechanism.guides):
         occupied.append(-pi / 2)  # the symbol of a support or guide is below
@@ -68,7 +68,7 @@ def _free_side(sheet: Sheet, point: str) -> Pair:
 
 
 def symbol(element: object) -> Symbol:
-    """Return the symbol of an element, or of a link's body."""
+    """Return the symbol of an element or of a link's body: by its class, by the nearest base class, or of an extension."""
     for kind in type(element).__mro__:
         if kind.__name__ in SYMBOLS:
             return SYMBOLS[kind.__name__]
@@ -99,7 +99,7 @@ def draw_bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
         half_width, half_height = 0.2 * len(name) + 0.25, 0.5  # of the name, in symbols
         offset = 0.5 * thickness + sheet.unit * (half_height * abs(normal_y) + half_width * abs(normal_x))
         label = (label[0] + offset * normal_x, label[1] + offset * normal_y)
-    if not has_section:
+    if not has_section:  # its mass is given by numbers, and the bar does not show where
         _mass, _inertia, (x, y) = link.body.mass_properties(length)  # centre of mass in axes along and across the link
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
         yield Disc(frame, ink, centre, 0.32 * sheet.unit)
@@ -133,8 +133,8 @@ def draw_bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     yield from draw_support(sheet, joint)
     outer, inner, u = sheet.frame_at(joint.second, joint.point), sheet.frame_at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
-    drawn_gap = 0.28 * u  # difference of the drawn radii
-    yield Disc(sheet.enlarged_frame(outer, inner, drawn_gap / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
+    drawn_clearance = 0.28 * u  # difference of the drawn radii
+    yield Disc(sheet.enlarged_frame(outer, inner, drawn_clearance / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def draw_weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
@@ -179,10 +179,10 @@ HALF_BLOCK = (0.95, 0.58)
 """Half length and half height of a block, over the size of a symbol."""
 
 
-def _block(along: Pair, unit: float) -> tuple[Pair, ...]:
-    """Return the outline of a block along a direction."""
+def _block(along: Pair, size: float) -> tuple[Pair, ...]:
+    """Return the outline of a block along a direction, for a size of symbols [m]."""
     x, y = HALF_BLOCK
-    return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, scale=unit)
+    return place_along(((-x, -y), (x, -y), (x, y), (-x, y)), along, scale=size)
 
 
 def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
@@ -200,6 +200,7 @@ def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, normal, origin=(x - x0, y - y0)), closed=True)
     push = (-side * normal[0], -side * normal[1])  # the direction of the force on the point, fixed in the frame of the wall
+    # a block in a guide has no name of a body
     point = sheet.frame_of(stop.point) if stop.is_in_guide else sheet.frame_at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 
@@ -228,7 +229,7 @@ SYMBOLS: dict[str, Symbol] = {
     "LineLoad": loads.draw_line_load, "Motor": loads.draw_motor, "Drive": loads.draw_drive, "Mass": loads.draw_mass,
     "Gear": loads.draw_gear, "Rack": loads.draw_rack, "Belt": loads.draw_belt, "Rope": loads.draw_rope,
 }  # fmt: skip
-"""Symbol of each kind of element or body, by the name of its class."""
+"""Symbol of each kind of element or body, by the name of its class; for others see `symbol`."""
 
 
 def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
