@@ -1,7 +1,7 @@
 """Export of the motion of a run to ParaView: a mesh of all links at the first time and its displacements, as an XDMF time series.
 
 A flexible link is a chain of hexahedra of the strip's width and thickness, a rigid link a prism on its outline. Shapes come from
-a `Movie`: outlines of rigid links are fixed in frames (x, y, angle) that move; the bent line of a flexible link is in a band.
+a `Movie`: outlines of rigid links are fixed in frames (x, y, angle) that move; a band has the bent line of a flexible link.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
         raise ValueError(f"path = '{path}': must end in .xdmf")
     movie = result.movie
     if times is not None:
-        record = result.film.record  # from which a movie at any times of the run can be made
+        record = result.film.record  # all states of the run; None after pickling, which keeps the movie alone
         if record is None:
             raise ValueError("times: a pickled result holds its movie's times only")
         movie = make_movie(record, np.atleast_1d(np.asarray(times, dtype=float)))
@@ -61,14 +61,15 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
 def _solids(movie: Movie) -> Iterator[MeshSolid]:
     """Yield the meshes of all links, of rigid links first."""
     for mark in movie.marks:
-        if isinstance(mark, Outline) and mark.closed and mark.width > 0:  # the outline of a rigid link, no symbol
+        is_rigid_link = isinstance(mark, Outline) and mark.closed and mark.width > 0  # symbols have no width
+        if is_rigid_link:
             outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
             fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles: outlines of links are convex
             sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
             yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
-    for band in movie.bands.values():  # of flexible links: `points` are (times, stations, 2), `bending` is (times, stations)
+    for band in movie.bands.values():  # of flexible links: `points` are (times, stations, 2)
         along = np.gradient(band.points, axis=1)
-        size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)
+        size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)  # above 0, for a division
         normal = np.stack([-along[..., 1], along[..., 0]], axis=-1) / size[..., None]
         right, left = (band.points + side * band.thickness / 2 * normal for side in (-1.0, 1.0))
         bottom, top = -band.width / 2, band.width / 2

@@ -44,9 +44,11 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
             height = WIDTH * (high - low) / (right - left) + 15.0  # [mm], 15 of them for the text
             height = float(np.clip(height, 0.25 * WIDTH, WIDTH))
             axes = plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
-        for mark in movie.marks:  # an `Arrow` needs the values of signals: the report page alone draws it
-            if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
-                _MarkArtist(axes, mark).move(movie, k)
+        omitted = (Arrow,) if names else (Arrow, Label)  # an `Arrow` needs the values of signals, as on a report page
+        for mark in movie.marks:
+            if not isinstance(mark, omitted):
+                move = _add_artist(axes, mark)
+                move(corners(movie, mark, k))
         _frame_axes(axes, movie)
     return axes
 
@@ -65,35 +67,26 @@ def _frame_axes(axes: Axes, movie: Movie) -> None:
     axes.grid(False)
 
 
-class _MarkArtist:
-    """A mark as an artist of matplotlib, which moves to the mark's place in any picture of a movie."""
+def _add_artist(axes: Axes, mark: Mark) -> Callable[[Array], object]:
+    """Add a mark to axes; return the function that moves it to its corners in a picture."""
+    from matplotlib.patches import Polygon
 
-    def __init__(self, axes: Axes, mark: Mark) -> None:
-        from matplotlib.patches import Polygon
-
-        self.mark = mark
-        ink = INKS.get(getattr(mark, "ink", "other"), INKS["other"])
-        self.move_to: Callable[[Array], object]
-        if isinstance(mark, Label):
-            colour, size = ("#1B2733", 9.0) if mark.what == "point" else ("#4B5560", 8.0)
-            text = axes.text(0, 0, mark.text, color=colour, fontsize=size, ha="center", va="center", zorder=5)
-            if mark.what == "link":
-                text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
-            self.move_to = lambda corners: text.set_position(corners[0])
-        elif isinstance(mark, Disc) or (isinstance(mark, Outline) and mark.closed):
-            colours: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
-            outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **colours)
-            axes.add_patch(outline)
-            self.move_to = outline.set_xy
-        else:
-            width = 2.0 if isinstance(mark, StripMark) else ink.width
-            style: dict[str, Any] = {"color": ink.line, "solid_capstyle": "round", "solid_joinstyle": "round"}
-            (line,) = axes.plot([], [], zorder=2, linewidth=width, **style)
-            self.move_to = lambda corners: line.set_data(*corners.T)
-
-    def move(self, movie: Movie, k: int) -> None:
-        """Move the artist to its place in picture number k."""
-        self.move_to(corners(movie, self.mark, k))
+    if isinstance(mark, Label):
+        colour, size = ("#1B2733", 9.0) if mark.what == "point" else ("#4B5560", 8.0)
+        text = axes.text(0, 0, mark.text, color=colour, fontsize=size, ha="center", va="center", zorder=5)
+        if mark.what == "link":
+            text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
+        return lambda corners: text.set_position(corners[0])
+    ink = INKS.get(mark.ink, INKS["other"])
+    if isinstance(mark, Disc) or (isinstance(mark, Outline) and mark.closed):
+        colours: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
+        outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **colours)
+        axes.add_patch(outline)
+        return outline.set_xy
+    width = 2.0 if isinstance(mark, StripMark) else ink.width
+    style: dict[str, Any] = {"color": ink.line, "solid_capstyle": "round", "solid_joinstyle": "round"}
+    (line,) = axes.plot([], [], zorder=2, linewidth=width, **style)
+    return lambda corners: line.set_data(*corners.T)
 
 
 def plot_signals(result: Result, names: Sequence[str], axes: Axes | Sequence[Axes] | None = None) -> Axes | Array:
@@ -181,14 +174,14 @@ def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
     height = round(float(np.clip(width * (high - low) / (right - left), 0.3 * width, 1.2 * width)))
     figure = Figure(figsize=(width / 100, height / 100), dpi=100)
     canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    artists = [_MarkArtist(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
+    artists = [(mark, _add_artist(axes, mark)) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
     _frame_axes(axes, movie)
     axes.set_axis_off()
     clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
 
     def draw(k: int) -> Array:
-        for artist in artists:
-            artist.move(movie, k)
+        for mark, move in artists:
+            move(corners(movie, mark, k))
         clock.set_text(f"t = {movie.time[k]:.3f} s")
         canvas.draw()
         return np.array(canvas.buffer_rgba())
@@ -249,10 +242,10 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
 
 
 def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
-    """Cut a path at its critical points into curves of parameter and place, (2, points), each with True if it is stable.
+    """Cut a path of equilibria or periodic motions into curves of parameter and place, (2, points), each with True if stable.
 
-    A critical point C is put between those successive points A, B of the path for which |AC| + |CB| - |AB| is smallest. Where
-    stability changes without a critical point, the cut is half-way. Curves are cubic splines over the arc length of the path.
+    It is cut at critical points. A critical point C is put between those successive points A, B of the path for which
+    |AC| + |CB| - |AB| is smallest. Where stability changes without a critical point, the cut is half-way.
     """
     from scipy.interpolate import CubicSpline
 

@@ -27,13 +27,17 @@ SIGNALS = 180_000
 """Largest size of the quantised signals [bytes]."""
 LEVELS = 65534
 """Largest quantised value; the one above it stands for values that are not finite."""
+NO_SIGNALS: dict[str, Any] = {"bins": 0, "rows": [], "first": []}
+"""Data of the signals of a page without any."""
 
 
 def write_html(result: Result, path: str | Path, title: str = "") -> Path:
     """Write the report page of a run; see `Result.write_html`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(result, title or (path.stem if path.stem != "report" else path.resolve().parent.name)), encoding="utf-8")
+    is_in_folder_of_run = path.stem == "report"
+    name = path.resolve().parent.name if is_in_folder_of_run else path.stem
+    path.write_text(page(result, title or name), encoding="utf-8")
     return path
 
 
@@ -68,7 +72,7 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
 def blank(title: str) -> dict[str, Any]:
     """Collect the data of a page whose run has not begun."""
     lists: dict[str, Any] = {name: [] for name in ("notes", "readings", "checks", "facts")}
-    no_run = {"motion": None, "signals": {"bins": 0, "rows": [], "first": []}, "inks": {}, "store": ""}
+    no_run = {"motion": None, "signals": NO_SIGNALS, "inks": {}, "store": ""}
     return {"title": title, "status": "OK", "ok": True, "finished": True, "message": "", "summary": "", **lists, **no_run}
 
 
@@ -94,7 +98,10 @@ class ArrayStore:
         self.size = 0
 
     def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array, quantised from `low` to `high`; return its first index, -1 if it is constant, `low` and the step."""
+        """Append an array, quantised from `low` to `high`; return the index of its first number, `low` and the step.
+
+        A constant array is not appended: its index is -1, and `low` its value.
+        """
         values = np.asarray(values, dtype=float).ravel()
         is_finite = np.isfinite(values)
         finite = values[is_finite]
@@ -145,12 +152,12 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
 
 
 def _movie_within_size(result: Result) -> Movie:
-    """Return the movie, with fewer pictures, but 60 at least, if its arrays, of two bytes a number, would exceed `MOTION`."""
+    """Return the movie, with fewer pictures, but 60 at least (chosen), if its arrays would exceed `MOTION`."""
     movie: Movie = result.film.movie()
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     coordinates = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     numbers_per_picture = 4 * stations + coordinates + 1  # x, y, bending and axial strain of a station; the time
-    most = max(60, int(MOTION / (2 * numbers_per_picture)))
+    most = max(60, int(MOTION / (2 * numbers_per_picture)))  # two bytes a number
     if len(movie.time) <= most or result.film.record is None:
         return movie
     return make_movie(result.film.record, np.linspace(movie.time[0], movie.time[-1], most))
@@ -164,14 +171,14 @@ def _round(value: object) -> Any:
 
 
 def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[str, Any]:
-    """Store each signal at the edges of bins, 40 to 800 equal intervals of time, with least and largest value in each bin."""
+    """Store each signal at the edges of bins, equal intervals of time, with least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
     time = result.time
     if len(time) < 2 or not rows:
-        return {"bins": 0, "rows": []}
+        return NO_SIGNALS
     bytes_per_bin = 6  # value at the edge, least, largest, of two bytes each
-    bins = int(np.clip(SIGNALS / bytes_per_bin / len(rows), 40, 800))
+    bins = int(np.clip(SIGNALS / bytes_per_bin / len(rows), 40, 800))  # 40 and 800 are chosen
     edges = np.linspace(time[0], time[-1], bins + 1)
     samples = np.array([values for _, values, _ in rows], dtype=float)
     samples[~np.isfinite(samples)] = np.nan
@@ -188,14 +195,14 @@ def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[st
 def bin_extremes(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
     """Compute values at the edges of bins, (signals, bins + 1), and least and largest values in the bins, (signals, bins).
 
-    `values` are (signals, samples), linear between samples; `edges` reach from the first to the last time [s]. The values at the
-    two edges of a bin belong to the bin.
+    `values` are (signals, samples), linear between samples; `edges` reach from the first to the last time [s]. A bin has the
+    samples from its left edge to before its right edge, and the values at both edges.
     """
     k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
     share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)
     at = values[:, k] * (1 - share) + values[:, k + 1] * share
     first = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)  # number of each bin's first sample
-    has_samples = np.searchsorted(time, edges[1:], side="right") > first
+    has_samples = np.append(np.diff(first) > 0, True)  # the last bin has the last sample
     # `reduceat` reduces the samples from each first one to the next; for a bin without samples it returns one of another bin
     low = np.where(has_samples, np.fmin.reduceat(values, first, axis=1), np.nan)
     high = np.where(has_samples, np.fmax.reduceat(values, first, axis=1), np.nan)

@@ -27,7 +27,7 @@ ORDER = ("failed", "no complaint", "not applicable", "not run")
 NOT_APPLICABLE = "not_applicable"
 """Key of a result's provenance, under which the reasons stand why checks did not apply, by name."""
 NAME = r"[A-Z_]{3,}: "
-"""Pattern of the name of a check, with which its message begins; only semicolons between two messages are followed by one."""
+"""Pattern of the name of a check, with which its message begins. After a semicolon within a message no name follows."""
 
 
 class CheckVerdict(NamedTuple):
@@ -54,6 +54,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         if name in reasons:
             verdict, message = "failed", "; ".join(reasons[name])
         elif name == "ACCURACY" and not result.error.known:
+            # without a solver `simulate` chooses one and makes finer runs
             verdict, message = "not run", "one run alone; give an accuracy, or no solver, and finer runs tell its error"
         elif not result.status.finished:
             verdict = "not run"
@@ -74,14 +75,14 @@ def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     is_asked = result.asked > 0  # nan without an accuracy
     if is_asked or result.error.known:
-        error = [("estimated error of the motion", share(result.error.motion))]
-        error += [("asked for", share(result.asked))] if is_asked else []
+        error = [("estimated error of the motion", write_percent(result.error.motion))]
+        error += [("asked for", write_percent(result.asked))] if is_asked else []
     if result.error.kind:
         error.append(("estimated by", result.error.kind))
     if result.verified >= 0:
-        error.append(("difference from the other solver", share(result.verified)))
+        error.append(("difference from the other solver", write_percent(result.verified)))
     if result.energy:
-        error.append(("error of the energy balance", share(result.energy_balance)))
+        error.append(("error of the energy balance", write_percent(result.energy_balance)))
     words = {"wall_s": "wall time [s]", "share": "share of the run shown"}
     work = [(words.get(name, name.replace("_", " ")), f"{value:.6g}") for name, value in result.work.items()]
     versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
@@ -105,6 +106,6 @@ def flatten(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]
             yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)
 
 
-def share(value: float) -> str:
-    """Format a relative error."""
+def write_percent(value: float) -> str:
+    """Write a relative error."""
     return f"{100 * value:.2g} %" if isfinite(value) else "not known"
