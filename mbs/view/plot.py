@@ -264,9 +264,10 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())
     cuts += [(arc[k] + arc[k + 1]) / 2 for k in changes - cut_steps]
     curve, pieces = CubicSpline(arc, np.column_stack([path.parameter, places])), list[tuple[Any, bool]]()
-    for start, end in pairwise(sorted([arc[0], *cuts, arc[-1]])):
-        equilibria = stable[(arc >= start) & (arc <= end) & is_regular]
-        # a piece without equilibria lies between two critical points: its stability is not that of the piece before
-        is_stable = bool(equilibria.all()) if len(equilibria) else not pieces[-1][1]
+    is_stable = False
+    for start, end in pairwise(np.unique([arc[0], *cuts, arc[-1]])):
+        are_stable = stable[(arc >= start) & (arc <= end) & is_regular]
+        # between two critical points without another point of the path, stability is not that of the piece before
+        is_stable = bool(are_stable.all()) if len(are_stable) else not is_stable
         pieces.append((curve(np.linspace(start, end, 200)).T, is_stable))
     return pieces

@@ -47,6 +47,14 @@ def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_an
     assert [stable for _, stable in pieces] == [False, False, False]
 
 
+def test_a_path_may_begin_at_a_critical_point():
+    """No piece has the length 0, and the rest of the path has the stability of its equilibria."""
+    parameter = np.arange(3.0)
+    critical = SimpleNamespace(rest=SimpleNamespace(q=np.zeros(1), parameter=0.0))
+    path = SimpleNamespace(parameter=parameter, q=np.zeros((3, 1)), stable=np.zeros(3, dtype=bool), points=[critical])
+    assert [stable for _, stable in plot._pieces(path, parameter)] == [False]
+
+
 def test_signals_are_drawn_by_unit():
     result = run("strip")
     axes = result.plot("B.x", "A.x", "B.contact_force")
