@@ -45,6 +45,10 @@ class Frozen(Mapping[str, Any]):
         raise TypeError(f"cannot set '{name}': a mechanism does not change; make another with dataclasses.replace")
 
 
+_PLACES = Named(Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing())))
+"""Specification of carried points by name: a fraction of the length, a place in the link's frame, or None."""
+
+
 class Carried(Spec):
     """Specification of carried points: names, or names with a fraction of the length or a place in the link's frame."""
 
@@ -53,21 +57,18 @@ class Carried(Spec):
     def read(self, name: str, raw: object) -> Frozen:
         """Return a mapping of names to fractions or places; None where the points of the mechanism give the place."""
         if isinstance(raw, Mapping):
-            where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
-            return Frozen({point: where.read(f"{name}.{point}", at) for point, at in raw.items()})
+            return Frozen(_PLACES.read(name, raw))
         if isinstance(raw, str) or not is_list(raw):
             raise self.refusal(name, raw)
         return Frozen(dict.fromkeys(Several(Name()).read(name, raw)))
 
     def write(self, name: str, value: Any) -> Any:
         """Return a list if no point has a place, else a table."""
-        if all(each is None for each in value.values()):
-            return list(value)
-        return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
+        return list(value) if all(each is None for each in value.values()) else _PLACES.write(name, value)
 
     def schema(self) -> Schema:
         """Return the JSON schema of a list or a table."""
-        return any_of([Several(Name()).schema(), Named(Either((Quantity("1", 0.0, 1.0), Vector("m")))).schema()])
+        return any_of([Several(Name()).schema(), _PLACES.schema()])
 
 
 @declared
@@ -145,11 +146,12 @@ class Link(LinkBase):
 
     def mass(self, length: float) -> float:
         """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves the mass out."""
-        return self.body.mass_properties(length)[0]
+        mass, _, _ = self.body.mass_properties(length)
+        return mass
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield place, velocity and acceleration of the centre of mass, then the signals of the body."""
-        if name in record.links:
+        if name in record.links:  # a strut is not: it has no motion of its own
             yield from make_motion_signals(name, *record.links[name].centre())
         yield from self.body.signals(self, record)
 
@@ -163,11 +165,11 @@ class Link(LinkBase):
 
 
 def make_motion_signals(name: str, *motion: Array) -> Iterator[Signal]:
-    """Yield the signals of a motion: place, velocity [m/s] and perhaps acceleration [m/s^2], each (times, 2)."""
-    letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
+    """Yield the signals `name.x`, `name.vx`, `name.ax`, `name.y`, ... of place, velocity and perhaps acceleration (times, 2)."""
+    prefixes, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
     for k, values in enumerate(motion):
-        rate = f"{name}.{letters[k + 1]}" if k + 1 < len(motion) else ""
-        yield from vector(f"{name}.{letters[k]}", values, units[k], kinds[k], rate=rate)
+        rate = f"{name}.{prefixes[k + 1]}" if k + 1 < len(motion) else ""
+        yield from vector(f"{name}.{prefixes[k]}", values, units[k], kinds[k], rate=rate)
 
 
 def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:

@@ -54,6 +54,12 @@ def test_generated_mechanisms_survive_a_file(count, tmp_path):
     settings(max_examples=count, **CALM)(given(mechanisms())(lambda mechanism: there_and_back(mechanism, tmp_path)))()
 
 
+def test_a_link_with_points_by_name_and_by_fraction_survives_a_file(tmp_path):
+    link = Link("arm", "O", "A", Rigid(Section(width=0.03, thickness=5e-3)), carries={"D": 0.5, "E": None})
+    points = {"O": (0, 0), "A": (0.2, 0), "E": (0.1, 0.05)}
+    there_and_back(Mechanism(points, [link], [Revolute("O", "ground", "arm")]), tmp_path)
+
+
 def test_numbers_with_units_are_the_same_floats():
     mechanism = Mechanism.from_dict(arm(gravity=[0, "-9.81 m/s^2"], velocities={"arm": "30 deg/s"}))
     section = mechanism.link("arm").body.section
