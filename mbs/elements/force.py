@@ -1,8 +1,7 @@
 """Forces on points, torques on links, and loads along a strip.
 
-Signals of loads are of the kind `INTERNAL`, and their work is energy 'supplied', as `signal` defines them. A method with an
-argument `times` takes the motion from the samples of the record. It evaluates functions of time at `times` [s], one for each
-sample: the sample itself or, for the left and right limits at a jump, just before or just after it.
+A method with an argument `times` takes the motion from the samples of the record. It evaluates functions of time at `times` [s],
+one for each sample: the sample itself or, for the left and right limits at a jump, just before or just after it.
 """
 
 from collections.abc import Callable, Iterator
@@ -101,7 +100,7 @@ class Force(Stateful):
         return rotate(angle, values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the force, with its moment about the point where the line of action goes through a fixed place."""
+        """Return the force; if the line of action goes through a fixed place, also the moment about the loaded point."""
         at, force = holder_reference(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
@@ -156,9 +155,9 @@ class Torque(Stateful):
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Return angle [rad] and speed [rad/s], each (times,)."""
-        return record.turn(self.at(record.mechanism))
+        return record.turn(self.loaded_point(record.mechanism))
 
-    def at(self, mechanism: Parts) -> str:
+    def loaded_point(self, mechanism: Parts) -> str:
         """Return the point reference at which the torque acts."""
         return angle_reference(mechanism, self.link)
 
@@ -168,7 +167,7 @@ class Torque(Stateful):
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """Return the torque."""
-        return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
+        return Push(self.loaded_point(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque [N m], and the states."""
@@ -180,7 +179,8 @@ class Torque(Stateful):
         if callable(self.value):
             yield Energy("supplied", "load", self.work_of(name, record))
         else:
-            yield Energy("supplied", "load", self.value * record.turn(self.at(record.mechanism))[0])
+            angle, _ = self.measures(record)
+            yield Energy("supplied", "load", self.value * angle)
 
 
 @declared
@@ -197,9 +197,7 @@ class LineLoad(Load):
     label: ClassVar[str] = "line_load.{link}"
 
     link: str = names(doc="a Beam")
-    force: tuple[float, float] = field(
-        Vector("N/m"), "per length of the stress-free strip, in the pose at t = 0", default=(0.0, 0.0)
-    )
+    force: tuple[float, float] = field(Vector("N/m"), "per stress-free length, components x and y at t = 0", default=(0.0, 0.0))
     moment: float = quantity("N m/m", doc="per length, counter-clockwise", default=0.0)
     turns: bool = flag(doc="whether the force on each section turns with the section", default=False)
 
@@ -222,21 +220,16 @@ class LineLoad(Load):
         moment = cross(poses[..., :2] - origin[:, None], force) + self.moment  # per length
         yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)
 
-    def power(self, record: Recorded) -> Array:
-        """Return the power on the strip (times,) [W]."""
-        weights, poses, rates = record.links[self.link].quadrature()
-        by_force = (self.force_per_length(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
-        return np.asarray((by_force + self.moment * rates[..., 2]) @ weights)
-
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components of the resultant force [N]."""
         for push in self.pushes(name, record):
             yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, group=name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the work of the load."""
-        if self.turns:
-            yield Energy("supplied", "load", record.work(self.power(record)))
+        """Yield the work of the load: in closed form, or where the force turns from the power."""
+        weights, poses, rates = record.links[self.link].quadrature()
+        if not self.turns:
+            yield Energy("supplied", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))
             return
-        weights, poses, _ = record.links[self.link].quadrature()
-        yield Energy("supplied", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))
+        by_force = (self.force_per_length(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
+        yield Energy("supplied", "load", record.work((by_force + self.moment * rates[..., 2]) @ weights))

@@ -59,18 +59,18 @@ class Motor(Load):
         """Raise a ValueError unless the link has an angle."""
         check_turning(mechanism, self.link, self.where)
 
-    def at(self, mechanism: Parts) -> str:
+    def loaded_point(self, mechanism: Parts) -> str:
         """Return the point reference at which the motor acts."""
         return angle_reference(mechanism, self.link)
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield the inertia of the rotor, reduced to the link: inertia gear^2."""
         if self.inertia:
-            yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
+            yield Burden(self.loaded_point(mechanism), 0.0, self.inertia * self.gear**2)
 
     @property
     def friction_at(self) -> str:
-        """Name of the driven link if the rotor has friction, else ''; the statics report that they omit dry friction there."""
+        """Name of the driven link if the rotor has friction, else ''."""
         return self.link if self.friction else ""
 
     def effective(self, voltage: Reals) -> Reals:
@@ -92,15 +92,16 @@ class Motor(Load):
     def _voltage_and_speed(self, record: Recorded) -> tuple[Array, Array]:
         """Return the voltage [V] and the link's speed [rad/s], each (times,)."""
         voltage = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
-        _, speed = record.turn(self.at(record.mechanism))
+        _, speed = record.turn(self.loaded_point(record.mechanism))
         return voltage, speed
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque; `burdens` add the inertia of the rotor."""
-        yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._voltage_and_speed(record)))
+        torque = self.torque(*self._voltage_and_speed(record))
+        yield Push(self.loaded_point(record.mechanism), np.zeros((len(torque), 2)), torque)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield torque on the link [N m], current [A] and voltage [V]; a motor's law gives them from motion and time."""
+        """Yield torque on the link [N m], current [A] and voltage [V]."""
         voltage, speed = self._voltage_and_speed(record)
         yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m", Kind.INTERNAL)
         yield Signal(f"{name}.current", self.current(voltage, speed), "A", Kind.INTERNAL)

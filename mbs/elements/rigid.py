@@ -77,8 +77,8 @@ class Mass(Element):
     'mass.A'
     """
 
-    title: ClassVar[str] = "mass at '{point}'"
-    label: ClassVar[str] = "mass.{point}"
+    title: ClassVar[str] = "mass at '{point}'"  # in messages
+    label: ClassVar[str] = "mass.{point}"  # its name in the mechanism
 
     point: str = names(doc="of a link; at the end of a strut it is fixed to the body pinned to the strut")
     mass: float = quantity("kg", above=0, doc="fixed at the point")
@@ -91,24 +91,24 @@ class Mass(Element):
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
             check_point_of(mechanism, self.link, self.point, where)
-        body = place(self.at(mechanism)).body
+        body = place(self.loaded_point(mechanism)).body
         if body == GROUND:
             raise ValueError(f"{where}: it lies on the ground; name a point of a link")
         if self.inertia and body not in {link.name for link in mechanism.links}:
             raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
-    def at(self, mechanism: Parts) -> str:
-        """Return the reference of the point on the body that carries the mass."""
+    def loaded_point(self, mechanism: Parts) -> str:
+        """Return the point reference 'body:point' on the body that carries the mass."""
         reference = self.point if self.link is None else f"{self.link}:{self.point}"
         return f"{holder(mechanism, reference)}:{self.point}"
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield mass and inertia on the body that carries them."""
-        yield Burden(self.at(mechanism), self.mass, self.inertia)
+        yield Burden(self.loaded_point(mechanism), self.mass, self.inertia)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy, and potential energy of gravity."""
-        at, gravity = self.at(record.mechanism), record.mechanism.gravity
+        at, gravity = self.loaded_point(record.mechanism), record.mechanism.gravity
         (places, velocity), (_, spin) = record.point(at), record.turn(at)
         yield Energy("stored", "kinetic", 0.5 * self.mass * (velocity**2).sum(axis=1) + 0.5 * self.inertia * spin**2)
         if hypot(*gravity) > 0:

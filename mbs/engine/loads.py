@@ -98,7 +98,7 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
 def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
     """Add torques on links."""
     for name, load in loads.items():
-        body, point = place(load.at(scene.mechanism))
+        body, point = place(load.loaded_point(scene.mechanism))
         _refuse_states(load)
         if callable(load.value):
             add_coordinate_force(scene, scene.angle_marker(body, point), guard(scene, name, load.value))
@@ -128,7 +128,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
         def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
             return float(load.torque(voltage(t, t), speed))
 
-        add_coordinate_force(scene, scene.angle_marker(*place(load.at(scene.mechanism))), torque)
+        add_coordinate_force(scene, scene.angle_marker(*place(load.loaded_point(scene.mechanism))), torque)
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:

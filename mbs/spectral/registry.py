@@ -119,7 +119,7 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
 
 def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, a function of time, angle since t = 0 and speed, or a law with states."""
-    marker = marker_at(builder, load.at(builder.mechanism))
+    marker = marker_at(builder, load.loaded_point(builder.mechanism))
     if load.states is not None:
         angle_at_start = builder.angle_of(marker)  # its law gets the angle less this one
         builder.add_stateful(name, load, marker, column=State.ANGLE, offset=angle_at_start)
@@ -135,7 +135,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
-    marker = marker_at(builder, load.at(builder.mechanism))
+    marker = marker_at(builder, load.loaded_point(builder.mechanism))
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     law, voltage = -1, 0.0
     if callable(load.voltage):
