@@ -37,14 +37,9 @@ class _Bristle(Declared):
 
 @declared
 class LuGre(_Bristle):
-    """The LuGre law: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v.
+    """The LuGre law: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v (doi 10.1109/9.376053).
 
     Below mu_s the bristle bends like a spring. Each contact has one bristle.
-
-    References
-    ----------
-    C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction", IEEE
-    Transactions on Automatic Control 40 (1995) 419-425, doi 10.1109/9.376053.
 
     Examples
     --------
@@ -75,10 +70,7 @@ class Stiction(_Bristle):
     While |s0 z| < g the bristle follows the displacement, dz/dt = v, unlike the bristle of LuGre. So a stuck body does not drift,
     however long or often the load changes below the limit g. A sliding body comes to rest under any load below the limit.
 
-    References
-    ----------
-    P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
-    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274; here the elastic range reaches up to the limit g.
+    The elastic range of Dupont et al. 2002, doi 10.1109/TAC.2002.1000274, here reaches up to the limit g.
 
     Examples
     --------

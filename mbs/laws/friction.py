@@ -108,11 +108,8 @@ class Coulomb(Declared):
 class AdamsFriction(Declared):
     """mu(v) = STEP(v, -v_s, -mu_s, v_s, mu_s) for |v| < v_s; sign(v) STEP(|v|, v_s, mu_s, v_d, mu_d) beyond.
 
-    Friction of an ADAMS contact: rises to mu_s at v_s, falls to mu_d at v_d, with a continuous derivative throughout.
-
-    References
-    ----------
-    MSC Software, Adams/Solver documentation, CONTACT (no DOI).
+    Friction of an ADAMS contact (MSC Software, Adams/Solver documentation, CONTACT). It rises to mu_s at v_s and falls to mu_d at
+    v_d, with a continuous derivative.
 
     Examples
     --------
@@ -137,11 +134,7 @@ class AdamsFriction(Declared):
 class Ambrosio(Declared):
     """mu(v) = 0 for |v| < v0, a line up to mu_d at v1, mu_d sign(v) beyond: no friction at all near rest.
 
-    References
-    ----------
-    J. A. C. Ambrosio, "Impact of rigid and flexible multibody systems: deformation description and contact models", in
-    W. Schiehlen, M. Valasek (eds.), Virtual Nonlinear Multibody Systems, Kluwer (2003) 57-81; see also Marques et al.
-    (2016), doi 10.1007/s11071-016-2999-3.
+    J. A. C. Ambrosio, in Virtual Nonlinear Multibody Systems, Kluwer (2003) 57-81; see also doi 10.1007/s11071-016-2999-3.
 
     Examples
     --------
@@ -162,11 +155,7 @@ class Ambrosio(Declared):
 
 @declared
 class Threlfall(Declared):
-    """mu(v) = mu_d sign(v) [1 - exp(-3 |v|/v0)]: 95 % of mu_d at v0, smooth except for the curvature at rest.
-
-    References
-    ----------
-    D. C. Threlfall, Mechanism and Machine Theory 13 (1978) 475-483, doi 10.1016/0094-114X(78)90020-4.
+    """mu(v) = mu_d sign(v) [1 - exp(-3 |v|/v0)]: 95 % of mu_d at v0 (Threlfall 1978, doi 10.1016/0094-114X(78)90020-4).
 
     Examples
     --------
@@ -186,10 +175,7 @@ class Threlfall(Declared):
 class Stribeck(Declared):
     """mu(v) = [mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta)] times a line below v_reg, sign(v) beyond; plus beta v.
 
-    References
-    ----------
-    B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138,
-    doi 10.1016/0005-1098(94)90209-7.
+    B. Armstrong-Helouvry et al., Automatica 30 (1994) 1083-1138, doi 10.1016/0005-1098(94)90209-7.
 
     Examples
     --------

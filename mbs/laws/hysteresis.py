@@ -52,11 +52,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
 
 
 class HuntCrossley(HysteresisLaw):
-    """chi = 3 (1 - e) / 2. First order in 1 - e, for light damping.
-
-    References
-    ----------
-    K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445, doi 10.1115/1.3423596.
+    """chi = 3 (1 - e) / 2. First order in 1 - e, for light damping; Hunt and Crossley 1975, doi 10.1115/1.3423596.
 
     Examples
     --------
@@ -68,11 +64,7 @@ class HuntCrossley(HysteresisLaw):
 
 
 class LankaraniNikravesh(HysteresisLaw):
-    """chi = 3 (1 - e^2) / 4. From the energy lost in a nearly elastic impact.
-
-    References
-    ----------
-    H. M. Lankarani, P. E. Nikravesh, J. Mechanical Design 112 (1990) 369-376, doi 10.1115/1.2912617.
+    """chi = 3 (1 - e^2) / 4. From the energy lost in a nearly elastic impact; 1990, doi 10.1115/1.2912617.
 
     Examples
     --------
@@ -84,11 +76,7 @@ class LankaraniNikravesh(HysteresisLaw):
 
 
 class HerbertMcWhannell(HysteresisLaw):
-    """chi = 6 (1 - e) / [(2 e - 1)^2 + 3].
-
-    References
-    ----------
-    R. G. Herbert, D. C. McWhannell, J. Engineering for Industry 99 (1977) 513-518, doi 10.1115/1.3439270.
+    """chi = 6 (1 - e) / [(2 e - 1)^2 + 3]. Herbert and McWhannell 1977, doi 10.1115/1.3439270.
 
     Examples
     --------
@@ -100,12 +88,7 @@ class HerbertMcWhannell(HysteresisLaw):
 
 
 class LeeWang(HysteresisLaw):
-    """chi = 3 (1 - e) / 4. Half the damping of Hunt and Crossley: the rebound is always too fast.
-
-    References
-    ----------
-    T. W. Lee, A. C. Wang, J. Mechanisms, Transmissions and Automation in Design 105 (1983) 534-540,
-    doi 10.1115/1.3267392.
+    """chi = 3 (1 - e) / 4. Half of `HuntCrossley`, so that rebounds are too fast; Lee and Wang 1983, doi 10.1115/1.3267392.
 
     Examples
     --------
@@ -117,12 +100,9 @@ class LeeWang(HysteresisLaw):
 
 
 class Gonthier(HysteresisLaw):
-    """chi = (1 - e^2) / e. Tends to 1/e as e -> 0, as that of `ExactRestitution` does; a third too much damping as e -> 1.
+    """chi = (1 - e^2) / e. Gonthier et al. 2004, doi 10.1023/B:MUBO.0000029392.21648.bc.
 
-    References
-    ----------
-    Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedboeuf, Multibody System Dynamics 11 (2004) 209-233,
-    doi 10.1023/B:MUBO.0000029392.21648.bc.
+    It tends to 1/e as e -> 0, like that of `ExactRestitution`, and is a third too large as e -> 1.
 
     Examples
     --------
@@ -135,12 +115,9 @@ class Gonthier(HysteresisLaw):
 
 
 class ZhiyingQishao(HysteresisLaw):
-    """chi = 3 (1 - e^2) exp[2 (1 - e)] / 4. Lankarani and Nikravesh, corrected for heavier damping.
+    """chi = 3 (1 - e^2) exp[2 (1 - e)] / 4. `LankaraniNikravesh`, corrected for heavier damping.
 
-    References
-    ----------
-    Qin Zhiying, Lu Qishao, "Analysis of impact process model based on restitution coefficient", J. Dynamics and Control
-    4 (2006) 294-298 (in Chinese, no DOI); quoted by Hu and Guo, doi 10.1007/s11044-015-9453-z.
+    Qin Zhiying, Lu Qishao, J. Dynamics and Control 4 (2006) 294-298; quoted by Hu and Guo, doi 10.1007/s11044-015-9453-z.
 
     Examples
     --------
@@ -152,12 +129,7 @@ class ZhiyingQishao(HysteresisLaw):
 
 
 class Flores(HysteresisLaw):
-    """chi = 8 (1 - e) / (5 e). For soft as well as hard contacts.
-
-    References
-    ----------
-    P. Flores, M. Machado, M. T. Silva, J. M. Martins, Multibody System Dynamics 25 (2011) 357-375,
-    doi 10.1007/s11044-010-9237-4.
+    """chi = 8 (1 - e) / (5 e). For soft as well as hard contacts; Flores et al. 2011, doi 10.1007/s11044-010-9237-4.
 
     Examples
     --------
@@ -170,11 +142,7 @@ class Flores(HysteresisLaw):
 
 
 class HuGuo(HysteresisLaw):
-    """chi = 3 (1 - e) / (2 e).
-
-    References
-    ----------
-    S. Hu, X. Guo, Multibody System Dynamics 35 (2015) 131-151, doi 10.1007/s11044-015-9453-z.
+    """chi = 3 (1 - e) / (2 e). Hu and Guo 2015, doi 10.1007/s11044-015-9453-z.
 
     Examples
     --------
@@ -187,12 +155,9 @@ class HuGuo(HysteresisLaw):
 
 
 class CarvalhoMartins(HysteresisLaw):
-    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit; delivers e with an error of at most 2e-4 for 0.5 <= e <= 1.
+    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Carvalho and Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
 
-    References
-    ----------
-    A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139 (2019) 174-194,
-    doi 10.1016/j.mechmachtheory.2019.03.028.
+    It delivers e with an error of at most 2e-4 for 0.5 <= e <= 1.
 
     Examples
     --------
@@ -206,12 +171,7 @@ class CarvalhoMartins(HysteresisLaw):
 class ExactRestitution(HysteresisLaw):
     """chi from chi (1 + e) = ln[(1 + chi) / (1 - chi e)]: delivers e itself, 0 < e <= 1.
 
-    ``buckler.mbs.laws.chi_exact`` solves the equation once, when the law is made.
-
-    References
-    ----------
-    A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139 (2019) 174-194,
-    doi 10.1016/j.mechmachtheory.2019.03.028.
+    ``buckler.mbs.laws.chi_exact`` solves the equation of Carvalho and Martins (doi 10.1016/j.mechmachtheory.2019.03.028) once.
 
     Examples
     --------

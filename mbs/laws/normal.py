@@ -36,13 +36,9 @@ class PowerLaw:
 
 @declared
 class Hertz(PowerLaw, Declared):
-    """F = K d^1.5: elastic, without losses.
+    """F = K d^1.5: elastic, without losses (Hertz 1882, doi 10.1515/crll.1882.92.156).
 
     For K from material and radii see ``hertz_external`` and ``hertz_internal``.
-
-    References
-    ----------
-    H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156-171, doi 10.1515/crll.1882.92.156.
 
     Examples
     --------
@@ -66,12 +62,8 @@ class Hertz(PowerLaw, Declared):
 class KelvinVoigt(PowerLaw, Declared):
     """F = max(0, k d + c d'): spring and dashpot that do not pull.
 
-    The force jumps to c d' at onset. It returns to zero at a positive depth, from which the body leaves freely. So the
-    restitution is that of ``restitution_linear``, which depends on the mass and not on the speed.
-
-    References
-    ----------
-    T. Schwager, T. Poeschel, Granular Matter 9 (2007) 465-469, doi 10.1007/s10035-007-0065-z.
+    The force jumps to c d' at onset. It returns to zero at a positive depth, from which the body leaves freely. So
+    ``restitution_linear`` gives the restitution, which does not depend on the speed (doi 10.1007/s10035-007-0065-z).
 
     Examples
     --------
@@ -106,11 +98,7 @@ class Impact(PowerLaw, Declared):
     """F = max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d'): the ADAMS function IMPACT.
 
     The damping grows from zero with the depth, so the force starts at zero. The restitution depends on mass and speed and has
-    no closed form: ``buckler.mbs.laws.delivered`` integrates the impact.
-
-    References
-    ----------
-    MSC Software, Adams/Solver documentation, functions IMPACT and STEP (no DOI).
+    no closed form: ``buckler.mbs.laws.delivered`` integrates the impact. The source is the Adams/Solver documentation.
 
     Examples
     --------
