@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..elements.signal import Depth
+from ..elements.signal import DepthLimit
 from ..record.errors import Norm
 from ..record.result import Result
 from ..record.run import BALANCE, Run, compute_throughput
@@ -74,7 +74,7 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
                 yield f"'{name}' {fault} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
 
 
-def _depths(run: Run) -> Iterator[Depth]:
+def _depths(run: Run) -> Iterator[DepthLimit]:
     """Yield the depths of contacts that elements limit."""
     mechanism = run.record.mechanism
     for name, element in Scene.of(mechanism).elements.items():

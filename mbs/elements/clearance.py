@@ -19,7 +19,7 @@ from ..laws.journal import BRISTLE, ONSET, SINCE, SLIDING, locate_contact
 from .element import GROUND, Parts, Push, Recorded
 from .joint import Joint
 from .rows import Row, yield_pin
-from .signal import Depth, Energy, Kind, Signal
+from .signal import DepthLimit, Energy, Kind, Signal
 
 PIERCED = 0.05
 """Depth of a pin in its bush, over the pin's radius: a run is suspect if the depth exceeds both this and the clearance."""
@@ -51,11 +51,11 @@ class Clearance(Joint):
         FrictionLaw, BristleLaw, example="Coulomb(0.1)", doc="of `buckler.mbs.laws`; none by default", default_factory=NoFriction
     )
 
-    ideal: ClassVar[bool] = False
+    ideal: ClassVar[bool] = False  # the contact is a force, and no constraint
 
     @property
     def friction_at(self) -> str:
-        """Name of the joint's point if friction acts there, else ''; the statics report that they omit dry friction there."""
+        """Name of the joint's point if friction acts there, else ''."""
         return "" if isinstance(self.friction, NoFriction) else self.point
 
     def check(self, mechanism: Parts) -> None:
@@ -69,11 +69,11 @@ class Clearance(Joint):
         """Yield the rows of a pin that is centred in its bush at t = 0."""
         return yield_pin(self.point, self.first, self.second, start_only=True)  # later the contact law holds the pin
 
-    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
+    def depths(self, name: str, mechanism: Parts) -> Iterator[DepthLimit]:
         """Yield the largest allowed depth: the clearance, or `PIERCED` times the pin's radius if that is larger."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
-        yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
+        yield DepthLimit(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the name of the normal force, which must not be negative, and the name of its depth."""
@@ -107,6 +107,7 @@ class Clearance(Joint):
         yield Signal(f"{point}.contacts", np.cumsum(is_onset), "1", Kind.COUNT)
 
     def _contact(self, name: str, record: Recorded) -> PinContact:
+        """Return the contact at the samples of the record."""
         memory, time = record.channel(name, "memory"), record.time
         return record.once(("contact", name), lambda: compute_contact(self, *read_motions(self, record), memory, time))
 
@@ -126,14 +127,12 @@ class Clearance(Joint):
         the deflection of the bristle there is the mean of its values at the ends of the step.
         """
         pin, bush = read_motions(self, record)
-        memory, time = record.channel(name, "memory"), record.time
-        ends = self._contact(name, record)
-        steps = np.diff(time)
-        middle_time = time[:-1] + steps / 2
-        middle_memory = memory[1:].copy()  # the middle and the end of a step have the same last accepted step before them
-        middle_memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
-        middle_memory[:, SINCE] = middle_time  # since no time: the law leaves the bristle at its mean
-        middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), middle_memory, middle_time)
+        ends, steps = self._contact(name, record), np.diff(record.time)
+        middle_time = record.time[:-1] + steps / 2
+        memory = record.channel(name, "memory")[1:].copy()  # of the ends of steps; two columns differ in the middle
+        memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
+        memory[:, SINCE] = middle_time  # with an elapsed time of 0 the law leaves the bristle at this mean
+        middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), memory, middle_time)
 
         def integrate(power: Array, middle_power: Array) -> Array:
             """Integrate a power, given at the ends and in the middle of the steps [W], by Simpson's rule."""
@@ -144,12 +143,10 @@ class Clearance(Joint):
         yield Energy("stored", "contact", elastic + bristle)
         normal_work = integrate(ends.normal * ends.rate, middle.normal * middle.rate)
         sliding_work = integrate(ends.tangential * ends.sliding, middle.tangential * middle.sliding)
-        by_damping, by_friction = normal_work - (elastic - elastic[0]), sliding_work - (bristle - bristle[0])
-        yield Energy("dissipated", "contact", by_damping)
-        yield Energy("dissipated", "friction", by_friction)
-        # the same energies as signals of this joint, while those above are added to the energies of other elements
-        yield Energy("part", f"{self.point}.taken_contact", by_damping)
-        yield Energy("part", f"{self.point}.taken_friction", by_friction)
+        dissipated = {"contact": normal_work - (elastic - elastic[0]), "friction": sliding_work - (bristle - bristle[0])}
+        for entry, energy in dissipated.items():
+            yield Energy("dissipated", entry, energy)
+            yield Energy("part", f"{self.point}.taken_{entry}", energy)  # dissipated by this joint, as a signal
 
 
 def clearances(mechanism: Parts) -> list[Clearance]:
@@ -226,7 +223,7 @@ class ContactState(IntEnum):
 
 
 def contact_state(depth: Array) -> Array:
-    """Return the contact state at each sample: continuous from the first minimum of the depth within a contact."""
+    """Return the `ContactState` at each sample, as a float."""
     touching = depth > 0
     is_minimum = np.zeros_like(touching)
     within = touching[:-2] & touching[1:-1] & touching[2:]

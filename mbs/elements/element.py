@@ -1,7 +1,8 @@
 """Base classes of elements and of the bodies of links, and the data on which elements rely.
 
 A point reference is a text that names a point of a body: 'A', 'coupler:A' or 'ground:A'. Elements read their mechanism through
-`Parts`, the base of `Mechanism`, and a run of any solver through `Recorded`, the base of `Record`.
+`Parts`, the base of `Mechanism`, and a run of any solver through `Recorded`, the base of `Record`. An argument `name` is the name
+of the element in the mechanism.
 """
 
 from __future__ import annotations
@@ -9,14 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
 
 from ..declare import Declared
 from ..functions import Called
 from ..geometry import Array
-from .signal import Depth, Energy, MovingBody, Signal, SlidingBlock
+from .signal import DepthLimit, Energy, MovingBody, Signal, SlidingBlock
 
 Pair = tuple[float, float]
 Value = TypeVar("Value")
@@ -62,11 +63,9 @@ def _fill(template: str, element: Element) -> str:
     """Fill in the fields in braces of a title or label, as `Element` defines them."""
 
     def write_field(match: re.Match[str]) -> str:
-        """Write the value of a field in the form that follows its colon."""
         name, form = match.groups()
         text = type(element).__name__ if name == "kind" else str(getattr(element, name))
-        forms = {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}
-        return forms[form]
+        return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[form]
 
     return re.sub(r"{(\w+):?(\w*)}", write_field, template)
 
@@ -79,9 +78,9 @@ class Element(Declared):
     """
 
     title: ClassVar[str] = ""
-    """Template of the name in messages."""
+    """Template of `where`."""
     label: ClassVar[str] = ""
-    """Template of the name in a mechanism, where a second element of the same name is `name.2`."""
+    """Template of `key`."""
     sense: ClassVar[float] = 1.0
     """Sign of the force signal relative to the Lagrange multiplier of the constraint."""
 
@@ -92,7 +91,7 @@ class Element(Declared):
 
     @property
     def key(self) -> str:
-        """Name in the mechanism and of the signals."""
+        """Name in the mechanism and of the signals; a second element of the same key is called `key.2`."""
         return _fill(self.label, self)
 
     def check(self, mechanism: Parts) -> None:
@@ -105,8 +104,8 @@ class Element(Declared):
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
         """Return the reactions by name of channel, from the multipliers (times, rows) of `rows`; None if they are not known.
 
-        A row is a sum of coefficients times measures, each between two bodies. A multiplier times such a coefficient is the load
-        on the first body, and its opposite the load on the second.
+        A row is a sum of coefficients times measures, each between two bodies. Here multipliers have the sign with which a
+        multiplier times a coefficient is the load on the first body of the measure, and its opposite the load on the second.
         """
         return None
 
@@ -132,12 +131,12 @@ class Element(Declared):
         """Yield the user's functions with their arguments over a run, without functions of time alone; none by default."""
         yield from ()
 
-    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
-        """Yield the largest allowed depth of each contact; none by default."""
+    def depths(self, name: str, mechanism: Parts) -> Iterator[DepthLimit]:
+        """Yield the largest depth of each contact at which a run is not suspect; none by default."""
         yield from ()
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield, for the check of a run, names of forces that must not be negative, each with the name of its depth or ''."""
+        """Yield the names of signals of forces that must not be negative, each with the name of its depth's signal or ''."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
@@ -177,8 +176,12 @@ class Body(Declared):
     """Rounding error of the internal force over the axial stiffness E A: no residual of Newton's method can be smaller."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m]."""
-        return self.section.bar(length)
+        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m].
+
+        A link of a section is a uniform bar.
+        """
+        mass, section = self.section.mass_per_length * length, self.section
+        return mass, mass * length**2 / 12 + section.inertia_per_length * length, (length / 2, 0.0)
 
     def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the stress-free place [m] in the link's frame at a fraction of its length; `chord` is the ends' distance [m]."""
@@ -200,6 +203,7 @@ class JointBase(Element):
 
     ideal: ClassVar[bool] = True
     """True for a joint of constraints, false for one with clearance, whose contact is a force."""
+
     point: str
     first: str
     second: str
@@ -230,7 +234,7 @@ class GuideBase(Element):
 class Parts(Declared):
     """Base of mechanisms: the fields and methods that elements use."""
 
-    in_files = False  # in files no class has this name, as a mechanism is no part of another
+    in_files = False  # `Declared` registers the names of classes that may be parts in a file: a mechanism is none
 
     points: Mapping[str, Pair]
     links: Sequence[LinkBase]
@@ -272,8 +276,7 @@ class Recorded:
         """Return the value of `compute()`, computed once for each key: signals and energies need the same arrays."""
         if key not in self._cache:
             self._cache[key] = compute()
-        value: Value = self._cache[key]
-        return value
+        return cast(Value, self._cache[key])
 
     def channel(self, element: str, name: str) -> Array:
         """Return a channel of an element (times, columns); an array (times, 0) if the solver recorded none."""
@@ -302,7 +305,7 @@ class Recorded:
     def _motion_at(self, at: str) -> MovingBody | None:
         """Return the motion of the body at a point reference; None on the ground.
 
-        A strut has no motion of its own: that of another body at the point serves, which is the same there.
+        A strut has no motion: another body at the point gives its place. No element needs the angle of a strut.
         """
         body, point = place(at)
         if body == GROUND:

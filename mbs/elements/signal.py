@@ -15,9 +15,9 @@ from ..geometry import Array
 class Kind(StrEnum):
     """Kind of a signal; it decides how two runs are compared and how samples are interpolated.
 
-    A stretch is a length that axial vibration changes. A reaction is the force of a constraint, and `CONTACT` the normal force or
-    depth of a contact. An internal force follows from motion or time by a law, as in strips, springs, motors and loads. A state
-    belongs to the law of a load.
+    A stretch is the change of a link's length, in which axial vibrations are visible. A reaction is the force of a constraint,
+    `CONTACT` the normal force or depth of a contact. An internal quantity, such as a force of a strip, spring, motor or load,
+    follows from motion or time by a law. A state belongs to the law of a load.
     """
 
     PLACE = "place"
@@ -39,8 +39,8 @@ class Trait(NamedTuple):
     """Properties of a signal other than its values and unit.
 
     `group` names the vector of which the signal is a component: errors are relative to the largest component of the vector.
-    `rate` names the signal of the time derivative. `scale` is the size to which errors are relative where the element gives it,
-    such as the clearance of a joint. Only a running mean has a `period` [s] and a `source`, the signal that is averaged.
+    `rate` names the signal of the time derivative. `scale` is the size to which errors are relative, such as a clearance; 0 where
+    the element gives none. Only a running mean has a `period` [s] and a `source`, the signal that is averaged.
     """
 
     kind: Kind
@@ -102,8 +102,8 @@ class Energy(NamedTuple):
     values: Array
 
 
-class Depth(NamedTuple):
-    """Largest allowed depth [m], name of the depth's signal, `what` is too deep and `where`, as "pin 'B'" and "in its bush"."""
+class DepthLimit(NamedTuple):
+    """Largest depth `allowed` [m] in a `signal`; the message is "{what} is 0.1 m {where}"."""
 
     signal: str
     allowed: float

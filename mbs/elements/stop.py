@@ -11,7 +11,7 @@ from ..geometry import Array, cross, find_sign_changes, rotate, rotate_left
 from ..laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .references import check_known, check_link, check_no_strut, check_point_of
-from .signal import Depth, Energy, Kind, Signal
+from .signal import DepthLimit, Energy, Kind, Signal
 
 NEAREST = 1e-9
 """Least initial distance of a point from the face, over the extent of the mechanism; below it rounding would decide the side."""
@@ -97,13 +97,14 @@ class Stop(Element):
         check_point_of(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
-        """Yield a remark if there was no contact."""
-        if not (signals[f"{name}.penetration"] > 0).any():
-            near = ""
-            if self.along is not None and self.on == GROUND:
-                position = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
-                near = f"; it came within {float(abs(position - self.at).min(initial=np.inf)):.3g} m"
-            yield f"'{self.point}' never reached its stop{near}"
+        """Yield a remark if there was no contact, with the least distance from a face of known place."""
+        if (signals[f"{name}.penetration"] > 0).any():
+            return
+        near = ""
+        if self.along is not None and self.on == GROUND:
+            position = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
+            near = f"; it came within {float(abs(position - self.at).min(initial=np.inf)):.3g} m"
+        yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Parts) -> str:
         """Return the name of the link of the point; '' if there is none."""
@@ -191,12 +192,12 @@ class Stop(Element):
         sliding = self.sliding(record)
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
-    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
+    def depths(self, name: str, mechanism: Parts) -> Iterator[DepthLimit]:
         """Yield the largest allowed depth: `PIERCED` times the longest link, distance to the face or extent of all points."""
         lengths = [mechanism.length(link.name) for link in mechanism.links]
         extents = np.ptp(list(mechanism.points.values()), axis=0)
         longest = max(abs(self.distance_to_face(mechanism)), *lengths, *extents)
-        yield Depth(
+        yield DepthLimit(
             f"{name}.penetration", PIERCED * longest, f"'{name}'", "inside its stop; the stop is too soft for this motion"
         )
 
@@ -208,8 +209,8 @@ class Stop(Element):
         """Yield contact force [N] and depth [m]; with friction also friction force [N] and sliding speed [m/s]."""
         depth, rate = self.approach(record)
         force = record.channel(name, "force")[:, 0]
-        onsets = find_sign_changes(record.time, depth, rate)  # and ends of contacts
-        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=onsets, depth=depth, elastic=self.law.elastic)
+        switches = find_sign_changes(record.time, depth, rate)  # onsets and ends of contacts
+        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=switches, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
         if self.friction_at:
             drag, sliding = self._drag(name, record)
@@ -231,34 +232,30 @@ class Stop(Element):
 SLOWEST_ONSET = 1e-4
 """Least approach speed in dissipative laws [m/s]: they divide by the speed, which is 0 for a contact from rest."""
 GRAZE = 0.05
-"""Least approach speed of an impact, over the largest approach speed so far.
+"""Least approach speed of an impact, over the largest approach speed so far; chosen.
 
 After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
-Finer runs reduce this ratio, so that the difference of two runs shows the effect."""
+The `share` of finer runs is smaller, so that the difference of two runs shows the effect."""
 
 
 @dataclass
 class Striking:
-    """Memory of the approach speeds of a stop's contacts, updated after each accepted step.
-
-    `onset` is the approach speed at the onset of the present or next contact [m/s]. It is at least `share` times `fastest`, the
-    largest approach speed of contacts so far [m/s].
-    """
+    """Memory of the approach speeds of a stop's contacts, updated after each accepted step."""
 
     stop: Stop
-    onset: float = SLOWEST_ONSET
-    fastest: float = SLOWEST_ONSET
-    share: float = GRAZE
+    onset_speed: float = SLOWEST_ONSET  # approach speed at the onset of the present contact, or else at the last step [m/s]
+    fastest: float = SLOWEST_ONSET  # largest approach speed of contacts so far [m/s]
+    share: float = GRAZE  # of `fastest`: least `onset_speed`
 
     def force(self, depth: float, rate: float) -> float:
         """Return the contact force [N], from the depth [m] and its rate [m/s]; 0 out of contact."""
-        return self.stop.law.force(depth, rate, self.onset) if depth > 0 else 0.0
+        return self.stop.law.force(depth, rate, self.onset_speed) if depth > 0 else 0.0
 
     def accept(self, depth: float, rate: float) -> bool:
         """Update the memory at the end of a step; return True in contact."""
         touching = depth > 0
         if touching:
-            self.fastest = max(self.fastest, self.onset)
+            self.fastest = max(self.fastest, self.onset_speed)
         else:
-            self.onset = max(rate, SLOWEST_ONSET, self.share * self.fastest)
+            self.onset_speed = max(rate, SLOWEST_ONSET, self.share * self.fastest)
         return touching

@@ -123,7 +123,7 @@ class _StopSteps:
 
     def _impact_duration(self) -> float:
         """Estimate the duration [s] of the present or next impact from its approach speed `onset` [m/s]."""
-        return contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+        return contact_time(self.contact.stop.law, self.mass, self.contact.onset_speed)
 
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:
         """Return the limit of a step [s]: `shortest` in an impact, short before a contact closes or slowly opens, else `step`."""

@@ -89,7 +89,7 @@ def test_forces_do_the_work_of_the_depth_and_leave_momentum_alone(second):
     touched = 0
     for _ in range(50):
         q, v = rng.normal(0, 0.05, size), rng.normal(0, 1, size)
-        contact.onset = 0.5
+        contact.onset_speed = 0.5
         depth, rate, slope = contact.differentiate_depth(q, v)
         h = 1e-6
         for k in range(size):
