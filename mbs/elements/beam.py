@@ -21,18 +21,19 @@ from .section import Profile, Section
 from .signal import Kind, Signal
 
 DEFAULT_ELEMENTS = 8
-"""Default number of finite elements of a strip."""
+"""Default number of finite elements of a strip; chosen."""
 RULE = np.polynomial.legendre.leggauss(12)
 """Twelve Gauss points and weights for the integral of the tangent over each piece of the arc."""
 PANELS = 64
-"""Equal pieces of the arc in the integral of a place, each by `RULE`: at the end of a strip with three waves the error is 1e-6
-of the length, with a tenfold number 2e-10."""
+"""Equal pieces of the arc in the integral of a place, each by `RULE`.
+
+At the end of a strip with three waves the error is 1e-6 of the length, with a tenfold number 2e-10."""
 SAMPLES = 401
 """Points at which a shape's function is sampled; the error of the cubic spline falls with their number to the power -4."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 """Stress-free shape: points (x, y) [m], or a function of the fraction of the arc length that returns a point."""
 SHAPE_FORMS = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
-ELEMENTS_DOC = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; finer runs for an accuracy double it"
+ELEMENTS_DOC = f"number in Exudyn's first run, {DEFAULT_ELEMENTS} by default; with an accuracy each finer run has twice as many"
 BOW_DOC = "stress-free half-sine bow at mid-span, positive to the left of the direction from start to end"
 SHAPE_DOC = (
     "stress-free shape instead of a bow: points from start to end, or a function of the fraction of the arc length, in [0, 1]; "
@@ -69,9 +70,7 @@ class Flexible(Body):
 
     def curve(self, chord: float) -> CurvedLine:
         """Return the stress-free shape for a length of the chord [m]."""
-        if self.shape is None:
-            return _bow(chord, self.imperfection)
-        return _spline(chord, self.shape)
+        return _bow(chord, self.imperfection) if self.shape is None else _spline(chord, self.shape)
 
     def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the place at a fraction of the stress-free arc length in the link's frame [m], for a length of the chord [m]."""
@@ -159,10 +158,8 @@ def _spline(chord: float, shape: Shape) -> CurvedLine:
     """
     from scipy.interpolate import CubicSpline
 
-    if callable(shape):
-        points = np.array([shape(float(s)) for s in np.linspace(0.0, 1.0, SAMPLES)], dtype=float)
-    else:
-        points = np.array(shape, dtype=float)
+    given = [shape(s) for s in np.linspace(0.0, 1.0, SAMPLES).tolist()] if callable(shape) else shape
+    points = np.array(given, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
         raise ValueError("shape: must give finite (x, y)")
     span = complex(*(points[-1] - points[0]))  # its length and angle: a division by it scales and turns

@@ -22,6 +22,10 @@ class Coupling(Element):
     second: str
     carrier: str = GROUND
 
+    def place_on_carrier(self, mechanism: Parts, at: Place, direction: tuple[float, float]) -> Along:
+        """Return the measure of a point's position relative to the carrier, along a direction that turns with the carrier."""
+        return Along(at, carrier_place(mechanism, self.carrier, at.point), direction, turns=self.carrier != GROUND)
+
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless bodies and carrier differ, have the points, and are no struts."""
         carrier = self.carrier
@@ -37,7 +41,7 @@ class Coupling(Element):
         check_no_strut(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the multiplier of the row; times a coefficient of the row it is a force or torque, see `Element.reactions`."""
+        """Return the multiplier of the row, whose sign `Element.reactions` explains."""
         return {"effort": multipliers}
 
 
@@ -50,7 +54,7 @@ class Gear(Coupling):
 
     Examples
     --------
-    >>> Gear("pinion", "wheel", ratio=-0.5).key
+    >>> Gear("pinion:O", "wheel:P", ratio=-0.5).key
     'gear.pinion-wheel'
     """
 
@@ -73,27 +77,23 @@ class Gear(Coupling):
         negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
         """
         first, second = place(self.first), place(self.second)
-        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle; `Along` takes its points at the axles
+        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
             return
         (x1, y1), (x2, y2) = mechanism.points[first.point], mechanism.points[second.point]
-        turns_with_carrier = self.carrier != GROUND
         tangent = (y1 - y2) / apart, (x2 - x1) / apart
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
-            (1.0, Along(first, carrier_place(mechanism, self.carrier, first.point), tangent, turns_with_carrier)),
-            (radius, Turn(first, base)),
-            (-1.0, Along(second, carrier_place(mechanism, self.carrier, second.point), tangent, turns_with_carrier)),
-            (apart - radius, Turn(second, base)),
+            (1.0, self.place_on_carrier(mechanism, first, tangent)), (radius, Turn(first, base)),
+            (-1.0, self.place_on_carrier(mechanism, second, tangent)), (apart - radius, Turn(second, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque of the teeth on the second gear about its centre [N m]."""
         apart = distance(record.mechanism, self.first, self.second)
-        # coefficient of turn_2 in the row, 1 or a - r: times the effort it is the torque on the second gear
-        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)
+        arm = 1.0 if apart == 0 else apart / (1 - self.ratio)  # coefficient of turn_2 in the row: 1, or a - r
         yield Signal(f"{name}.torque", arm * record.channel(name, "effort")[:, 0], "N m", Kind.REACTION)
 
 
@@ -106,7 +106,7 @@ class Rack(Coupling):
 
     Examples
     --------
-    >>> Rack("pinion", "rack", radius=0.02).key
+    >>> Rack("pinion:O", "rack:A", radius=0.02).key
     'rack.pinion-rack'
     """
 
@@ -114,7 +114,8 @@ class Rack(Coupling):
     second: str = names(doc="the rack and a point of it, such as 'rack:A'")
     radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
     along: tuple[float, float] = direction(
-        doc="direction of the rack at t = 0 as the pinion turns counter-clockwise; need not be a unit vector", default=(1.0, 0.0)
+        doc="direction, at t = 0, in which a counter-clockwise pinion moves the rack; need not be a unit vector",
+        default=(1.0, 0.0),
     )
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
@@ -124,16 +125,14 @@ class Rack(Coupling):
         The rack's turn adds to its speed there, and the travel of the pinion's centre, which is zero unless the carrier bends.
         """
         pinion, rack = place(self.first), place(self.second)
-        base, turns_with_carrier = carrier_place(mechanism, self.carrier), self.carrier != GROUND
+        base = carrier_place(mechanism, self.carrier)
         dx, dy = self.along  # a unit vector: `direction` normalises
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
         lever = (pitch_x - x2) * dy - (pitch_y - y2) * dx  # (pitch point - rack's point) x direction: speed over turning rate
         yield Row((
-            (1.0, Along(rack, carrier_place(mechanism, self.carrier, rack.point), self.along, turns_with_carrier)),
-            (lever, Turn(rack, base)),
-            (-1.0, Along(pinion, carrier_place(mechanism, self.carrier, pinion.point), self.along, turns_with_carrier)),
-            (-self.radius, Turn(pinion, base)),
+            (1.0, self.place_on_carrier(mechanism, rack, self.along)), (lever, Turn(rack, base)),
+            (-1.0, self.place_on_carrier(mechanism, pinion, self.along)), (-self.radius, Turn(pinion, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -150,11 +149,11 @@ class Belt(Coupling):
 
     Examples
     --------
-    >>> Belt("motor", "drum", radius=0.01, other_radius=0.03).key
+    >>> Belt("motor:A", "drum:B", radius=0.01, other_radius=0.03).key
     'belt.motor-drum'
     """
 
-    sense: ClassVar[float] = -1.0  # a positive force drives the second pulley, and turns the first pulley back
+    sense: ClassVar[float] = -1.0  # a positive multiplier turns the first pulley forward, a positive force turns it back
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
     second: str = names(doc="the other pulley and its centre")
@@ -177,8 +176,8 @@ class Belt(Coupling):
 class Rope(Coupling):
     """An inextensible rope without mass from one point over pulleys to another; it stays taut.
 
-    The pulleys are points without friction. A real rope goes slack instead of pushing: a check reports negative tension. A wheel
-    with inertia is a link, and each part of the rope on it a `Rack`.
+    The pulleys are points without friction. A check reports negative tension, where a real rope goes slack. A wheel with inertia
+    is a link, and each part of the rope on it a `Rack`.
 
     Examples
     --------
@@ -186,8 +185,7 @@ class Rope(Coupling):
     'rope.A-B'
     """
 
-    # a coupling for its titles and reactions; it has no carrier
-    sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart
+    sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart; a rope does not use the carrier
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
     second: str = names(doc="point reference of the other end")
@@ -218,7 +216,7 @@ class Rope(Coupling):
         yield Row(tuple((1.0, Distance(a, b)) for a, b in parts if a.body != b.body))
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
-        """Yield the name of the tension, which must not be negative, and '' as a rope has no depth."""
+        """Yield the name of the tension, which must not be negative, and '' in place of a contact's depth."""
         yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

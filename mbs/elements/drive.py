@@ -16,6 +16,13 @@ from .references import check_known
 from .rows import Along, Row, Turn, row
 from .signal import Energy, Kind, Signal
 
+STEP = 1e-5
+"""Longest step of differences of positions and speeds [s]; a tenth of it loses a digit more to rounding."""
+SPEED_ERROR = 1e-3
+"""Largest relative difference of a motion's speed from the derivative of its position."""
+SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
+"""Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
+
 
 @declared
 class Ramp(Declared):
@@ -76,8 +83,9 @@ class Motion(Declared):
         speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
+        near_zero = SPEED_ERROR**2 * largest + 1e-12  # error allowed where the speed is near zero; 1e-12 for a motion at rest
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
-            if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + SPEED_ERROR**2 * largest + 1e-12:  # 1e-12: at rest
+            if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + near_zero:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in self.kinks(duration):
             sides = t, float(np.nextafter(t, inf))  # `kinks` returns the last time before a jump
@@ -123,14 +131,6 @@ class Motion(Declared):
         return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f, duration) if 0 < t < duration}))
 
 
-STEP = 1e-5
-"""Longest step of differences of positions and speeds [s]; a tenth of it loses a digit more to rounding."""
-SPEED_ERROR = 1e-3
-"""Largest relative difference of a motion's speed from the derivative of its position; its square applies near zero speed."""
-SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
-"""Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
-
-
 def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
     """Evaluate a position or speed; ValueError if the function raises an error or does not return a finite number."""
     try:
@@ -140,12 +140,13 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
     return number(f"{name}({t:g})", value, -inf, inf, "")
 
 
-class Speed(Either):
+class SpeedField(Either):
     """Specification of a speed. Files keep the formula or table that a user gave, not the `Motion` that `Drive` makes of it."""
 
     def write(self, name: str, value: object) -> Any:
-        """Return the document of a speed; the position of a motion made by `Drive` is an `Integral`."""
-        return super().write(name, value.speed if isinstance(value, Motion) and isinstance(value.position, Integral) else value)
+        """Return the form of a speed in files."""
+        is_made_by_drive = isinstance(value, Motion) and isinstance(value.position, Integral)
+        return super().write(name, value.speed if is_made_by_drive else value)
 
 
 @declared
@@ -163,7 +164,7 @@ class Drive(Element):
 
     target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
     speed: float | Ramp | Motion | Expression | Table = field(
-        Speed((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
+        SpeedField((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
         "a constant, a Ramp or a Motion; a formula or table of the speed over time is converted to a Motion",
     )
 

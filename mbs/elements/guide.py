@@ -55,9 +55,9 @@ class GuideFriction(Declared):
 
 
 STEPS_PER_PERIOD = 20
-"""Least number of steps in a period of a stuck block on its bristles for which its friction power is integrated.
+"""Least number of steps in a period of a stuck block on its bristles for which its friction power is integrated; chosen.
 
-With fewer steps its dissipated energy counts as zero; a tenfold number would set it to zero for well resolved vibrations, too."""
+With fewer steps the dissipated energy counts as zero. A tenfold number would also do so for well resolved vibrations."""
 STUCK = 1e-4
 """Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
 
@@ -122,13 +122,14 @@ class Guide(GuideBase):
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
-        """Return the friction; None if it depends on the lateral reaction, which the motion does not give."""
+        """Return the friction, a force without a torque; None if the motion alone does not give the friction."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
             return None
         drag = self.friction.force(record.blocks[self.point].speed)
-        return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
+        no_torque = np.zeros_like(drag)
+        return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), no_torque)])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy and potential energy of gravity of the block, stored and dissipated energy of friction."""
@@ -154,7 +155,7 @@ class Guide(GuideBase):
         has_clearance = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
         prefix = name if has_clearance else self.point  # the signals of a joint with clearance begin with the point's name
         yield Signal(f"{prefix}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
-        limit = getattr(self.friction, "limit", None)  # largest coefficient of a stuck body over the speed, of bristle laws
+        limit = getattr(self.friction, "limit", None)  # of bristle laws: largest coefficient of a stuck body, by the speed
         if limit is not None:
             largest = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{prefix}.friction_limit", largest, "N", Kind.FRICTION)
@@ -177,14 +178,14 @@ class Guide(GuideBase):
     def _is_stuck(self, name: str, record: Recorded) -> bool:
         """Return True if the travel is negligible and steps are too long for the vibration on the bristles.
 
-        The period is 2 pi sqrt(m/k), with the stiffness k = force/deflection of the bristles.
+        The period is 2 pi sqrt(m/k), with the stiffness k = force/deflection of the bristles. The mass m is that of the block
+        without its link, so that this period is a lower bound.
         """
-        size = max(record.mechanism.length(link.name) for link in record.mechanism.links)
+        longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)
         force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
-        period = 2 * np.pi * np.sqrt(record.blocks[self.point].mass * deflection / force) if force > 0 else 0.0
-        travel = np.ptp(record.blocks[self.point].travel)
-        return bool(travel < STUCK * size and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
+        period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
+        return bool(np.ptp(block.travel) < STUCK * longest and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
 
     def _bristle_energy(self, name: str, record: Recorded) -> Array:
         """Compute the elastic energy of the bristles [J], (times,)."""

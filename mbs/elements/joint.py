@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import ClassVar
 
+import numpy as np
+
 from ..declare import declared, direction, names
 from ..geometry import Array, rotate
 from .element import GROUND, JointBase, Parts, Recorded
@@ -135,16 +137,15 @@ class Slot(Joint):
         yield from yield_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the load on the second body, (times, rows): force to the left of `along` [N]; of a `Slider` the moment [N m]."""
+        """Return the load on the second body: force to the left of `along` [N], then the moment of a `Slider`."""
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:
         """Return the travel along the line since t = 0 [m], shape (times,)."""
-        fixed_in_second = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
-        (position, _), (origin, _) = record.point(f"{self.first}:{self.point}"), record.point(fixed_in_second)
-        angle, _ = record.turn(fixed_in_second)  # since t = 0, without its rate
-        travel: Array = ((position - origin) * rotate(angle, self.along)).sum(axis=1)
-        return travel
+        start = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
+        (position, _), (origin, _) = record.point(f"{self.first}:{self.point}"), record.point(start)
+        angle, _ = record.turn(start)
+        return np.asarray(((position - origin) * rotate(angle, self.along)).sum(axis=1))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the component of the force on the second body to the left of `along` [N], and the travel along the line [m]."""

@@ -22,11 +22,7 @@ SIDE = 1e-9
 
 
 class Load(Element):
-    """Base of loads."""
-
-    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the loads on bodies other than the ground."""
-        raise NotImplementedError
+    """Base of loads, whose `pushes` the motion always gives."""
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
@@ -68,7 +64,7 @@ class States(Declared):
 class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
-    `signature` has the variables of a function without states, its unit and number of components: a force depends on the time t,
+    `signature` has the variables of a function without states, its unit and number of components. A force depends on the time t,
     a torque on t, angle and speed. With states the function has the arguments `variables_with_states`, then the states.
     """
 
@@ -104,7 +100,7 @@ class Stateful(Load):
         yield self.push(name, record, record.time)
 
     def work_of(self, name: str, record: Recorded) -> Array:
-        """Compute the work (times,) [J]; for a function with edges from the powers just before and just after each sample."""
+        """Compute the work (times,) [J]; where a function has edges, also from the powers just before and after each sample."""
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
@@ -168,8 +164,7 @@ class Stateful(Load):
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield the functions, each with its arguments after the time, for the search of edges in a run.
 
-        A function of time alone is left out, as its edges are found before the run. An `Argument` consists of values over the
-        run and of their rates, if known.
+        A function of time alone is left out, as its edges are found before the run. A formula ignores arguments that it has not.
         """
         variables = tuple(getattr(self.value, "variables", self.variables))  # a formula may have fewer than the load
         is_of_time_alone = isinstance(self.value, Table) or variables == ("t",)
@@ -178,10 +173,8 @@ class Stateful(Load):
         measures = self.measures(record)
         half = len(measures) // 2
         coordinates, rates = measures[:half], measures[half:]
-        arguments = [*map(Argument, coordinates, rates), *map(Argument, rates)]
-        arguments += map(Argument, *self._read_states(name, record))
-        functions = [self.value] if self.states is None else self.functions()
-        for function in functions:
+        arguments = [*map(Argument, coordinates, rates), *map(Argument, rates), *map(Argument, *self._read_states(name, record))]
+        for function in [self.value] if self.states is None else self.functions():
             yield function, arguments
 
     def state_signals(self, name: str, record: Recorded) -> Iterator[Signal]:

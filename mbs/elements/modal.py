@@ -70,6 +70,7 @@ class MeshFile(Declared):
     """A mesh from a file; the section then gives the material, and the width of a planar mesh."""
 
     path: str = names(doc="of a file in a format that meshio reads, with one kind of solid or planar cells")
+    # "": numbers in the unit of the file
     start: Point3 = quantities("", least=3, most=3, doc="the first joint's centre in the file's axes and unit")
     end: Point3 = quantities("", least=3, most=3, doc="the second joint's centre")
     normal: Point3 = quantities("", least=3, most=3, doc="of the plane of motion in the file's axes", default=(0.0, 0.0, 1.0))
@@ -86,7 +87,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes: `fixed` vibrations, and 6 motions of each of two rigid interfaces, less 6 of the whole link."""
+    """Craig-Bampton modes: `fixed` vibrations and the 6 relative motions of both interfaces, which move as rigid bodies."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",
@@ -178,11 +179,11 @@ class Modal(Body):
 
     def agree(self) -> None:
         """Raise a ValueError unless each mode has a damping ratio and Poisson's ratio suits solid elements."""
-        count = len(self.modes.numbers or ())  # 0 for all modes in the plane, whose number is not known yet: no tuple fits
-        if isinstance(self.damping, tuple) and len(self.damping) != count:
-            each = f"one for each of modes.numbers = {self.modes.numbers}"
-            raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
-        number("poisson", self.section.material.poisson, -0.999, 0.499, "1")  # solids with -1 or 0.5 are singular
+        numbers = self.modes.numbers  # None for all modes in the plane: their number is unknown, so that no tuple is allowed
+        if isinstance(self.damping, tuple) and (numbers is None or len(self.damping) != len(numbers)):
+            raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or one for each of modes.numbers = {numbers}")
+        # solids with -1 or 0.5 are singular; checked for `BarModes`, too
+        number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:
         """Return the natural frequencies [Hz] of the chosen modes that move in the plane, for a length of the link [m].

@@ -96,7 +96,7 @@ def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
     if ":" in at:
         return at
     if at == GROUND:
-        return f"{GROUND}:{GROUND}"  # `FIXED` as text; any name serves as the point, as the ground's angle is zero everywhere
+        return f"{GROUND}:{GROUND}"  # any name serves as the point, as the ground's angle is zero everywhere
     link = mechanism.link(at)
     return f"{at}:{near if near in link.points else link.start}"
 
@@ -111,10 +111,8 @@ def check_turning(mechanism: Parts, at: str, where: str) -> None:
 
 
 def carrier_place(mechanism: Parts, carrier: str, point: str = "") -> Place:
-    """Return the reference of a carrier, a link or 'ground', at a point; by default at the start of the link."""
-    if carrier == GROUND:
-        return Place(GROUND, point) if point else FIXED
-    return Place(carrier, point or mechanism.link(carrier).start)
+    """Return the point reference of a carrier, a link or 'ground', at a point; by default at the start of the link."""
+    return Place(carrier, point or ("" if carrier == GROUND else mechanism.link(carrier).start))
 
 
 def distance(mechanism: Parts, a: str, b: str) -> float:

@@ -34,7 +34,7 @@ class Turn:
     """Relative angle: angle of first - angle of second [rad], each at a point, as the angle of a strip varies along it."""
 
     first: Place
-    second: Place = FIXED
+    second: Place = FIXED  # the ground, whose angle is zero
 
 
 @dataclass(frozen=True)
@@ -95,16 +95,16 @@ def yield_pin(point: str, first: str, second: str, *, start_only: bool = False) 
 
 
 def find_pin(rows: Sequence[Row]) -> Along | None:
-    """Return the first measure of rows that are a pin, or a pin and constant angles; None for other rows."""
-    if len(rows) < 2 or any(row.motion or row.start_only or len(row.terms) != 1 or row.terms[0][0] != 1.0 for row in rows):
-        return None
-    measures = [row.terms[0][1] for row in rows]
-    if not all(isinstance(measure, Turn) for measure in measures[2:]):
-        return None
-    pin = measures[0]
+    """Return the first measure of rows that are a pin, or a pin and constant angles; None for other rows.
+
+    A solver with a joint of its own for a pin needs both places of this measure.
+    """
+    pin = next((measure for row in rows for _, measure in row.terms), None)
     if not isinstance(pin, Along) or pin.first.point != pin.second.point:
         return None
-    return pin if measures[:2] == [Along(pin.first, pin.second, axis) for axis in AXES] else None
+    turns = [measure for row in rows[2:] for _, measure in row.terms if isinstance(measure, Turn)]
+    expected = [*yield_pin(pin.first.point, pin.first.body, pin.second.body), *map(row, turns)]
+    return pin if list(rows) == expected else None
 
 
 def yield_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:

@@ -70,12 +70,7 @@ class MaterialPart(Part):
 
 
 class SlenderSection:
-    """Base of sections: properties of slender bars from stiffnesses and from mass and inertia per length."""
-
-    def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass [m] of a bar of a length [m]."""
-        mass = self.mass_per_length * length
-        return mass, mass * length**2 / 12 + self.inertia_per_length * length, (length / 2, 0.0)
+    """Base of sections: properties of a slender strip of a length [m] between two pins."""
 
     def euler_load(self: Any, length: float) -> float:
         """Return the critical load of the pinned strip, pi^2 E I / L^2 [N]."""
@@ -96,6 +91,7 @@ class Section(SlenderSection, Declared):
     1.4558
     """
 
+    # the bounds are chosen
     width: float = quantity("m", low=1e-9, high=1e6, doc="size normal to the plane of motion")
     thickness: float = quantity("m", low=1e-9, high=1e6, doc="size in the plane of motion, across the link")
     material: Material = field(MaterialPart((Material,)), "a material, or the name of one", default=STEEL)
@@ -151,7 +147,7 @@ class Section(SlenderSection, Declared):
 class Profile(SlenderSection, Declared):
     """A section of any shape and material, given by its stiffnesses and masses per length.
 
-    Drawings and stresses assume a square bar with the same bending and axial stiffness; its shear plays no part.
+    Drawings and stresses assume a square bar with the same bending and axial stiffness.
 
     Examples
     --------

@@ -38,7 +38,7 @@ def potential(law: Law, values: Array) -> Array:
         nodes, weights = np.polynomial.legendre.leggauss(4)
         half = (ends - starts)[:, None] / 2
         x = starts[:, None] + half + half * nodes
-        force = sample(law, x.ravel(), np.zeros(x.size)).reshape(x.shape)
+        force = sample(law, x.ravel(), np.zeros(x.size)).reshape(x.shape)  # nan where the law raises an error
         return np.asarray((force * weights * half).sum(axis=1))
 
     work = np.concatenate([[0.0], np.cumsum(integrate(grid[:-1], grid[1:]))])
@@ -78,11 +78,11 @@ class Elastic(Load):
         return (sample(self.law, value, rate) - sample(self.law, value, np.zeros_like(rate))) * rate
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the law as a function of time, value and rate."""
+        """Yield the law as a function of time, coordinate and rate, with the course of both."""
         law = self.law
         if law is not None:
             value, rate = self.state(record)
-            yield (lambda _t, x, v: law(x, v)), (Argument(value, rate), Argument(rate))
+            yield (lambda _t, x, v: law(x, v)), (Argument(value, rates=rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the stored energy, and the energy dissipated by damping."""
@@ -174,7 +174,7 @@ class TorsionSpring(Elastic):
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
     free_angle: float | None = quantity(
-        "rad", doc="angle without torque of `second` relative to `first`, less their angle at t = 0; 0 by default", default=None
+        "rad", doc="turn of `second` relative to `first` from t = 0 to the pose without torque; 0 by default", default=None
     )
     law: Law | None = field(
         Function("x, v", "N m"),
@@ -201,7 +201,7 @@ class TorsionSpring(Elastic):
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
         """Return angle of the second link relative to the first, less the free angle [rad], and rate [rad/s], each (times,)."""
-        (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
+        (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))  # since t = 0
         return second - first - (self.free_angle or 0.0), second_t - first_t
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
