@@ -1,6 +1,7 @@
 """Simulation of a mechanism: `simulate` runs a solver until the error estimate meets the demand, checks, and makes the result."""
 
 import platform
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
@@ -65,10 +66,10 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_c
 
 Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
-"""Most runs in a series of repetitions, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
+"""Most repetitions of a run, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
 STALLED = 3
-"""Number of last runs that together must halve the shift of edges (`Passed.shift`), compared with its least value before these
-runs; else the series of repetitions ends."""
+"""Number of last repetitions that together must halve the shift of edges from run to run, `Passed.shift`. If they do not, and
+pass no edge, no further repetition is made."""
 
 
 @one_thread()
@@ -77,18 +78,18 @@ def simulate(
     solver: Solver | None = None, verify: bool = False, ledger: bool = False, shapes: Sequence[float] = (),
     timeout: float | None = None, progress: bool | Callable[[float], None] | None = None,
 ) -> Result:  # fmt: skip
-    """Simulate a mechanism from t = 0, its velocities given by the drive through the constraints.
+    """Simulate a mechanism from t = 0; drives give the first velocities through the constraints.
 
     Parameters
     ----------
     mechanism : Mechanism
     duration : float, time to simulate [s], positive
     accuracy : float, optional
-        Largest relative error of the signals in `of`, 1e-6 to 0.1. Each run of the solver is finer than the run before, until
-        the error estimated from the last two is small enough; the result's `error` has the estimate of each signal. A result
-        with a larger error is SUSPECT, with ACCURACY in the message. A motion that is accurate up to `error.until` only is
-        CHAOTIC, or SENSITIVE if finer runs would be accurate longer. Without an accuracy the allowed errors are conventions, see
-        `mbs.accuracy.demand`. A chaotic motion is then OK, and the message says up to when it is one trajectory.
+        Largest relative error of the signals in `of`, 1e-6 to 0.1. Each run of the solver is finer than the run before, until the
+        error estimated from the last two is small enough. A result with a larger error is SUSPECT, with ACCURACY in the message.
+        A motion that is accurate up to `error.until` only is CHAOTIC, or SENSITIVE if finer runs would be accurate longer.
+        Without an accuracy the allowed errors are conventions, see `mbs.accuracy.demand`. A chaotic motion is then OK, and the
+        message says up to when it is one trajectory.
     of : str or sequence of str
         Signals that shall have the accuracy: "places", "forces", names of signals, or norms such as "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
@@ -132,9 +133,8 @@ def simulate(
         for name, element in Scene.of(mechanism).elements.items():
             if isinstance(element, Drive):
                 element.motion.check_run(duration, name)  # it searches the edges of the drive's function, which the memory keeps
-    ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
-    try:
-        with use_memory(runs.memory):
+        ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
+        try:
             if single is not None:
                 best = runs(mechanism, duration, single)
                 result = _result(best, None, ledger, times)
@@ -145,11 +145,11 @@ def simulate(
                 best = answer.run
                 result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
             return verify_by_other_solver(result, best, duration, runs) if verify else result
-    except KeyboardInterrupt as stop:
-        raise (_interruption(runs.ended) if runs.ended else stop) from None
-    finally:
-        if ticker:
-            ticker.stop()
+        except KeyboardInterrupt as stop:
+            raise (_interruption(runs.ended) if runs.ended else stop) from None
+        finally:
+            if ticker:
+                ticker.stop()
 
 
 class _Runs:
@@ -163,7 +163,8 @@ class _Runs:
     def __call__(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
         """Run a solver; repeat the run while its steps pass edges of a user's function.
 
-        The memory keeps the edges that it finds in a run, and steps of the next run end on them, which moves later edges.
+        The memory keeps the edges that it finds in a run, and steps of the next run end on them, which moves later edges. The
+        mechanism is that of the call, perhaps with finer meshes.
         """
         shifts: list[float] = []
         for _ in range(MOST_REPETITIONS):
@@ -172,9 +173,9 @@ class _Runs:
                 return run
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
-            least_before = min(shifts[:-STALLED], default=inf)
-            has_settled = passed.shift <= SETTLED or min(shifts[-STALLED:]) > least_before / 2  # or the shift falls no more
-            if passed.too_many or (has_settled and not len(passed.edges)):
+            has_settled = passed.shift <= SETTLED
+            has_stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
+            if passed.too_many or ((has_settled or has_stalled) and not len(passed.edges)):
                 break
         if passed.too_many or len(passed.edges):
             count = f"more than {MOST}" if passed.too_many else f"{len(passed.edges)}, the first at t = {passed.edges[0]:.6g} s,"
@@ -190,7 +191,7 @@ class _Runs:
         options = {}
         if isinstance(solver, Spectral) and find_spec("numba"):
             scene = self.scene(solver.degree)
-            options = {} if isinstance(scene, str) else {"scene": scene}  # a text is the reason why there is no scene
+            options = {} if isinstance(scene, str) else {"scene": scene}
         with catch_ctrl_c() as interrupted:  # a solver reacts to Ctrl-C only in its steps, not before the first or after the last
             self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
@@ -198,7 +199,7 @@ class _Runs:
         return self.ended[-1]
 
     def scene(self, degree: int | None) -> Any:
-        """Return the compiled scene for strips of a degree, or the reason why the compiled solver cannot run the mechanism."""
+        """Return the compiled scene for strips of a degree, or a text: why the compiled solver cannot run the mechanism."""
         if degree not in self.scenes:
             self.scenes[degree] = import_late("spectral.run:scene_or_reason")(self.mechanism, degree)
         return self.scenes[degree]
@@ -219,9 +220,8 @@ class _Runs:
 
     def complete(self, result: Result, answer: CheckedRun, demand: Demand, why: str) -> Result:
         """Add the errors, the work of all runs and the status to the result of the best run."""
-        names = [type(run.solver).__name__.lower() for run in self.ended]
-        counts = {f"{name}_runs": float(names.count(name)) for name in dict.fromkeys(names)}
-        work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(names))} | counts
+        counts = {f"{name}_runs": float(n) for name, n in Counter(type(r.solver).__name__.lower() for r in self.ended).items()}
+        work = result.work | {"wall_s": working_time() - self.start, "runs": float(len(self.ended))} | counts
         result = add_notes(replace(result, work=work, asked=demand.accuracy, error=answer.errors), *answer.errors.notes)
         result = replace(result, provenance=result.provenance | {"solver": f"{type(answer.run.solver).__name__}: {why}"})
         if answer.run.failure:
@@ -238,7 +238,6 @@ class _Runs:
 
 
 def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
-    """Return the demand: errors allowed of signals, by an accuracy or by conventions."""
     if accuracy is not None:
         return Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
     if of != PLACES:
@@ -247,7 +246,6 @@ def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
 
 
 def _times(shapes: Sequence[float], duration: float) -> Array:
-    """Return the times at which shapes are kept [s], from one number or several."""
     times = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
     return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(times)])
 
@@ -279,7 +277,6 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
 
 @cache
 def _versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages on which numbers depend."""
     packages = {name: metadata.version(name) for name in ("buckler", "exudyn", "numpy", "scipy")}
     return packages | {"python": platform.python_version()}
 
