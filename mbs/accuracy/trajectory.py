@@ -78,15 +78,14 @@ class Trajectory:
     @cached_property
     def own_sizes(self) -> dict[Key, float]:
         """Sizes of each signal alone: its range in both norms, RMS and PEAK, if continuous; else root mean square and peak."""
-        steps = np.diff(self.time)
-        weights = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2 / max(np.ptp(self.time), TINY)  # of the trapezoidal rule
+        duration = max(np.ptp(self.time), TINY)
         found = dict[Key, float]()
         for name, signal in self.signals.items():
             values = signal.values
             if signal.kind in CONTINUOUS:
                 rms = peak = signal.scale or np.ptp(values)
             else:
-                rms, peak = np.sqrt(values @ (weights * values)), max(values.max(), -values.min())
+                rms, peak = np.sqrt(np.trapezoid(values**2, self.time) / duration), max(values.max(), -values.min())
             found[name, Norm.RMS], found[name, Norm.PEAK] = float(rms), float(peak)
         return found
 

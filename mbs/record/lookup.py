@@ -51,22 +51,15 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
 def hermite(time: Array, values: Array, rates: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate at `times` by cubics with the values and rates of the samples, at least two; return values and rates."""
     k, h, s = _find_steps(time, times, values.ndim)
-    secant = (values[k + 1] - values[k]) / h
-    found = (1 - s) * (1 - 3 * s) * rates[k] + s * (3 * s - 2) * rates[k + 1] + 6 * s * (1 - s) * secant
-    return cubics(time, values, rates, times), np.asarray(found)
-
-
-def cubics(time: Array, values: Array, rates: Array, times: Array) -> Array:
-    """Interpolate at `times` by cubics with the values and rates of the samples, at least two; return values."""
-    k, h, s = _find_steps(time, times, values.ndim)
-    r, start = 1 - s, values.take(k, 0)
+    r, start, start_rate, end_rate = 1 - s, values.take(k, 0), rates.take(k, 0), rates.take(k + 1, 0)
     rise = values.take(k + 1, 0) - start
-    found = start + s * s * (1 + 2 * r) * rise + h * s * r * r * rates.take(k, 0) - h * s * s * r * rates.take(k + 1, 0)
-    return np.asarray(found)
+    found = start + s * s * (1 + 2 * r) * rise + h * s * r * r * start_rate - h * s * s * r * end_rate
+    found_rates = r * (1 - 3 * s) * start_rate + s * (3 * s - 2) * end_rate + 6 * s * r * (rise / h)
+    return np.asarray(found), np.asarray(found_rates)
 
 
 class Cubics:
-    """Interpolation as by `cubics`, for many functions with the same sample times, each in a row: (functions, samples)."""
+    """Interpolation as by `hermite`, for many functions with the same sample times, each in a row: (functions, samples)."""
 
     def __init__(self, time: Array, times: Array) -> None:
         self.step, h, s = _find_steps(time, times, 1)
@@ -113,8 +106,8 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     """Interpolate samples at `times` by cubic Hermite polynomials, with given rates or those of `slopes`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
-    known_rates = slopes(time, values, smooth) if rates is None else rates
-    return cubics(time, values, known_rates, times)
+    found, _rates = hermite(time, values, slopes(time, values, smooth) if rates is None else rates, times)
+    return found
 
 
 def trapezoidal(time: Array, rate: Array) -> Array:

@@ -1,9 +1,8 @@
 """One run of a solver: record, failure, computational work; signals with units and energies of the record.
 
-A flexible link and the masses at its ends vibrate axially at kilohertz after each jump of an acceleration, hardly damped. The
-phase depends on microseconds of the start or of an impact. Each reaction and internal force `F` therefore has a signal `F.mean`:
-the mean over an axial period T, taken twice. A running mean over T multiplies amplitudes at a frequency f by
-sin(pi f T)/(pi f T), and two means multiply them by its square. It is zero at f = 1/T, 2/T, ...
+A flexible link and the masses at its ends vibrate axially at kilohertz after each jump of an acceleration, hardly damped. A shift
+of the jump by microseconds changes the phase. Each reaction and internal force `F` therefore has a signal `F.mean`: the mean over
+an axial period T, taken twice. Each mean multiplies amplitudes at a frequency f by sin(pi f T)/(pi f T), zero at 1/T, 2/T, ...
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +19,7 @@ from ..laws import BristleLaw
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from .errors import Failure
-from .lookup import OUTSIDE
+from .lookup import OUTSIDE, hermite, trapezoidal
 from .record import Record, between
 
 
@@ -85,26 +84,15 @@ def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> I
 
 def running_mean(time: Array, values: Array, period: float) -> Array:
     """Compute the mean over a period [s] about each time; near the ends of the run, over the first or the last period."""
-    total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
     period = min(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
-
-    def integral(t: Array) -> Array:
-        """Return the integral from the start to times t [s], of values that are linear between samples."""
-        k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
-        since = t - time[k]
-        slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])
-        return np.asarray(total[k] + since * (values[k] + since * slope / 2))
-
-    return (integral(middle + period / 2) - integral(middle - period / 2)) / period
+    total = trapezoidal(time, values)  # integral of values that are linear between samples: cubics, here parabolas, are exact
+    begin, end = (hermite(time, total, values, t)[0] for t in (middle - period / 2, middle + period / 2))
+    return (end - begin) / period
 
 
 def resolves(time: Array, period: float) -> bool:
-    """Return True if steps resolve a vibration of a period [s].
-
-    Steps longer than a quarter of the period damp the vibration. A run with more than one period of such steps does not resolve
-    it.
-    """
+    """Return True unless steps longer than a quarter of a period [s], which damp a vibration, make up more than one period."""
     steps = np.diff(time)
     long_steps = steps[4 * steps > period]
     return not float(long_steps.sum()) > period
@@ -176,7 +164,7 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
     """
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
-        if link.body.meshed:
+        if link.body.meshed:  # a strip
             stiffness = link.body.section.axial_stiffness
             strain = float(np.abs(signals[f"{link.name}.axial_force"]).max()) / stiffness
             if strain < STRETCH or not resolved:
@@ -185,26 +173,28 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energy [J] of sliders' bristles whose deflection, 2 energy / force, stays below `BRISTLE`."""
+    """Return the largest energies [J] of sliders' bristles, summed over bristles whose deflection stays below `BRISTLE`."""
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
+            # a guide gives the energy of its bristles as the stored one named `contact`
             stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("stored", "contact"))
             # the signal is named after the point, or after the guide if the point's joint has clearance
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)
-            if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:
+            if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:  # deflection = 2 energy / force
                 total += stored
     return total
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a solver: record, status and message of a failure, computational work, numbers of elements.
+    """One run of a solver: record, status and message of a failure, computational work.
 
-    `notes` are remarks on the mechanism, such as redundant constraints left out. `unseen` is a message about edges of a user's
-    function between steps. `asked` is a text that names the signals to compute; '' for all.
+    `summary` counts elements, coordinates and constraints. `notes` are remarks on the mechanism, such as redundant
+    constraints left out. `unseen` is a message about edges of a user's function between steps. `asked` is a text that names the
+    signals to compute; '' for all.
     """
 
     solver: Any
