@@ -21,13 +21,13 @@ import scipy
 def has_compiler() -> bool:
     """Return True if Numba is installed and not switched off by its environment variable NUMBA_DISABLE_JIT.
 
-    Without Numba the same functions run as plain Python: the same numbers, some hundred times slower.
+    Without Numba the compiled functions run as plain Python: the same numbers, some hundred times slower.
     """
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and find_spec("numba") is not None
 
 
 class Stopwatch:
-    """Time that this process has spent compiling [s]; `is_active` is True while a function is compiled.
+    """Time that this process has spent compiling [s], set by `mbs.spectral.compiling`; `is_active` while a function is compiled.
 
     Compile time counts neither as run time nor towards a time limit.
     """
@@ -62,7 +62,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Handler:
-    """Memory of Ctrl-C: `note` is the signal handler, and a call of the object returns True once Ctrl-C was pressed."""
+    """Memory of Ctrl-C: `note` is the signal handler."""
 
     def __init__(self) -> None:
         self.is_pressed = False
@@ -101,8 +101,8 @@ def catch_ctrl_c() -> Iterator[Handler]:
 
 _LOCK = Lock()
 _COUNTS: list[list[int]] = []
-"""Numbers of threads found at the start of each active `one_thread`: the original ones, then, as the first has set it, always 1.
-A context that ends takes and restores the last entry, so that the last to end, in any order, restores the original numbers."""
+"""Numbers of threads found at the start of each active `one_thread`: the original ones, then always 1. A context that ends takes
+and restores the last entry, so that the last to end, in any order, restores the original numbers."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 """Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 
@@ -114,9 +114,9 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
             library = ctypes.CDLL(str(file))
-            name = next((name for name in NAMES if hasattr(library, name.format("set"))), None)  # a library has one of them
-            if name is not None:
-                found.append((getattr(library, name.format("get")), getattr(library, name.format("set"))))
+            for name in NAMES:  # a library has one of them
+                if hasattr(library, name.format("set")):
+                    found.append((getattr(library, name.format("get")), getattr(library, name.format("set"))))
     return found
 
 

@@ -1,7 +1,7 @@
 """Progress and end of a call that takes long: a line that a terminal renews, the expected time, `timeout`, Ctrl-C.
 
-`Forecast` is the state of `simulate`, whose runs report a fraction done; `Watch` that of calls which count steps or runs. A
-`Ticker` prints either from a thread of its own. The decorator `watch` gives a function a `Watch` and ends it in good order.
+`Forecast` is the state of `simulate`, whose runs report a fraction done. `Watch` is that of calls which count steps or runs. A
+`Ticker` prints either from a thread of its own. The decorator `watch` gives a function a `Watch`.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ USER_STOPS = (TimeUpError, KeyboardInterrupt)
 
 
 class Forecast:
-    """Progress callback of `simulate` that forecasts the time of all its runs, for `cases` such calls one after another.
+    """Progress callback of one call of `simulate`: it forecasts the time of all runs of the call, and of further calls like it.
 
-    `cases` may be a fraction: the mean number of cases of each of several processes. The attribute `runs` is the least and the
-    largest number of runs of a call. Without a `bar` only the time is printed.
+    `cases` is the number of calls one after another; a fraction is the mean of several processes. The attribute `runs` is the
+    least and the largest number of runs of a call. Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -67,7 +67,7 @@ class Forecast:
         """Write the expected time from now on; '' if it is short or unknown."""
         if not self.done:
             return ""
-        spent = working_time() - self.begin
+        spent = working_time() - self.begin  # without the time spent compiling
         run_time = spent / self.done
         earlier = sum(run_time * GROWTH**k for k in range(1 - self.number, 0))  # time of the coarser runs before this one
         expected = []
@@ -88,9 +88,9 @@ class Forecast:
 class Ticker:
     """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after `SOON`.
 
-    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. The ticker
-    of the compiler, with `compiles`, prints only while a function is compiled, all others only while none is. `announced` is
-    True if an earlier ticker has printed the time.
+    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. While a call compiles a
+    function, a second ticker, with `compiles`, prints instead of that of the call. `announced` is True if an earlier ticker has
+    printed the time.
     """
 
     def __init__(self, state: Forecast | Watch, compiles: bool = False, announced: bool = False) -> None:
@@ -121,7 +121,7 @@ class Watch:
     """Count of the steps or runs of one call, with its time limit [s] and Ctrl-C.
 
     `share` is the fraction of the call that is done, 0 if unknown, `most` the largest number of steps. `ended` is the reason for
-    which the call was stopped, '' while it may go on; `best` is the best answer so far.
+    which the call was stopped, '' while it may go on. `best` is the best answer so far. `clock` is a clock without compile time.
     """
 
     def __init__(self, unit: str = "steps", timeout: float | None = None, clock: Callable[[], float] = working_time) -> None:
@@ -137,7 +137,10 @@ class Watch:
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once; then a call completes its answer."""
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit; not again in a call that was stopped.
+
+        A stopped call may so complete its answer.
+        """
         if self.ctrl_c() and not self.ended:
             self.ctrl_c.is_pressed, self.ended = False, CTRL_C  # from now on only another Ctrl-C counts
             raise KeyboardInterrupt(CTRL_C)
@@ -148,8 +151,7 @@ class Watch:
     def end_run(self, failure: tuple[str, str] | None) -> None:
         """Raise as `check` does after a run, and KeyboardInterrupt if its `failure`, (status, message), is that by Ctrl-C."""
         self.check()
-        status = failure[0] if failure else ""
-        if status == "INTERRUPTED":  # the run ended by Ctrl-C
+        if failure and failure[0] == "INTERRUPTED":
             raise KeyboardInterrupt(CTRL_C)
 
     @property
@@ -170,8 +172,10 @@ class Watch:
         likely = f"about {write_duration(spent / self.share - spent)} more at this rate" if self.share > 0.0 else ""
         if self.most == inf:
             return likely or f"{self.count} {self.unit} so far; how many it takes is not known beforehand, timeout = limits it"
-        bound = f"at most {write_duration(spent * self.most / self.count - spent)}" if self.count else ""
-        return ", ".join(filter(None, (likely, bound and f"{bound} for {self.most:.0f} {self.unit}")))
+        if not self.count:
+            return likely
+        bound = f"at most {write_duration(spent * self.most / self.count - spent)} for {self.most:.0f} {self.unit}"
+        return f"{likely}, {bound}" if likely else bound
 
 
 UNWATCHED = Watch()
@@ -185,9 +189,8 @@ def watch(unit: str) -> Callable[[F], F]:
     """Make a decorator that adds `timeout` and `progress` to a function which counts its `unit`, steps or runs, by a `Watch`.
 
     A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
-    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of that outer function,
-    and its own `timeout` and `progress` have no effect. If it is stopped, also by Ctrl-C, its answer is dropped: it raises
-    TimeUpError, which stops the outer function.
+    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of the outer function:
+    its own `timeout` and `progress` have no effect, and once stopped it raises TimeUpError, which stops the outer function.
     """
 
     def decorate(call: F) -> F:

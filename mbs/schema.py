@@ -41,7 +41,7 @@ def _run() -> Schema:
             "duration": quantity,
             "accuracy": quantity,
             "of": {**formulas, "description": "Signals that must reach the accuracy."},
-            "solver": {"anyOf": [{"enum": ["exudyn", "spectral", "closure"]}, {"type": "object"}]},
+            "solver": {"anyOf": [{"enum": ["exudyn", "spectral", "closure"]}, {"type": "object"}]},  # table: its settings
             "verify": {"type": "boolean", "description": "Whether another solver checks the run."},
             "ledger": {"type": "boolean", "description": "Whether the energies of the run are kept."},
             "measure": {**formulas, "description": "Readings to print."},

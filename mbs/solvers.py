@@ -18,7 +18,7 @@ by its fourth root, 40/8^(1/4) = 24 steps. The number has an effect only where t
 
 
 class Setting(Declared):
-    """Base of solvers and their steps: no part of a mechanism, so that its file cannot name them as kinds."""
+    """Base of solvers and their steps: no part of a mechanism, so that files of mechanisms cannot contain them."""
 
     in_files = False
 
@@ -53,7 +53,7 @@ class Controlled(Setting):
         return self.max_step or duration / 200
 
     def count_steps(self, duration: float) -> int:
-        """Return the least number of steps of a run, that of the longest steps."""
+        """Return the least number of steps of a run by Exudyn or loop closure."""
         return max(1, ceil(duration / self.longest(duration)))
 
 
@@ -83,10 +83,10 @@ class Equal(Setting):
 
 
 def subdivide(kinks: Sequence[float], longest: float, default_longest: float) -> list[float]:
-    """Add times between kinks that are closer to each other than the longest step; return kinks and added times, sorted.
+    """Add times between kinks that are closer to each other than the longest step of a run; return all times, sorted [s].
 
-    All times are in s. Solvers end steps on them. Between such kinks a run with the default longest step takes one step. A finer
-    run takes `default_longest / longest` steps, rounded up: so the difference of two runs shows the error made there.
+    Solvers end steps on these times. Between two such kinks a run with the default longest step takes one step, whatever its
+    error. A finer run takes `default_longest / longest` steps, rounded up, so that the difference of two runs shows this error.
     """
     parts = max(1, ceil(default_longest / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
     added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
@@ -168,7 +168,7 @@ class Spectral(Setting):
 
     @property
     def tolerance(self) -> float:
-        """Local error allowed in a step, relative as described in `steps`."""
+        """Local error allowed in a step, relative as described in `steps`; with equal steps only a scale of other limits."""
         return self.steps.tolerance or TOLERANCE
 
     def longest(self, duration: float) -> float:

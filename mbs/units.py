@@ -66,8 +66,8 @@ NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
 """One factor of a unit: `.` or `/`, symbol, exponent."""
 COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()]*")
-"""Single number with a decimal comma and perhaps a unit, such as `0,3 mm`. No digit, comma or parenthesis follows the number, so
-that neither a list, as in `0, 3, 5`, nor the arguments of a function match."""
+"""Single number with a decimal comma and perhaps a unit, such as `0,3 mm`. The lookahead excludes a further number, as in `0,3
+5`. No comma or parenthesis follows either: lists and arguments of functions do not match."""
 
 
 def _symbol(name: str) -> Unit:
@@ -95,7 +95,8 @@ def parse_unit(text: str) -> Unit:
         operator, name, exponent = match.groups()
         unit, e = _symbol(name), float(exponent or 1)
         if operator == "/":
-            e, factor = -e, factor / unit.factor**e
+            factor /= unit.factor**e
+            e = -e
         else:
             factor *= unit.factor**e
         power += e * unit.power

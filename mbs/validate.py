@@ -14,10 +14,7 @@ LARGEST = 1e30
 def number(
     name: str, value: float | Real, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
 ) -> float:
-    """Return `value` as a float if it is finite and in [low, high], an open end excluded.
-
-    Raise a ValueError with the name of the parameter, its value, the allowed range and the unit otherwise.
-    """
+    """Return `value` as a float if it is finite and in [low, high], an open end excluded; else raise a ValueError."""
     if isinstance(value, Measured) and not value.fits(unit):
         has_hertz = "rad/s" in unit and value.fits("Hz")  # a speed of rotation given as a frequency
         turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if has_hertz else ""
@@ -81,7 +78,7 @@ def one_of(name: str, value: object, kinds: tuple[type, ...]) -> Any:
 
 
 def function(name: str, value: object, *arguments: float) -> Any:
-    """Return `value` if it can be called with the `arguments`; otherwise a ValueError, with the exception of the call."""
+    """Return `value` if it can be called with the `arguments`; else raise a ValueError that quotes the exception of the call."""
     if not callable(value):
         raise ValueError(f"{name} = {short(value)}: must be a function")
     try:
