@@ -6,9 +6,8 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
 
 A first pair does not show the order q. A low one of `levels.Orders` is assumed, which overestimates the error where the true
 order is higher. With q = 1/3 and tolerances in the ratio 8 the estimated error is the difference itself. If the true order is
-between 1.46 and 0.2, the true error is 0.05 to 2 times the estimated one. Later pairs show the order, see `estimate_gains`. This
-is the error estimate of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without
-extrapolation.
+between 1.46 and 0.2, the true error is 0.05 to 2 times the estimated one. Later pairs show the order. This is the error estimate
+of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without extrapolation.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,8 +19,8 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 SEPARATED = 0.1
-"""Difference of places, over their range, beyond which runs are separate. A tenth of it is the usual error allowed; ten times as
-much is the most by which two motions within one range can differ."""
+"""Difference of places, over their range, beyond which runs are separate: a tenth of the most by which two motions within one
+range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5

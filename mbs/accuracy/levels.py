@@ -1,10 +1,9 @@
 """Levels of refinement of each solver: one level sets tolerance, longest step, contact tolerance and degree together.
 
-Two runs whose levels differ share none of these, so that no error hides in what they have in common. The compiled solver,
-`Spectral`, takes steps h ~ tol^(1/4) at the tolerance tol. Its errors go as h or tol^(1/4) where bodies strike, and as h^3 or
-tol^(3/4) at best: h^3 is the local error of the forces of Radau IIA with 3 stages (E. Hairer, C. Lubich, M. Roche, Lect. Notes
-Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps ~ tol^(1/3). Loop closure
-integrates nothing: only its samples can be too few.
+The compiled solver, `Spectral`, takes steps h ~ tol^(1/4) at the tolerance tol. Its errors go as h ~ tol^(1/4) where bodies
+strike, and as h^3 ~ tol^(3/4) at best: h^3 is the local error of the forces of Radau IIA with 3 stages (E. Hairer, C. Lubich,
+M. Roche, Lect. Notes Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps
+~ tol^(1/3). Loop closure integrates nothing: only its samples can be too few.
 
 The degree of a strip is chosen by the last two terms of the polynomials in its deflection, which must be small enough: runs of
 neighbouring degrees may agree by chance. If errors of forces or rates are limited, the terms at any time are compared with the
@@ -34,7 +33,7 @@ random mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
-"""Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
+"""Degree of a strip's first polynomials: chosen. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
 """Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6,
 but a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
@@ -47,13 +46,12 @@ SLOWER = 2.0
 LEAST_DECAY = 1e-3
 """Least ratio of successive terms that is believed: the terms of a sine have a larger one up to degree 30."""
 UNDAMPED = 0.9
-"""Spectral radius of every second level of Exudyn. The others have 0.7 by default, which damps more: so runs differ where
-numerical damping matters."""
+"""Spectral radius of every second level of Exudyn, so that runs differ where numerical damping matters. The others have 0.7."""
 PREFIX = 1 / 8
-"""Share of the duration that the second run covers if pins rattle: most chaotic runs separate during this share. A sixteenth
-is less than a turn of the rattling crank-rocker, and some of its starts separate only later."""
+"""Share of the duration that the second run covers if pins rattle: most chaotic runs separate in it. A sixteenth is less than a
+turn of the rattling crank-rocker, some of whose starts separate later."""
 SHORT_RUN = 5000
-"""Most samples of a run that is compared as a whole at once: a prefix would cost as much as it saves."""
+"""Most samples of a run that is compared as a whole at once: a part of it would cost as much as it saves."""
 Runner = Callable[[Mechanism, float, Any], Run]
 """Function that makes one run of a mechanism for a duration [s] by a solver."""
 
@@ -191,8 +189,8 @@ class SpectralLevels(Levels):
         """Find the truncation of the strip with the largest excess.
 
         Terms are coefficients normal to the chord times the largest value of their polynomial [m]: the integrated Legendre
-        polynomial N_k, of degree k, is at most sqrt(2/pi)/(k - 1/2) for large k. The decay is computed as if the largest term
-        were the first.
+        polynomial of degree k is at most sqrt(2/pi)/(k - 1/2) for large k. The decay counts as if the largest term were the
+        first.
         """
         found, time = Truncation(), run.record.time
         for link in run.record.mechanism.links:

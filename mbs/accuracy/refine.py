@@ -2,17 +2,18 @@
 
     answer = refine(run, levels, demand, duration)
 
-`run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
-difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
-to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If it delays it by less, the motion is
-chaotic and errors hold up to about t1: two runs of a chaotic motion separate as exp(t/t_L), t_L the Lyapunov time, so that each
-refinement delays the separation by the same time. An error of the phase of a regular motion grows only by a power of time.
+`run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their difference.
+If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has to delay
+the separation by (T - t1)/N, N the refinements left above the finest tolerance. If one delays it by less, the motion is chaotic
+and errors hold up to about t1: runs of a chaotic motion separate as exp(t/t_L), t_L the Lyapunov time, and each refinement delays
+this by the same time. An error of the phase of a regular motion grows only by a power of time.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from math import inf, log
+from typing import NamedTuple
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class CheckedRun:
     count: int = 1  # runs that were made
 
     def shortfall(self, demand: Demand) -> str:
-        """Explain in a sentence which error is above the allowed one; '' if none is."""
+        """Say in a sentence which error is above the allowed one; '' if none is."""
         why = f"; {self.reason}" if self.reason else ""
         if not self.errors.known:
             return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
@@ -83,18 +84,13 @@ def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, d
         return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
 
-@dataclass(eq=False)
-class _Trial:
-    """A run of a level up to a time `end` [s]."""
+class _Trial(NamedTuple):
+    """A run of a level up to a time `end` [s], and its signals as functions of time."""
 
     run: Run
     level: Level
     end: float
-
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """Signals of the run and their sizes."""
-        return Trajectory.of(self.run)
+    trajectory: Trajectory
 
 
 @dataclass(eq=False)
@@ -105,10 +101,16 @@ class _FailedError(Exception):
 
 
 class _Pair:
-    """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation."""
+    """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation.
 
-    def __init__(self, coarse: _Trial, fine: _Trial, demand: Demand) -> None:
-        self.coarse, self.fine = coarse, fine
+    `before` has the relative differences of the pair before, None for a first pair, and `ratio_before` the ratio of its
+    tolerances.
+    """
+
+    def __init__(
+        self, coarse: _Trial, fine: _Trial, demand: Demand, before: Mapping[Key, float] | None = None, ratio_before: float = 1.0
+    ) -> None:
+        self.coarse, self.fine, self.before, self.ratio_before = coarse, fine, before, ratio_before
         self.ratio = coarse.level.tolerance / fine.level.tolerance
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
@@ -122,8 +124,6 @@ class _Refinement:
     def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
         self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
         self.count = 0  # of runs, short and failed ones included
-        self.before: Mapping[Key, float] | None = None  # differences of the pair before
-        self.ratio_before = 1.0  # of the tolerances of the pair before
         self.best: Callable[[], CheckedRun] | None = None  # makes the best answer so far, which may take long
         self.first_separation: tuple[float, float] | None = None  # its time [s], and the tolerance of the finer run
 
@@ -133,7 +133,7 @@ class _Refinement:
         run = self._run(level, end)
         if run.failure is not None or len(run.record.time) < 2:
             raise _FailedError(run)
-        return _Trial(run, level, end)
+        return _Trial(run, level, end, Trajectory.of(run))
 
     def run_first(self) -> _Trial:
         """Make the coarsest run that does not fail."""
@@ -168,11 +168,10 @@ class _Refinement:
     def reduce_error(self, pair: _Pair) -> CheckedRun:
         """Refine from a pair of runs of the whole motion until the error is allowed or `find_status` gives a reason to end."""
         while True:
-            estimate = self.choose_estimate(pair)
-            now, _ = pair.difference.norms(pair.allowed)
-            worst = find_worst(pair.allowed, estimate(now))
+            now, _sizes = pair.difference.norms(pair.allowed)
+            worst = find_worst(pair.allowed, self.estimate(pair, now))
             excess = worst.ratio
-            self.best = partial(self.finish, pair, estimate)  # computed only if it is the answer
+            self.best = partial(self.finish, pair)  # computed only if it is the answer
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
             # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
             if excess <= 1 and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
@@ -180,13 +179,12 @@ class _Refinement:
                 excess = answer.worst.ratio  # now with energies and their balance
                 if excess <= 1:
                     return answer
-            is_smaller = self.before is None or now.get(worst.key, 0.0) < self.before.get(worst.key, inf)
+            is_smaller = pair.before is None or now.get(worst.key, 0.0) < pair.before.get(worst.key, inf)
             status = self.find_status(pair, is_smaller)
             if status is not None:
                 return self.best() if status is Status.SUSPECT else self.answer_until(pair, status)
-            self.before, self.ratio_before = now, pair.ratio
             level = self.next_level(pair.fine, self.find_ratio(excess, pair.separates))
-            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand)
+            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand, before=now, ratio_before=pair.ratio)
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
         """Return the status with which refinement ends at too large an error; None if it goes on.
@@ -209,7 +207,7 @@ class _Refinement:
         return _Pair(coarse, fine, self.demand)
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
-        """Make finer runs: return the answer of a chaotic motion, else the first pair that separates late enough."""
+        """Make finer runs; return the answer of a chaotic motion, else the first pair that separates late enough."""
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
         for _ in range(1 if self.levels.rattles else CONFIRMED):
             start = last.separation.start
@@ -224,11 +222,11 @@ class _Refinement:
         return self.answer_until(reported, Status.CHAOTIC)
 
     def is_out_of_reach(self, pair: _Pair) -> bool:
-        """Return True if the refinements left delay the separation by too little, at the mean delay of those made so far."""
+        """Return True if the refinements left delay the separation by too little, at the mean delay of those made."""
         if not pair.separates or self.first_separation is None:
             return False
         start, tolerance = self.first_separation
-        made = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)  # refinements since then
+        made = log(tolerance / pair.fine.level.tolerance) / log(self.levels.ratio)  # number of refinements since then
         if made <= 0:
             return False
         expected_delay = (pair.separation.start - start) / made * self.levels.refinements_to_go(pair.fine.level)  # [s]
@@ -244,10 +242,9 @@ class _Refinement:
         largest = ratio**MOST_LEVELS
         return float(largest if separate else np.clip(gain ** (1 / self.levels.orders.largest), ratio, largest))
 
-    def choose_estimate(self, pair: _Pair) -> Callable[[Mapping[Key, float]], dict[Key, float]]:
-        """Return the function that estimates errors of the finer run from differences of this pair and the one before."""
-        run, before, ratios = pair.fine.trajectory, self.before, (pair.ratio, self.ratio_before)
-        least, place, largest = self.levels.orders
+    def estimate(self, pair: _Pair, differences: Mapping[Key, float]) -> dict[Key, float]:
+        """Estimate errors of the finer run: those by the differences, and those by numerical damping, which both runs have."""
+        run, (least, place, largest) = pair.fine.trajectory, self.levels.orders
 
         def orders(name: str) -> tuple[float, float, float]:
             """Return the order of a signal that is assumed of a first pair, and the limits of the order that three runs show."""
@@ -256,26 +253,22 @@ class _Refinement:
                 return least, least, least  # from such motions no order is read
             return (place if is_place else least), least, largest
 
-        def estimate(differences: Mapping[Key, float]) -> dict[Key, float]:
-            """Add the errors by the differences and those by numerical damping, which both runs have in common."""
-            errors = estimate_errors(differences, estimate_gains(differences, before, ratios, orders))
-            common = estimate_damping_errors(run, self.levels.damping, differences)
-            return {key: error + common.get(key, 0.0) for key, error in errors.items()}
+        gains = estimate_gains(differences, pair.before, (pair.ratio, pair.ratio_before), orders)
+        by_damping = estimate_damping_errors(run, self.levels.damping, differences)
+        return {key: error + by_damping.get(key, 0.0) for key, error in estimate_errors(differences, gains).items()}
 
-        return estimate
-
-    def finish(self, pair: _Pair, estimate: Callable[[Mapping[Key, float]], dict[Key, float]]) -> CheckedRun:
+    def finish(self, pair: _Pair) -> CheckedRun:
         """Return the finer run with the errors of its signals, energies and energy balance."""
-        run, signals = pair.fine.trajectory, pair.difference
+        signals = pair.difference
         (coarse, _), (fine, balance) = (compute_energies(trial.run) for trial in (pair.coarse, pair.fine))
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
             (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
-            return estimate(found | more) | {BALANCE: balance}, sizes | more_sizes
+            return self.estimate(pair, found | more) | {BALANCE: balance}, sizes | more_sizes
 
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): USUAL_ERROR for name in self.demand.energies}
-        return self.attach_errors(pair.fine, errors, float(run.time[-1]), allowed)
+        return self.attach_errors(pair.fine, errors, float(fine.time[-1]), allowed)
 
     def answer_until(self, pair: _Pair, chaos: Status) -> CheckedRun:
         """Return the coarser run with errors up to the time at which they exceed the limits; the finer one may be shorter."""
@@ -300,8 +293,8 @@ class _Refinement:
     ) -> CheckedRun:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
 
-        `estimate` returns the errors of some keys, by default of all, and their sizes. Errors that have a limit, of places and of
-        forces with a running mean, are computed at once. Others are computed when they are read.
+        `estimate` returns the errors of some keys, by default of all, and their sizes. Errors without a limit are computed when
+        they are read, except those of places and of forces with a running mean.
         """
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
@@ -313,7 +306,6 @@ class _Refinement:
         places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
         averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces with a running mean
         known, sizes = errors([*allowed, *places, *averaged])
-        # forces with a large error, whose vibration the steps do not resolve
         vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > USUAL_ERROR)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""
