@@ -66,7 +66,7 @@ def assemble(
     if not deciding or not unknown:
         return Assembly({})
     places = _as_linear_forms(points, unknown)
-    equations = [*_angle_equations(places, links, lengths), *_guide_equations(places, guides)]
+    equations = [*_link_equations(places, links, lengths), *_guide_equations(places, guides)]
     base, free = _solve_linear(equations, 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0  # [m]
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
@@ -79,10 +79,10 @@ def assemble(
     if not solved:
         raise _out_of_reach(of_length, {**points, **poses[0]})
     in_sense = [pose for pose in poses if all(_has_sense(link, {**points, **pose}) for link in deciding)]
-    candidates = sorted(in_sense or poses, key=_topmost(unknown, size))
+    candidates = sorted(in_sense or poses, key=_topmost(unknown, size))  # without one in sense, `check_links` raises below
     first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
     others = [pose for pose in candidates if pose is not first]
-    check_links({**points, **first}, deciding)  # raises an error if a link has the sense opposite to its angle
+    check_links({**points, **first}, deciding)
     length_equations.check_regular(unknown, first, of_length)
     return Assembly(first, tuple(others))
 
@@ -138,24 +138,22 @@ def _guide_equations(places: Mapping[str, Array], guides: Iterable[Any]) -> Iter
             yield ((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag
 
 
-def _angle_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
-    """Yield real linear forms that must vanish: from angles of links, and from the points that links carry."""
+def _link_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
+    """Yield real linear forms that must vanish: of angles of links, and of the points that links carry."""
     for link in links:
         if link.start not in places or link.end not in places:
             continue
-        vector, equations = places[link.end] - places[link.start], []
+        vector = places[link.end] - places[link.start]
         if link.angle is not None and link.length is not None:
-            equation = vector.copy()
-            equation[-1] -= rect(link.length, link.angle)
-            equations.append(equation)
+            error = vector.copy()
+            error[-1] -= rect(link.length, link.angle)
+            yield from (error.real, error.imag)
         elif link.angle is not None:
             yield (vector * rect(1.0, -link.angle)).imag
         if length := lengths.get(link.name):
-            carried = link.carried_places(length).items()
-            equations += [places[point] - places[link.start] - vector * complex(x, y) / length for point, (x, y) in carried]
-        for equation in equations:
-            yield equation.real
-            yield equation.imag
+            for point, (x, y) in link.carried_places(length).items():
+                error = places[point] - places[link.start] - vector * complex(x, y) / length
+                yield from (error.real, error.imag)
 
 
 def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:

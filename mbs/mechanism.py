@@ -35,7 +35,7 @@ ASIDE = ("about", RUN)
 
 
 class Placed(Frozen):
-    """Places of all points [m], by name; the attribute `given` has the places that the user gave."""
+    """Places of all points [m] by name, immutable; the attribute `given` has the places that the user gave."""
 
     __slots__ = ("given",)
 
@@ -82,6 +82,7 @@ class Links(Several):
 
 
 def _elements(kind: str, doc: str) -> Any:
+    """Make a field for a tuple of elements, empty by default."""
     return field(Several(Part((KINDS[kind],))), doc, default=())
 
 
@@ -203,8 +204,9 @@ class Mechanism(Parts):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: value for key, value in substitute(expand(content)).items() if key not in ASIDE}
-        also_known = (*ASIDE, *SHORT, PARAMETERS)  # keys of a file beside the fields, for messages
+        full = substitute(expand(content))  # with shorthand written out and values in place of the names of parameters
+        described = {key: value for key, value in full.items() if key not in ASIDE}
+        also_known = (*ASIDE, *SHORT, PARAMETERS)  # keys of a file beside the fields, for messages; SHORT: those of shorthand
         kinds = {"": cls}  # '' is the kind of a table that names none
         mechanism: Mechanism = build("", described, kinds, also_known)  # '' is the place of the whole file
         return mechanism
@@ -250,11 +252,11 @@ def _check_velocities(mechanism: Mechanism) -> None:
             continue
         if name in links:
             raise ValueError(f"{where} = {short(value)}: a link has an angular velocity, one number, rad/s")
-        body, point = place(name)
-        carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
+        body, point = place(name)  # `coupler:A` names a body and a point, `A` a point alone
         if body:
             check_known("link", body, links, where)
-        check_known("point of a link", point, carried, where)
+        on_links = {p for link in links.values() for p in link.points if not body or link.name == body}
+        check_known("point of a link", point, on_links, where)
 
 
 def _check_names(mechanism: Mechanism) -> None:
