@@ -112,8 +112,7 @@ class Deferred(Mapping[Key, float]):
         return repr(dict(self))
 
     def __reduce__(self) -> tuple[type, tuple[dict[Key, float]]]:
-        # a copy by pickle is a plain dictionary of all numbers
-        return dict, (dict(self),)
+        return dict, (dict(self),)  # a copy by pickle is a plain dictionary of all numbers
 
 
 class UnknownErrorError(ValueError, KeyError):
@@ -192,7 +191,6 @@ class Errors(Mapping[Any, float]):
         return len(self.signals)
 
     def __repr__(self) -> str:
-        """Return the error of the motion and the largest errors of signals, in a line."""
         if not self.known and not self.signals:
             return "<Errors: not estimated>"
         errors = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}

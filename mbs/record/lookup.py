@@ -68,12 +68,9 @@ class Cubics:
 
     def __call__(self, values: Array, rates: Array) -> Array:
         """Interpolate from values and rates at the samples, each (functions, samples); return values (functions, times)."""
-        k, found = self.step, values.take(self.step, 1)
-        rise = values.take(k + 1, 1) - found
-        for weights, terms in ((self.rise, rise), (self.start, rates.take(k, 1)), (self.end, rates.take(k + 1, 1))):
-            terms *= weights  # in place, as are the sums: new arrays would take longer
-            found += terms
-        return found
+        k, start = self.step, values.take(self.step, 1)
+        rise = values.take(k + 1, 1) - start
+        return np.asarray(start + self.rise * rise + self.start * rates.take(k, 1) + self.end * rates.take(k + 1, 1))
 
 
 def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:

@@ -32,23 +32,23 @@ class Result:
     ----------
     status : Status
     message : str
-        Reason, if the status is not OK; for a chaotic motion also the time up to which two runs follow the same trajectory.
+        Reason, if the status is not OK; for a chaotic motion also the time up to which it agrees with a finer run.
     time : array (samples,), times of the accepted steps [s], not equidistant: `mean` weights by time, `at` interpolates
     signals : dict of str to array (samples,), values by name, e.g. `B.x`, `B.contact_force`, `drive.torque`
     units : dict of str to str, unit of each signal
     work : dict, computational work: wall_s, steps, newton_iterations, jacobians, rejected
     energy : dict of str to array (samples,)
-        Energy ledger, J, if `ledger=True`: stored, dissipated and supplied energies, `error` of their balance, `throughput`.
+        Energies, J, if `ledger=True`, see `record.run.ledger`: `kinetic`, ..., `error` of the balance, `throughput`.
     shapes : dict of str to Shape, shapes of flexible links at the requested times
     provenance : dict, versions, numbers of elements, settings, solver and notes
     asked : float, the requested accuracy; nan without one
     error : Errors
-        Relative error estimates, unknown after a single run: `error.motion` is the largest of all positions and angles over
-        their ranges, `error["B.contact_force"]` that of a signal.
+        Relative error estimates, unknown after a single run: `error.motion` is the largest of all places over their ranges,
+        `error["B.contact_force"]` that of a signal.
     film : Film, optional, motion from which `movie` is made
     verified : float
-        Largest difference of positions and angles from those of the other solver, over their ranges; nan without `verify=True`,
-        or if the other solver failed, with the reason in `provenance["notes"]`.
+        Largest difference of places from those of the other solver, over their ranges; nan without `verify=True`, or if the other
+        solver failed, with the reason in `provenance["notes"]`.
     traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative, whether it is smooth
 
     Examples
@@ -100,12 +100,11 @@ class Result:
     def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
         """Interpolate a signal at other times [s], by cubics between the samples; linearly if the signal has no trait.
 
-        `outside` is the value at times outside the run, e.g. after a failure; without it such times raise a ValueError. An
-        UnknownSignalError says that there is no such signal.
+        `outside` is the value at times outside the run, e.g. after a failure; without it such times raise a ValueError.
         """
         values, times = self[name], np.asarray(times, dtype=float)
         first, last = self.time[[0, -1]]
-        margin, inside = OUTSIDE * (last - first), np.clip(times, first, last)  # margin for rounding
+        margin, inside = OUTSIDE * (last - first), np.clip(times, first, last)  # margin for rounding, 1e-9 of the duration
         is_outside = ~((times >= first - margin) & (times <= last + margin))  # true for nan as well
         if is_outside.any() and outside is not None:
             return np.where(is_outside, outside, self.at(name, inside))
@@ -116,7 +115,8 @@ class Result:
         trait = self.traits.get(name)
         if trait is None:
             return np.asarray(np.interp(inside, self.time, values))
-        return between(self.time, values, self.signals.get(trait.rate), inside, trait.smooth)
+        rates = self.signals.get(trait.rate)  # None without a signal of the rate: from differences of the values
+        return between(self.time, values, rates, inside, trait.smooth)
 
     def mean(self, name: str) -> float:
         """Return the time-weighted mean of a signal."""
@@ -126,7 +126,7 @@ class Result:
         """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.reading_errors.Reading`.
 
         The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
-        interval from batches of the run; the reading's `kind` says which. Raise a ValueError for an invalid formula.
+        interval from means over parts of the run. The reading's `kind` says which. Raise a ValueError for an invalid formula.
         """
         return import_late("sensitivity.reading_errors:read")(self, text)
 
@@ -151,10 +151,7 @@ class Result:
         return self.film.movie()
 
     def plot(self, *names: str, axes: Axes | Sequence[Axes] | None = None) -> Any:
-        """Draw signals over time in matplotlib's `axes`, one for each unit, of a new figure by default; return the axes.
-
-        At least one name is needed. An UnknownSignalError suggests similar names for an unknown one.
-        """
+        """Draw signals over time in matplotlib's `axes`, one for each unit, of a new figure by default; return the axes."""
         return import_late("view.plot:plot_signals")(self, names, axes)
 
     def plot_energy(self, axes: Axes | None = None) -> Any:
@@ -162,10 +159,7 @@ class Result:
         return import_late("view.plot:plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
-        """Write the motion as an animated picture of a duration in seconds and a width [pixels].
-
-        A ValueError says that the file's name does not end in `.gif`.
-        """
+        """Write the motion as an animated picture, a `.gif`, of a duration in seconds and a width [pixels]."""
         seconds, width = positive("seconds", seconds, "s"), positive("width", width, "pixels")
         return import_late("view.plot:animate")(self.movie, path, seconds, width)
 
@@ -183,9 +177,9 @@ class Result:
     def write_paraview(self, path: str | Path, times: ArrayLike | None = None) -> Path:
         """Write the links for ParaView: a mesh and its displacements over time, in XDMF.
 
-        Point data are `displacement` [m], `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips, and the number of
-        the `link`. The name of the file ends in `.xdmf`; any other is a ValueError. `times` [s] are by default those of the
-        movie. A pickled result holds the movie's times only: `times` then raise a ValueError. The first time gives the mesh.
+        Point data are `displacement` [m] since the first time, `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips,
+        and the number of the `link`. The name of the file ends in `.xdmf`. `times` [s] are by default those of the movie. A
+        pickled result holds these only: other `times` raise a ValueError.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

@@ -1,8 +1,8 @@
 """Strains, velocities and shapes of flexible links of finite elements, from the nodal coordinates of a record.
 
-The formulas of the elements are written here anew, independently of the engine, so that the energy ledger checks the engine.
-Strains have the engine's integration points, as a run conserves the discrete energy. In an element the natural coordinate xi
-goes from -1 to 1. Indices in `einsum` are: t times, e elements, g integration points, k nodes of an element, c coordinates.
+The formulas of the elements are written here anew, so that the energy ledger checks the engine. Strains have the engine's
+integration points, as a run conserves the discrete energy. In an element the natural coordinate xi goes from -1 to 1. Indices in
+`einsum` are: t times, e elements, g integration points, k nodes of an element, c coordinates.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements.beam import Flexible
-from ..elements.section import Profile, Section
 from ..geometry import Array, cross
 
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
@@ -85,11 +84,6 @@ class StripMotion:
     q_tt: Array
 
     @property
-    def section(self) -> Section | Profile:
-        """Section of the link."""
-        return self.body.section
-
-    @property
     def length(self) -> float:
         """Stress-free arc length, m."""
         return float(self.pieces.sum())
@@ -97,7 +91,7 @@ class StripMotion:
     @property
     def mass(self) -> float:
         """Mass of the link, kg."""
-        return self.section.mass_per_length * self.length
+        return self.body.section.mass_per_length * self.length
 
     def by_element(self, nodal: Array) -> Array:
         """Arrange nodal values (..., nodes, coordinates) by element: (..., elements, nodes of the element, coordinates)."""
@@ -182,7 +176,7 @@ class BeamMotion(StripMotion):
 
     def strains(self) -> list[Strain]:
         """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
-        section, material = self.section, self.section.material
+        section, material = self.body.section, self.body.section.material
         xi, weights = GAUSS[self.body.node_stride]
         weights = self.lengths(weights)
         (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
@@ -204,7 +198,7 @@ class BeamMotion(StripMotion):
 
     def kinetic(self) -> Array:
         """Compute the kinetic energy [J], shape (times,)."""
-        section, (xi, weights) = self.section, GAUSS[4]
+        section, (xi, weights) = self.body.section, GAUSS[4]
         rate, _ = self._fields(self.q_t, xi)
         density = np.array([section.mass_per_length, section.mass_per_length, section.inertia_per_length])
         return 0.5 * np.einsum("tegc,eg,c->t", rate**2, self.lengths(weights), density)
@@ -234,7 +228,7 @@ class CableMotion(StripMotion):
 
     def strains(self) -> list[Strain]:
         """Compute the stretch |r'| and kappa = r' x r''/|r'|^2, less their reference values, as the engine's ANCF cable does."""
-        section, material = self.section, self.section.material
+        section, material = self.body.section, self.body.section.material
         xi, axial_weights = LOBATTO
         (_, d, _), (_, d0, _), (_, d_t, _) = (self._fields(q, xi) for q in (self.q, self.reference[None], self.q_t))
         norm = np.linalg.norm(d, axis=-1)
@@ -257,7 +251,7 @@ class CableMotion(StripMotion):
         """Compute the kinetic energy [J], shape (times,)."""
         xi, weights = GAUSS[4]
         velocity, _, _ = self._fields(self.q_t, xi)
-        return 0.5 * self.section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, self.lengths(weights))
+        return 0.5 * self.body.section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, self.lengths(weights))
 
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:
