@@ -1,15 +1,13 @@
 """Errors by numerical damping, in closed form: two runs that lose the same vibration do not show it by their difference.
 
-A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s], undamped. A step h multiplies the
-amplitude of this vibration by |R(i w h)|, R the stability function of the integrator (E. Hairer, G. Wanner, Solving ordinary
-differential equations II, Springer 1996, ch. IV.3, doi 10.1007/978-3-642-05221-7). The losses of the force's amplitude in all
-steps up to a time add up to a missing amplitude A [N]. A force A cos(w t) gives the lighter mass m speeds up to A/(w m) and moves
-it by up to A/(w^2 m): these are the errors of speed and place, and A/w is that of the impulse on m. The force of an impact is
-proportional to the speed of approach and errs by the same share.
+A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s]. A step h multiplies the amplitude by
+|R(i w h)|, R the stability function of the integrator (E. Hairer, G. Wanner, Solving ordinary differential equations II, Springer
+1996, ch. IV.3, doi 10.1007/978-3-642-05221-7). The losses in all steps up to a time add up to a missing amplitude A [N] of the
+force. A force A cos(w t) gives the lighter mass m speeds up to A/(w m) and moves it by up to A/(w^2 m): the errors of speed and
+place. The error of the impulse on m is A/w. The force of an impact errs by the share by which the speed of approach errs.
 
 The mass m is not known. It is at most half of the mass M of the mechanism, and `MASS_RATIO` assumes this half. The record has
-running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, with k the axial stiffness. The frequency
-follows from this period: w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
+running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, k the axial stiffness. So w = sqrt(M/m) 2 pi/T.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -28,8 +26,8 @@ MASS_RATIO = 2.0
 """Assumed ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. All errors
 increase with the ratio, so that none is overestimated by this choice."""
 MOST_OVER_DIFFERENCE = 3.0
-"""Largest error by damping that is estimated for strips, over the difference of two runs, whose steps damp unequally. Errors of
-most randomly drawn mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
+"""Largest error by damping that is estimated for strips, over the difference of two runs. Errors of most randomly drawn
+mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
@@ -83,6 +81,6 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
             fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
-            found |= {(name, norm): relative for norm in (Norm.RMS, Norm.PEAK)}
+            found[name, Norm.RMS] = found[name, Norm.PEAK] = relative
             found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))
     return found

@@ -44,7 +44,7 @@ ENERGIES = (
 )  # fmt: skip
 """Energies whose errors are limited: all but that of friction, which a regularised law dissipates even where a contact sticks."""
 BALANCE: Key = ("energy.balance", Norm.PEAK)
-"""Error of the energy balance: a run that gains or loses energy is wrong even if its places agree with a finer run."""
+"""Error of the energy balance: a run that gains or loses energy is wrong even if a finer run agrees."""
 READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 """Norm of a signal, such as `peak(B.contact_force)`."""
 

@@ -5,9 +5,9 @@ difference of two functions does not, and bounds the difference of maxima, means
 
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
-A contact that begins later in one run makes the forces differ by their whole size in between. Onsets of both runs are matched if
-each is the nearest of the other. Forces and rates are compared on a time scale on which matched onsets coincide; their shift is
-the norm ONSET. Normal forces of contacts are compared impact by impact, see `impacts`.
+A contact that begins later in one run makes the forces differ by their whole size in between. So onsets of both runs are matched
+if each is the nearest of the other, and forces and rates are compared on a time scale on which these coincide. Normal forces of
+contacts are compared impact by impact, see `impacts`.
 """
 
 from __future__ import annotations
@@ -130,11 +130,9 @@ class Difference:
 
     def _compare_impulses(self, name: str) -> dict[Key, float]:
         """Return max_t |int_0^t (a - b)| of a force, and set its size, int |b|."""
-        impulse_a, impulse_b = (run.integral(name) for run in (self.a, self.b))
-        times = self.grid.times_a
-        difference = np.interp(times, self.a.time, impulse_a) - np.interp(times, self.b.time, impulse_b)
+        impulse_a, impulse_b = (np.interp(self.grid.times_a, run.time, run.integral(name)) for run in (self.a, self.b))
         self._set_impulse(name, float(np.interp(self.end, self.b.time, self.b.integral(name, np.abs))))
-        return {(name, Norm.IMPULSE): float(np.abs(difference).max())}
+        return {(name, Norm.IMPULSE): float(np.abs(impulse_a - impulse_b).max())}
 
     def _compare_impacts(self, name: str) -> dict[Key, float]:
         """Return the differences of a contact's impulse [N s], peak [N] and onsets [s]."""
@@ -150,8 +148,7 @@ class Difference:
     @cached_property
     def onsets(self) -> Array:
         """Matched times of a and of b, shape (2, times): start, onsets near each other, end."""
-        pairs = [(0.0, 0.0)]
-        found = list[tuple[float, float]]()
+        pairs, found = [(0.0, 0.0)], list[tuple[float, float]]()
         for name, signal in self.b.signals.items():
             if len(signal.onsets) and name in self.a.signals:
                 a, b = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))

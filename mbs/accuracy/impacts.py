@@ -17,8 +17,8 @@ from ..record.errors import Norm
 from ..record.lookup import corrected_trapezoidal
 
 GRAZE = 1e-3
-"""Least impulse of an impact whose onset and peak are compared, over the largest; of smaller ones only the impulse is. Ten times
-more would ignore small impacts, ten times less match noise."""
+"""Least impulse of an impact whose onset and peak are compared, over the largest. Ten times more would ignore small impacts, ten
+times less match noise."""
 SPLIT = 0.1
 """Time without contact, over the duration of the contact before it, below which two contacts are one impact: the force of a
 bending strip touches zero within a blow."""

@@ -119,7 +119,6 @@ class Trajectory:
         count = int(np.searchsorted(self.time, end)) + 3
         if count >= len(self.time):
             return self
-        # `depth`: of a stop's contact, else empty
         cut = {name: s._replace(values=s.values[:count], depth=s.depth[:count]) for name, s in self.signals.items()}
         return replace(self, time=self.time[:count], signals=cut)
 
@@ -131,8 +130,8 @@ class Trajectory:
 def compute_energies(run: Run) -> tuple[Trajectory, float]:
     """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
-    Vibrations faster than the steps may store a share r of the throughput E: this is taken off the imbalance. The size of all
-    energies is E (1 + r/SMALL), so that these vibrations never exceed the share `SMALL` of it.
+    Vibrations faster than the steps may store a share r of the throughput E, which is taken off the imbalance. The size of all
+    energies is E (1 + r/SMALL), of which r is at most the share `SMALL`.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
     throughput, vibration_share = compute_throughput(record, energies, run.values)  # [J], and r

@@ -40,8 +40,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     dissipated = [name for name in energy if name.startswith("taken_")]  # names of dissipated energies, see `run.ledger`
     decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
-    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors of energies, which are computed when read
-        # shares of the throughput, too
+    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors, shares of the throughput: it takes long
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]
         allowed = max([BALANCE, *errors]) + unresolved
     if not balance <= allowed:
@@ -63,11 +62,11 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
     for name, depth in _one_sided(run):
         force = result.signals[name]
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
-        is_rope = not depth
-        fault_if_negative = "would have to push (a real rope goes slack)" if is_rope else "pulls"
-        wrong = {fault_if_negative: force < -allowed}
-        if not is_rope:
-            wrong["acts without touching"] = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
+        if not depth:  # a rope
+            wrong = {"would have to push (a real rope goes slack)": force < -allowed}
+        else:
+            acts_open = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
+            wrong = {"pulls": force < -allowed, "acts without touching": acts_open}
         for fault, samples in wrong.items():
             if samples.any():
                 k = int(np.argmax(samples))

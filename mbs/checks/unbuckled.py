@@ -101,15 +101,13 @@ def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
     following = np.searchsorted(poses, np.arange(len(compression)), side="right")
     before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
     least = np.minimum(compression[poses[before]], compression[poses[after]])
-    found: Array = np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0)
-    return found
+    return np.asarray(np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0))
 
 
 def growth_exponent(time: Array, rate: Array) -> Array:
     """Integrate a growth rate [1/s], (times,), from the last time at which it was zero: the exponent of the growth."""
     exponent = trapezoidal(time, rate)
-    found: Array = exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent))
-    return found
+    return np.asarray(exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent)))
 
 
 def recent_mean(time: Array, values: Array, span: float) -> Array:

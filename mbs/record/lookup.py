@@ -108,9 +108,9 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
 
 
 def trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate from the first time by the trapezoidal rule, each (times,): for motions of a second-order integrator.
+    """Integrate from the first time by the trapezoidal rule, each (times,).
 
-    The energy balance of such motions closes better by this rule, which the integrator uses itself, than by a better one.
+    The energy balance of a second-order integrator closes best by this rule, which the integrator uses itself.
     """
     return np.append(0.0, np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2))
 

@@ -38,7 +38,6 @@ class RigidMotion:
 
     @cached_property
     def _rotation(self) -> tuple[Array, Array]:
-        """Cosine and sine of the angle since t = 0, each (times,)."""
         return np.cos(self.q[:, 2]), np.sin(self.q[:, 2])
 
     def point(self, name: str) -> tuple[Array, Array]:
@@ -126,15 +125,15 @@ class Record(Recorded):
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
         """Return the work since t = 0 [J] of a power [W], each (times,).
 
-        Where the power jumps at a sample, `power` has one value there, and `sides` are the powers just before and just after each
-        sample. The differences between `sides` and `power` are integrated by the trapezoidal rule.
+        If the power jumps at samples, `sides` are the powers just before and just after each sample. Their differences from
+        `power` are integrated by the trapezoidal rule.
         """
         if sides is None:
             return self.rule(self.time, power)
         before, after = sides
         at_start, at_end = after[:-1] - power[:-1], before[1:] - power[1:]  # differences in each step
         corrections = np.diff(self.time) / 2 * (at_start + at_end)
-        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(corrections)])
+        return self.rule(self.time, power) + np.append(0.0, np.cumsum(corrections))
 
     def user_functions(self) -> Iterator[tuple[str, Called]]:
         """Yield the user's functions of states with their arguments over the run, each with the name of its element."""

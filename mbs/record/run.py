@@ -26,12 +26,10 @@ from .record import Record, between
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     """Return all signals by name: places and velocities of points, signals of elements, running means of vibrating forces.
 
-    The text `asked`, if not '', restricts them to the points and elements that it mentions. A name within another word counts as
-    mentioned, which gives some signals too many.
+    The text `asked`, if not '', restricts them to the points and elements that it mentions, also within another word.
     """
 
     def is_asked(name: str) -> bool:
-        """Return True if a word of the name stands in the text."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}
@@ -39,9 +37,8 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
         found |= {signal.name: signal for signal in make_motion_signals(point, *record.point(point))}
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
-            redundant = name in record.undetermined
             for signal in element.signals(name, record):
-                undetermined = redundant and signal.kind is Kind.REACTION
+                undetermined = name in record.undetermined and signal.kind is Kind.REACTION
                 found[signal.name] = signal._replace(kind=Kind.UNDETERMINED) if undetermined else signal
     return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
 
@@ -104,25 +101,19 @@ AT_REST = 1e-6
 """Displacement in a run, over the longest link, below which a mechanism counts as at rest."""
 STRETCH = 1e-5
 """Axial strain, in steel 2 MPa, below which steps need not resolve a strip's axial vibration; the balance may lack its energy.
-
 Ten times more would let the balance lack 100 times the energy."""
 BRISTLE = 1e-4
-"""Deflection of the bristles of a slider, over the longest link, below which steps need not resolve its vibration on them.
-
-Ten times more would let the balance lack ten times the energy."""
+"""Deflection of the bristles of a slider, over the longest link, below which steps need not resolve its vibration on them. Ten
+times more would let the balance lack ten times the energy."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
-    """Compute the energies over the run [J], each (times,).
+    """Compute the energies over the run [J], each (times,), by name.
 
-    Returns
-    -------
-    dict
-        Stored: `kinetic`, `strain`, `contact`, `weight`, `spring`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
-        `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy.
-        `throughput`: largest sum of stored and dissipated energy so far, to which the error is relative. In it weight and
-        springs, whose zero is arbitrary, count from their minimum in the run. Each joint with clearance also has
-        `<point>.taken_contact` and `<point>.taken_friction`.
+    Stored: `kinetic`, `strain`, `contact`, `weight`, `spring`. Dissipated since t = 0: `taken_contact`, `taken_friction`,
+    `taken_damping`. Supplied since t = 0: `given_drive`. `error` = change of stored + dissipated - supplied energy. `throughput`:
+    largest sum of stored and dissipated energy so far, in which weight and springs, whose zero is arbitrary, count from their
+    minimum. Each joint with clearance also has `<point>.taken_contact` and `<point>.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     stored = {"kinetic": zero, "strain": zero}
@@ -159,8 +150,7 @@ def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Map
 def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the axial strain energy [J] at the largest force of each strip, summed over strips that may vibrate unseen.
 
-    Those are all strips if the steps do not resolve the axial vibration. Else they are the strips whose strain stays below
-    `STRETCH`: even short steps, chosen by the error of places, need not resolve so small a vibration.
+    Those are all strips if the steps do not resolve the axial vibration, else the strips whose strain stays below `STRETCH`.
     """
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
