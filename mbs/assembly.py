@@ -1,8 +1,8 @@
 """Assembly: places of points from the lengths and angles of links.
 
-The unknowns x are the coordinates of the points whose places are not given. Places are complex numbers, x + i y. Angles, guides
-and points that links carry give linear equations, which are solved first: x = base + free z, with free coordinates z. Lengths
-|E - S| = L of links from S to E remain; the Levenberg-Marquardt method solves them for z from random starts, to find all poses.
+The unknowns x are the coordinates of the points whose places are not given. Places are complex numbers. Angles, guides and points
+that links carry give linear equations, which are solved first: x = base + free z, with free coordinates z. The lengths |E - S| =
+L of links from S to E remain. The Levenberg-Marquardt method solves them for z from random starts, to find all poses.
 """
 
 from cmath import phase, rect
@@ -19,8 +19,7 @@ from .validate import short
 Pair = tuple[float, float]
 """Coordinates x and y [m]."""
 AGREE = 1e-9
-"""Largest relative contradiction of places, lengths and angles that are given: rounding of numbers that people write. Linear
-equations that differ by less count as one."""
+"""Largest relative contradiction of places, lengths and angles that are given; linear equations that differ by less are one."""
 STARTS = 48
 """Random starts in a round; more cost time, fewer may miss a pose."""
 ROUNDS = 8
@@ -45,15 +44,9 @@ def assemble(
 ) -> Assembly:
     """Find the places of points by lengths and angles of links; raise a ValueError if these are too few or contradict each other.
 
-    Parameters
-    ----------
-    points : dict of str to (float, float), given places [m]
-    links : iterable of Link
-    guides : iterable of Guide
-        A guide with a second point `through` keeps its own point on a line through that point, in the direction `along`.
-    near : dict of str to (float, float), optional
-        Rough places [m]: the pose with the least sum of squared distances from them is taken. By default it is the pose whose
-        first differing point is highest, then farthest right.
+    `points` are the given places [m]. A guide with a second point `through` keeps its own point on a line through that point, in
+    the direction `along`. `near` are rough places [m]: the pose with the least sum of squared distances from them is taken. By
+    default it is the pose whose first differing point is highest, then farthest right.
     """
     links, near = list(links), near or {}
     lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}  # [m]
@@ -211,10 +204,10 @@ class _LengthEquations:
         return found, True
 
     def _iterate(self, z: Array) -> tuple[Array, Array]:
-        """Iterate by the Levenberg-Marquardt method from all starts z at once.
+        """Iterate by the Levenberg-Marquardt method from all starts z at once, (starts, free).
 
-        Returns the last z of each start, (starts, free), and its largest residual [m], (starts,). The damping falls tenfold after
-        an accepted step and rises tenfold after a rejected one.
+        Return the last z of each start and its largest residual [m], (starts,). The damping falls tenfold after an accepted step
+        and rises tenfold after a rejected one.
         """
         damping = np.full(len(z), 1e-2)
         value, slopes = self.residual(z)

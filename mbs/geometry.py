@@ -36,10 +36,7 @@ HALVINGS = 52
 
 
 def find_sign_changes(time: Array, depth: Array, rate: Array) -> Array:
-    """Find the times [s] at which a sampled depth changes its sign, so that a contact begins or ends, by bisection.
-
-    The interpolant is the cubic Hermite polynomial of depth [m] and rate [m/s], each (times,).
-    """
+    """Find the times [s] at which a contact begins or ends, by bisection of the cubic Hermite polynomials of depth and rate."""
     k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
     step, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
     linear, end_slope = step * rate[k], step * rate[k + 1]

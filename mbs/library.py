@@ -53,10 +53,7 @@ class CrankRocker(NamedTuple):
     frame: float = 0.225
 
     def places(self, angle: float) -> dict[str, tuple[float, float]]:
-        """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch, not the crossed one.
-
-        Raise a KinematicsError if coupler and rocker do not reach each other, or are in line: a dead centre.
-        """
+        """Return the points O, A, B, C at a crank angle, with B on the left of A-C: the open branch, not the crossed one."""
         a, c = self.crank * np.array([np.cos(angle), np.sin(angle)]), np.array([self.frame, 0.0])
         diagonal = float(np.hypot(*(c - a)))
         along = (self.coupler**2 - self.rocker**2 + diagonal**2) / (2 * diagonal)

@@ -53,7 +53,7 @@ CTRL_C = "Ctrl-C"
 class Interrupted(KeyboardInterrupt):
     """End of a call by Ctrl-C, with the best answer so far as `result`, of the type that the call returns.
 
-    That of `simulate` is the Result of the run that got farthest, with the status INTERRUPTED and no self-checks made.
+    `simulate` gives the Result of the run that got farthest, with the status INTERRUPTED and no self-checks made.
     """
 
     def __init__(self, result: Any) -> None:
@@ -64,8 +64,7 @@ class Interrupted(KeyboardInterrupt):
 class Handler:
     """Memory of Ctrl-C: `note` is the signal handler."""
 
-    def __init__(self) -> None:
-        self.is_pressed = False
+    is_pressed = False
 
     def __call__(self) -> bool:
         """Return True if Ctrl-C was pressed."""

@@ -26,12 +26,11 @@ TICK = 0.5
 WORTH = 3.0
 """Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
-"""Time of a run over that of the coarser run before it. That run has 8 times the tolerance tol, and the length of steps is
-proportional to tol^(1/4), see `accuracy.levels`."""
+"""Time of a run over that of the coarser run before it, which has 8 times the tolerance tol: steps go as tol^(1/4)."""
 ONE_RUN = (1, 1)
 """Least and largest number of runs of a call that estimates no error."""
 USUAL_RUNS = (2, 5)
-"""Least and largest number of runs that most results need: see `mbs.accuracy.refine`."""
+"""Least and largest number of runs that most results need, see `mbs.accuracy.refine`."""
 
 
 class TimeUpError(Exception):
@@ -75,10 +74,9 @@ class Forecast:
             later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
             further_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
             expected.append(run_time - spent + later + further_cases)
-        least, most = expected
-        if most < WORTH:
+        if max(expected) < WORTH:
             return ""
-        first, last = write_duration(least), write_duration(most)
+        first, last = map(write_duration, expected)
         span = first if first == last else f"{first} to {last}"
         why = f"; this run takes {write_duration(run_time)}, and finer ones tell its error" if self.runs[1] > self.number else ""
         cases = f", {self.cases:.3g} cases one after another" if self.cases > 1 else ""
@@ -137,10 +135,7 @@ class Watch:
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit; not again in a call that was stopped.
-
-        A stopped call may so complete its answer.
-        """
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once: a stopped call completes its answer."""
         if self.ctrl_c() and not self.ended:
             self.ctrl_c.is_pressed, self.ended = False, CTRL_C  # from now on only another Ctrl-C counts
             raise KeyboardInterrupt(CTRL_C)

@@ -63,7 +63,6 @@ def _run_engine(*arguments: object) -> Run:
 SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_compiled, Closure: exact.once}
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`. That of
 `Spectral` also takes its compiled `scene`, if it is known."""
-
 Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
 """Most repetitions of a run, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
@@ -97,8 +96,8 @@ def simulate(
         joints and drives alone determine the motion; else `Spectral()`, the compiled solver; `Exudyn()` if Numba is missing or
         an element is unknown to the compiled solver. The result's provenance names the solver and the reason.
     verify : bool
-        True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. The result's `verified` is the
-        largest relative difference of positions and angles; above the sum of both errors the result is SUSPECT, with SOLVERS.
+        True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. A difference above the sum of
+        both errors makes the result SUSPECT, with SOLVERS in the message.
     ledger : bool, True to keep the energies over time in the result's `energy`
     shapes : sequence of float, times [s] at which to keep the shapes of flexible links
     timeout : float, optional
@@ -282,7 +281,7 @@ def _versions() -> dict[str, str]:
 
 
 def _provenance(run: Run) -> dict[str, Any]:
-    """Return versions, numbers of elements, settings of the solver, and remarks on the mechanism."""
+    """Return versions, counts of elements, settings of the solver, and remarks on the mechanism."""
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     scene = Scene.of(run.record.mechanism)
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
