@@ -229,7 +229,7 @@ class ExudynLevels(Levels):
         finer, count = level.tolerance ** (-1 / 3), round(-log(level.tolerance) / log(self.ratio))  # levels from the defaults
         steps = _shorten_steps(Controlled().longest(self.duration), finer)
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
-        is_explicit = Scene.of(self.mechanism).is_unconstrained  # explicit steps have no spectral radius
+        is_explicit = Scene.of(self.mechanism).is_explicit_in_exudyn  # explicit steps have no spectral radius
         radius = self.solver.spectral_radius if is_explicit or count % 2 == 0 else UNDAMPED
         return _refine_mesh(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 

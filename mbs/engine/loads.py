@@ -189,7 +189,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     With the explicit integrator, which has no constraints, a huge inertia keeps the initial speed of the driven link.
     """
     for name, drive in drives.items():
-        has_no_constraints = scene.source.is_unconstrained
+        has_no_constraints = scene.source.is_explicit_in_exudyn
         if has_no_constraints:
             (rigid_body,) = scene.placed[drive.target].objects
             scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)

@@ -150,7 +150,7 @@ def _choose_integrator(
     scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
 ) -> tuple[Recorder, Any, exu.SimulationSettings]:
     """Return callbacks, engine and settings: explicit for rigid links with clearance in all joints, without constraints."""
-    if scene.source.is_unconstrained:
+    if scene.source.is_explicit_in_exudyn:
         recorder = Recorder(scene, solver, duration, timeout, progress)
         return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
     engine = exu.MainSolverImplicitSecondOrder()

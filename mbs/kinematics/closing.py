@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import Array
-from ..scene.linkage import Linkage, invert, solve_rows
+from ..scene.linkage import Linkage, invert
 
 ROUNDING = 2e-15
 """Residual over the scale at which loops are closed to rounding: nine times the 2.2e-16 of 1, chosen.
@@ -20,7 +20,7 @@ CLOSED = 1e-9
 
 
 class Course(NamedTuple):
-    """Motion of a linkage: times [s]; x, y, theta, rates, second rates (times, links, 3); Jacobian (times, rows, 3 links)."""
+    """Motion of a linkage of n links: times [s]; x, y, theta, rates, second rates (times, n, 3); Jacobian (times, rows, 3 n)."""
 
     time: Array
     q: Array
@@ -45,7 +45,11 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
         previous = gap
         try:
-            q = q - solve_rows(jacobian, residual).reshape(q.shape)  # by least squares if rows are redundant
+            if jacobian.shape[1] == jacobian.shape[2]:
+                step = np.linalg.solve(jacobian, residual[..., None])
+            else:  # redundant rows: by least squares
+                step = invert(jacobian) @ residual[..., None]
+            q = q - step.reshape(q.shape)
         except np.linalg.LinAlgError:
             return None
     return None
@@ -54,11 +58,12 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
 def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
     """Compute rates and second rates of closed loops; return None if the Jacobian is singular."""
     try:
-        inverse = invert(jacobian)
+        inverse = invert(jacobian)  # of redundant rows the Moore-Penrose inverse
     except np.linalg.LinAlgError:
         return None
     q_t = (inverse @ linkage.drive_travel(times, order=1)[..., None])[..., 0].reshape(q.shape)
-    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)  # convective term less C_tt; C has minus the travel
+    # J q_tt = gamma - C_tt, see `linkage`; a row is its measure less the travel of its drive, so that -C_tt is travel_tt
+    right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
@@ -83,7 +88,7 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
         return False
-    distance = float(np.abs(after.q - before.q).max())
+    distance = float(np.abs(after.q - before.q).max())  # in m or rad: a rough size of the step is enough
     has_redundant_rows = len(rows) < len(linkage.rows)
     return not has_redundant_rows or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
 
@@ -99,6 +104,6 @@ def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):  # to both sides, as the distance of the other branch is unknown
         other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # else it is q itself
+        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # 1e-3, chosen: nearer it is q itself
             return True
     return False

@@ -26,11 +26,11 @@ from .closing import Course, choose_independent_rows, close_loops, passes_singul
 from .diagnosis import explain_singularity
 
 LARGEST_ERROR = 0.05
-"""Largest error of the prediction of a step, over the longest link; a step with a larger error is halved."""
+"""Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
 SMALL_ERROR = 0.01
-"""Error of the prediction of a step, over the longest link, below which the next step is longer."""
+"""Error of the prediction of a step, over the longest link, below which the next step is longer: chosen."""
 SPEED_ERROR = 0.3
-"""Largest error of the linear prediction of speeds in a step, relative to the largest speed."""
+"""Largest error of the linear prediction of speeds in a step, relative to the largest speed: chosen."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class Follower:
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
-        self.linkage = scene.linkage.limit_drives(duration)
-        # factors (links, 3) with which errors of places and of angles are compared, as lengths
+        self.linkage = scene.linkage.limit_drives(duration)  # their speeds may be known up to the end only
+        # factors (links, 3), in the order of coordinates, with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
         self.ended: Ended | None = None
@@ -120,22 +120,20 @@ class Follower:
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
 
     def at(self, times: Array) -> Course:
-        """Return the motion at times before the end [s]."""
-        parts = [self._at(times[k : k + 1024]) for k in range(0, len(times), 1024)]  # 1024 at once
-        return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        """Return the motion at times before the end [s]; raise an UnclosedError with a time at which loops do not close.
 
-    def _at(self, times: Array) -> Course:
-        """Close the loops at times; if this fails, halve the set of times until the failing time is found."""
-        found = close_loops(self.linkage, times, _quintic(self.anchors, times))
+        If that happens, or if there are more than 1024 times, each half of them is tried.
+        """
+        found = close_loops(self.linkage, times, _quintic(self.anchors, times)) if len(times) <= 1024 else None
         if found is not None:
             return found
         if len(times) == 1:
             raise UnclosedError(float(times[0]))
-        halves = [self._at(part) for part in np.array_split(times, 2)]
+        halves = [self.at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
     def record(self, course: Course) -> Record:
-        """Make the record of the motions of links and blocks, without channels; `rule` integrates powers over time."""
+        """Make the record of the motions of links and blocks, without channels."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
         links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
@@ -143,7 +141,8 @@ class Follower:
             _, position, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (position - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, rule=corrected_trapezoidal, undetermined=self.undetermined)
+        rule = corrected_trapezoidal  # by which the record integrates powers over time
+        return Record(mechanism, course.time, links, blocks, rule=rule, undetermined=self.undetermined)
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Compute arm, place, velocity, acceleration (times, 2) of a point of link i from its arm at t = 0, a complex number."""
@@ -162,7 +161,8 @@ class Follower:
         _, *places = self._point_motion(course, i, arm)
         turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
         centre_of_mass = start[:2] + np.array([arm.real, arm.imag])
-        arms = {point: np.subtract(mechanism.points[point], centre_of_mass) for point in mechanism.points}  # also of other links
+        # to all points at t = 0: an element may act on a link at a point that another link has
+        arms = {point: np.subtract(position, centre_of_mass) for point, position in mechanism.points.items()}
         return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
@@ -198,12 +198,11 @@ class Follower:
             for reference, force, moment in element.pushes(name, record) or ():
                 body, point = place(reference)
                 body = linkage.carrying_link(body)
-                if body == GROUND:
-                    continue
-                i = linkage.index[body]
-                arm = record.links[body].point(point)[0] - record.links[body].point(mechanism.links[i].start)[0]
-                total[:, i, :2] += force
-                total[:, i, 2] += cross(arm, force) + moment
+                if body != GROUND:
+                    i, motion = linkage.index[body], record.links[body]
+                    arm = motion.point(point)[0] - motion.point(mechanism.link(body).start)[0]
+                    total[:, i, :2] += force
+                    total[:, i, 2] += cross(arm, force) + moment
         return total
 
 

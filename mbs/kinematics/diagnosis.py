@@ -13,15 +13,15 @@ from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
 LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value of the Jacobian below which a pose may be singular: it is zero there, but a run ends shortly before."""
+"""Least singular value of the Jacobian below which a pose may be singular: chosen. It is zero there; a run ends before."""
 IN_LINE = 0.3
-"""Sine of the angle between two links below which they count as in line; a run ends shortly before the pose."""
+"""Sine of the angle between two links below which they count as in line: chosen. A run ends shortly before the pose."""
 
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
     """Explain a singular pose in words: links in line, a link square to a guide, or the elements of dependent rows.
 
-    `rows` are indices of independent rows; all by default.
+    `rows` are indices of rows that are independent in other poses; all by default.
     """
     mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints}
@@ -55,7 +55,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
         places, angles = motion.point(link.start)[0], motion.turn(link.start)[0]  # [0]: without rates; angles since t = 0
         q[i, :2], q[i, 2] = places[-1], q[i, 2] + angles[-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
-    rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]
+    rows = [k for k in linkage.permanent_rows if linkage.rows[k].bodies <= among]  # that hold throughout a run
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # columns of angles become derivatives by angle times longest link
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))

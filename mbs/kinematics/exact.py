@@ -36,20 +36,17 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     begin = perf_counter()
     with catch_ctrl_c() as interrupted:  # the constructor follows the whole motion; sampling takes little time
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
+    grid = sample_times(mechanism, duration, solver.steps)
     try:
-        return _sample_motion(follower, duration, solver, begin)
+        return _sample_motion(follower, follower.ended, grid, solver, begin)
     except UnclosedError as error:
         anchors = follower.anchors.time  # ends of the steps by which the motion was followed
         last = float(anchors[anchors < error.time][-1])
-        follower.ended = Ended(last, Status.SINGULAR, str(error))
-        return _sample_motion(follower, duration, solver, begin)
+        return _sample_motion(follower, Ended(last, Status.SINGULAR, str(error)), grid, solver, begin)
 
 
-def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
-    """Sample the motion of a linkage, up to its early end if it has one, and make the run."""
-    mechanism = follower.linkage.mechanism
-    grid = sample_times(mechanism, duration, solver.steps)
-    ended = follower.ended
+def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver: Closure, begin: float) -> Run:
+    """Sample the motion of a linkage at the times `grid` [s], up to an early end, and make the run."""
     if ended is not None:
         grid = np.append(grid[grid < ended.time], ended.time)
     if len(grid) - 1 > solver.steps.max_steps:
@@ -57,10 +54,10 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        # 8 by default; the setting is free to decide this, as a motion with contacts is not sampled here
+        # 8 by default. Runs here have no contacts: the setting only makes finer levels have more samples. 0.2 is chosen.
         least = ceil(0.2 * solver.steps.contact_resolution)
         grid = _refine_short_steps(follower.anchors.time, grid, least)
-    course = follower.at(grid)
+    course = follower.at(grid)  # coordinates, rates and second rates at the samples
     record = follower.record(course)
     failed_load = _find_failed_load(record)
     if failed_load is not None:
@@ -72,13 +69,13 @@ def _sample_motion(follower: Follower, duration: float, solver: Closure, begin: 
     counts_of_integration = {"newton_iterations": 0.0, "jacobians": 0.0, "rejected": 0.0}
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), **counts_of_integration}
     failure = None if ended is None else Failure(ended.status, ended.message)
-    scene, linkage = Scene.of(mechanism), follower.linkage
+    scene, linkage = Scene.of(record.mechanism), follower.linkage
     counts = {**scene.counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
     return Run(solver, record, failure, work, counts, notes=scene.remarks)
 
 
 def _find_failed_load(record: Record) -> Ended | None:
-    """Find the first time at which the function of a load raises an error or does not return a number."""
+    """Find the first time at which the force of a load is no finite number, as after an error in a function of the user."""
     found = None
     for name, load in Scene.of(record.mechanism).elements.items():
         if isinstance(load, Load):

@@ -17,7 +17,7 @@ from ..geometry import Array
 
 
 class Ends(NamedTuple):
-    """Functions of an end of a measure: index of its body; arm to its point and position of its point at t = 0 [m]."""
+    """Three functions of an end of a measure: index of its body; arm to its point at t = 0 [m]; position at t = 0 [m]."""
 
     body: Callable[[Place], int]
     arm: Callable[[Place], complex]
@@ -77,15 +77,13 @@ class Forms:
         self.point_terms, self.angle_terms = _table(point_terms), _table(angle_terms)
         self.coefficients = np.array([coefficient for coefficient, _ in terms])
         self.first_terms = np.cumsum([0, *(len(row.terms) for row in rows)])[:-1]  # number of the first term of each row
-        self.has_plain_rows = len(terms) == len(rows) and bool((self.coefficients == 1.0).all())  # one term, coefficient 1
-        self.start = self._sum_terms(start, -1)
+        self.start = self._sum_terms(self.coefficients * start, -1)
 
     def _sum_terms(self, values: Array, axis: int) -> Array:
-        """Sum coefficients times values over the terms of each row; the terms lie along an axis of the values, -1, -2, ..."""
-        if self.has_plain_rows or not self.row_count:
+        """Sum values over the terms of each row; the terms lie along `axis`."""
+        if len(self.coefficients) == self.row_count:  # one term in each row
             return values
-        coefficients = self.coefficients.reshape(-1, *(1 for _ in range(-axis - 1)))  # alike in all axes after `axis`
-        found: Array = np.add.reduceat(values * coefficients, self.first_terms, axis=axis)
+        found: Array = np.add.reduceat(values, self.first_terms, axis=axis)
         return found
 
     def system(self, q: Array) -> tuple[Array, Array]:
@@ -108,8 +106,9 @@ class Forms:
         measures[..., terms.number] = angles[..., terms.first] - angles[..., terms.second]
         jacobian[..., terms.number, terms.first, 2] += 1.0
         jacobian[..., terms.number, terms.second, 2] -= 1.0
-        by_bodies = self._sum_terms(jacobian, -3)[..., :n, :]  # without the ground
-        return self._sum_terms(measures, -1) - self.start, by_bodies.reshape(*lead, self.row_count, 3 * n)
+        changes = self._sum_terms(self.coefficients * measures, -1) - self.start
+        by_bodies = self._sum_terms(self.coefficients[:, None, None] * jacobian, -3)[..., :n, :]  # without the ground
+        return changes, by_bodies.reshape(*lead, self.row_count, 3 * n)
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """Compute the convective term gamma of J q_tt = gamma, quadratic in the rates, shape (..., rows).
@@ -129,7 +128,7 @@ class Forms:
             if terms.is_distance.any():
                 term -= terms.is_distance * across**2 / np.where(terms.is_distance, _dot(d, between), 1.0)
             gamma[..., terms.number] = term
-        return self._sum_terms(gamma, -1)
+        return self._sum_terms(self.coefficients * gamma, -1)
 
     def _turn_vectors(self, q: Array) -> Vectors:
         """Turn arms and directions of the terms between points with their bodies, to the coordinates q."""

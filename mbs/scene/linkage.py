@@ -29,20 +29,26 @@ class KinematicsError(ValueError):
 
 
 DEPENDENT = 1e-9
-"""Singular value below which rows of a Jacobian count as dependent, over its largest one or entry: rounding is about 1e-15."""
+"""Singular value of a Jacobian below which rows count as dependent, relative to the largest singular value or entry.
+
+A largest value below 1 counts as 1. The relative rounding error is about 1e-15."""
 DISPLACEMENT = 1e-2
 """Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad."""
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism with rigid links; differences for accelerations of drives use no time after `last` [s]."""
+    """Loop closure of a mechanism with rigid links.
+
+    The acceleration of a drive is a finite difference of its speed. No time after `last` [s], the end of the run, is used for
+    it: a table of speeds may end there.
+    """
 
     mechanism: Mechanism
     last: float = np.inf
 
     def limit_drives(self, last: float) -> Linkage:
-        """Return a copy that differentiates the speeds of drives up to the time `last` [s] only."""
+        """Return a copy whose differences of the speeds of drives use no time after `last` [s]."""
         limited = copy(self)  # with the cached rows
         object.__setattr__(limited, "last", last)
         return limited
@@ -155,14 +161,15 @@ class Linkage:
     def general_pose(self) -> Array:
         """Pose in general position (links, 3), near the pose at t = 0: all loops are closed, drives are free to move.
 
-        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here: of four poses
-        in random directions (chosen) it is the one with the most independent rows. One that cannot move has the pose at t = 0.
+        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Four poses (a
+        chosen number) are tried in random directions. The one with the most independent rows is taken. A linkage that cannot
+        move has the pose at t = 0.
         """
         reference = self.reference
         rows = np.array([k for k in self.permanent_rows if k not in self.motions], dtype=int)
-        unit = np.tile([self.size, self.size, 1.0], len(self.index))  # of the coordinates
         if not len(rows):
             return reference
+        unit = np.tile([self.size, self.size, 1.0], len(self.index))  # of the coordinates
         _, values, right = np.linalg.svd(self.jacobian(reference)[rows] * unit)
         independent = int((values > DEPENDENT * max(1.0, values[0])).sum())
         free = right[independent:].T  # small motions that the rows allow
@@ -190,8 +197,9 @@ class Linkage:
             # singular values that vanish only at t = 0 are of the order DISPLACEMENT here; those of redundant rows are rounding
             inverse = np.linalg.pinv(jacobian[rows] * unit, rcond=1e-6)
             q = q - (unit * (inverse @ residual[rows])).reshape(q.shape)
+        last_residual, _ = self.system(q)
         distance = np.abs((q - self.reference) / unit.reshape(q.shape)).max()
-        has_closed = np.abs(residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
+        has_closed = np.abs(last_residual[rows]).max() < 1e-11 * scale  # above 1e-13: rounding of an ill-conditioned Jacobian
         return q if has_closed and distance < 20 * DISPLACEMENT else None  # chosen: farther away it may be another assembly
 
     def count_free_motions(self) -> int:
@@ -200,21 +208,14 @@ class Linkage:
         return jacobian.shape[1] - rank(jacobian)
 
 
-def solve_rows(jacobian: Array, right: Array) -> Array:
-    """Solve J x = right, (times, n), with J (times, rows, n) and right (times, rows); by least squares if J is not square."""
-    is_square, column = jacobian.shape[-2] == jacobian.shape[-1], right[..., None]
-    found: Array = np.linalg.solve(jacobian, column) if is_square else invert(jacobian) @ column
-    return found[..., 0]
-
-
 def invert(matrix: Array) -> Array:
-    """Invert matrices, shape (..., m, n); if they are not square, by the Moore-Penrose inverse."""
+    """Invert matrices, shape (..., m, n); those that are not square by the Moore-Penrose inverse."""
     is_square = matrix.shape[-2] == matrix.shape[-1]
     return np.linalg.inv(matrix) if is_square else np.linalg.pinv(matrix, rcond=DEPENDENT)
 
 
 def rank(jacobian: Array) -> int:
-    """Return the number of independent rows of a Jacobian, its singular values above `DEPENDENT` times the largest entry or 1."""
+    """Return the number of independent rows of a Jacobian: of singular values above `DEPENDENT` times its largest entry or 1."""
     least = DEPENDENT * max(1.0, np.abs(jacobian).max(initial=0.0))
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 

@@ -12,7 +12,9 @@ from .linkage import DEPENDENT, Linkage
 from .start import compute_jacobians, name_surplus_drives
 
 UNDETERMINED = 1e-6
-"""Component of a unit null vector of J^T above which the multiplier of its row is undetermined: rounding is 1e-16/`DEPENDENT`."""
+"""Component of a unit null vector of J^T above which the multiplier of its row is undetermined.
+
+Rounding changes components by up to 1e-16 over the least singular value above zero. That is at least `DEPENDENT`, 1e-9."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -42,12 +44,18 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 
 def _named_places(*parts: object) -> set[str]:
-    """Return all texts in the printed form of elements, split at colons: names of points and links, and perhaps others."""
+    """Return all texts in quotes in the printed form of elements, split at colons: names of points and links among them.
+
+    A point or link that is named like another text there gets no remark.
+    """
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
 def _free_links(linkage: Linkage) -> Iterator[str]:
-    """Yield remarks on links that nothing joins or a guide lets turn and, if there are drives, on links that no drive decides."""
+    """Yield remarks on three kinds of links: joined to nothing; free to turn in a guide; free to move with all drives held.
+
+    The last kind only matters if there are drives.
+    """
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
     with_effects = _named_places(mechanism.loads, mechanism.stops, mechanism.velocities)
@@ -62,7 +70,8 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
     if not mechanism.drives:
         return
     free = linkage.count_free_motions()
-    if free:  # null space of all rows at t = 0, from where forces decide the motion: unit vectors in coordinates (links, 3)
+    if free:
+        # orthonormal motions (free, 3 links) that all rows allow at t = 0; along them forces decide the motion
         free_motions = np.linalg.svd(linkage.jacobian(linkage.reference))[2][-free:]
         of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > DEPENDENT]
@@ -95,9 +104,8 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    matrix_rank = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # over 1 at least, as `rank` does
-    null_vectors = left[:, matrix_rank:]
-    shares = np.abs(null_vectors).max(axis=1, initial=0.0)
+    rank = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # relative to the largest singular value, or 1
+    shares = np.abs(left[:, rank:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
     return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > UNDETERMINED))
 
 

@@ -104,21 +104,22 @@ class Scene:
 
     @cached_property
     def why_not_kinematic(self) -> str:
-        """Reason for an integration: constraints leave the motion open, or a known motion leaves a force open; '' if none."""
+        """Reason why joints and drives do not decide the motion and all forces, so that runs must integrate; '' if they do."""
         mechanism = self.mechanism
         if not self.is_determined:
             bend = [link.name for link in mechanism.links if link.body.flexible]
+            # they: joints and drives, with which the messages that end with this reason begin
             return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
         if mechanism.stops:
             return f"a contact at '{mechanism.stops[0].point}' begins and ends between steps"
         rubbing = [guide.key for guide in mechanism.guides if guide.friction_needs_reaction]
         if rubbing:
             return f"friction of '{rubbing[0]}' follows its reaction"
-        no_multipliers = np.empty((0, 3))  # of no times, as the question is only if reactions are known; 3: most rows
+        no_multipliers = np.empty((0, 3))  # (times, rows): no time, as many rows as an element may have
         for name, element in self.elements.items():
             if element.has_states:
                 return f"states of '{name}' are integrated"
-            if name in self.linkage.names and element.reactions(no_multipliers) is None:
+            if name in self.linkage.names and element.reactions(no_multipliers) is None:  # for any multipliers
                 return f"'{name}' does not tell its reaction"
         for element in (*mechanism.loads, *mechanism.couplings):
             has_rows = any(element.rows(mechanism))  # then its force is its reaction
@@ -153,7 +154,7 @@ class Scene:
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        found_by_runs = edges_along(duration)  # in user functions, by earlier runs of the same simulation, in `functions`
+        found_by_runs = edges_along(duration)  # kinks of user functions, which `functions` keeps during a simulation
         return tuple(sorted({*times, *found_by_runs}))
 
     @cached_property
@@ -172,8 +173,11 @@ class Scene:
         return max(changes) / SPEED / lightest >= STIFF_RATE
 
     @cached_property
-    def is_unconstrained(self) -> bool:
-        """True if Exudyn runs explicitly, without constraints: rigid links, clearance in all joints, drives of constant speed."""
+    def is_explicit_in_exudyn(self) -> bool:
+        """True if Exudyn integrates explicitly, which takes a mechanism without constraints, further states and stiff damping.
+
+        Then links are rigid, all joints have clearance, and drives have constant speeds.
+        """
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

@@ -69,25 +69,24 @@ class Stations:
     def columns(self, row: Row) -> Array:
         """Return a row's derivatives by the weighted velocities of all n stations, (3 n,)."""
         found = np.zeros((len(self.points), 3))
-        for end, slope in row.gradient(self.mechanism.points):
+        for end, by_pose in row.gradient(self.mechanism.points):  # derivatives by (x, y, angle) of the end
             k = self.numbers.get((end.body, end.point))
             if k is not None:
-                found[k] += np.array(slope) @ self.axes[k]
+                found[k] += np.array(by_pose) @ self.axes[k]
         return found.ravel()
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (vx, vy, spin).
 
-    Weights are square roots of stiffnesses: E A/L along, E I/L^3 across and E I/L for the angle.
+    A weighted velocity is the velocity times the square root of a stiffness: E A/L along, E I/L^3 across, E I/L for the angle.
     """
     link, length = mechanism.link(name), mechanism.length(name)
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
-    section = link.body.section
-    ratio = np.sqrt(section.axial_stiffness * length**2 / section.bending_stiffness)
-    unit = 1 / np.sqrt(section.axial_stiffness / length)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * ratio, unit * ratio / length])
+    axial, bending = link.body.section.axial_stiffness, link.body.section.bending_stiffness
+    stiffnesses = np.array([axial / length, bending / length**3, bending / length])
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) / np.sqrt(stiffnesses)
 
 
 def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
@@ -100,7 +99,10 @@ def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, 
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
-    """Explain that a mechanism has more drives than degrees of freedom in general position; return '' if it has not."""
+    """Explain that a mechanism has more drives than degrees of freedom; return '' if it has not.
+
+    They are counted near the pose at t = 0, in a pose where no rows are dependent by chance.
+    """
     matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))
     driven = [k for k in linkage.permanent_rows if k in linkage.motions]  # rows that follow a drive throughout a run
     constraints = [k for k in linkage.permanent_rows if k not in linkage.motions]
@@ -116,10 +118,10 @@ def start(linkage: Linkage) -> Start:
 
     Raises KinematicsError, with the names of the elements, at a dead centre or if velocities contradict each other.
     """
-    mechanism = linkage.mechanism
     rigid, flexible = compute_jacobians(linkage)
-    right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)
-    for name, row, by_stations, value in _velocity_rows(mechanism, linkage):
+    right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)  # speeds of the drives, 0 in other rows
+    stations = Stations(linkage.mechanism)
+    for name, row, by_stations, value in _velocity_rows(linkage, stations):
         rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
         right, names = np.append(right, value), [*names, name]
     weighted, residual = _solve_flexible(rigid, flexible, right)
@@ -132,7 +134,6 @@ def start(linkage: Linkage) -> Start:
         hint = f"; {too_many}" if too_many else ""
         raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {cause}{hint}")
     rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ weighted).reshape(-1, 3)
-    stations = Stations(mechanism)
     velocities = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
     additional: dict[str, dict[str, Array]] = {}
     if np.abs(velocities).max(initial=0.0) > EXACT * scale:
@@ -165,32 +166,29 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     return rates + to_rates @ np.linalg.lstsq(rows @ to_rates, residual, rcond=DEPENDENT)[0]
 
 
-def _velocity_rows(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
+def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, Array, Array, float]]:
     """Yield the equations of the given `velocities`: name in messages, coefficients of links' rates and of stations, value.
 
     A number is the angular velocity of a link, a pair of numbers the velocity of a point.
     """
-    stations, n = Stations(mechanism), len(linkage.index)
-    for name, value in mechanism.velocities.items():
+    for name, value in linkage.mechanism.velocities.items():
         if isinstance(value, float):
-            row = np.zeros((n, 3))
-            row[linkage.index[name], 2] = 1.0
-            yield f"velocities['{name}']", row.ravel(), np.zeros(3 * len(stations.points)), float(value)
-            continue
-        link, point = carrier(mechanism, name)
-        arm = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
-        for axis, lever in enumerate((-arm[1], arm[0])):  # velocity of the point along x, then y
-            direction, row = np.eye(3)[axis], np.zeros((n, 3))
-            row[linkage.index[link]] = [direction[0], direction[1], lever]
-            by_stations = np.zeros((len(stations.points), 3))
+            link, point, equations = name, "", [((0.0, 0.0, 1.0), value)]
+        else:
+            link, point = carrier(linkage.mechanism, name)
+            x, y = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
+            equations = [((1.0, 0.0, -y), value[0]), ((0.0, 1.0, x), value[1])]
+        for by_rates, rate in equations:
+            row, by_stations = np.zeros((len(linkage.index), 3)), np.zeros((len(stations.points), 3))
+            row[linkage.index[link]] = by_rates
             if (link, point) in stations.numbers:
                 k = stations.numbers[link, point]
-                by_stations[k] = direction @ stations.axes[k]
-            yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(value[axis])
+                by_stations[k] = by_rates[:2] @ stations.axes[k][:2]
+            yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(rate)
 
 
 def carrier(mechanism: Mechanism, reference: str) -> tuple[str, str]:
-    """Return link and point of a reference to a point; the first link with the point if no link is named."""
+    """Return link and point of a reference to a point: the link that it names, else the first link with the point."""
     body, point = place(reference)
     if body and body != GROUND:
         return body, point
