@@ -1,11 +1,12 @@
 """Linear equations, null spaces and eigenvalues, with dense matrices for few unknowns and sparse ones for many.
 
 G is the Jacobian of the constraints, M the mass matrix, K the tangent stiffness. Lanczos's method gives the lowest eigenvalues
--s^2 of K z = -s^2 M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). A shift c > 0 [1/s^2] makes K + c M
+mu = -s^2 of K z = mu M z (Ericsson and Ruhe 1980, doi 10.1090/S0025-5718-1980-0583502-2). A shift c > 0 [1/s^2] makes K + c M
 regular. By Sylvester's law of inertia K + c M = L D L^T has as many negative pivots as there are eigenvalues below -c.
 """
 
 from contextlib import suppress
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -19,11 +20,11 @@ from ..spectral.linear import Factors, SingularError
 
 EPS = float(np.finfo(float).eps)
 """Relative rounding of floating-point numbers."""
-LARGE = 220
-"""Number of unknowns from which equations are sparse: there dense and sparse solvers take the same time."""
-MANY = 300
-"""Number of coordinates from which only the lowest eigenvalues are computed."""
-COUNT = 20
+SPARSE_UNKNOWNS = 220
+"""Number of unknowns from which linear equations are sparse: there dense and sparse solvers take the same time."""
+SPARSE_COORDINATES = 300
+"""Number of coordinates from which M and K are sparse, and only the lowest eigenvalues are computed."""
+LOWEST_COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
 """Number of eigenvalues computed beyond those wanted. Results end at the largest gap between these, where a count is certain."""
@@ -110,14 +111,14 @@ def invert(values: Array) -> Array:
 
 
 def modes_of_unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Compute eigenvalues -s^2, left and right vectors of K z = -s^2 M z, by theta = 1/(shift - s^2) of (K + shift M)^-1 M."""
+    """Compute eigenvalues mu, left and right vectors of K z = mu M z, by theta = 1/(shift + mu) of (K + shift M)^-1 M."""
     theta, left, right = eig(np.linalg.solve(k + shift * m, m), left=True)
     left = np.linalg.solve((k + shift * m).T, left)  # from y^H (K + shift M)^-1 M = theta y^H to left vectors of K and M
     return invert(theta) - shift, left, right
 
 
 def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
-    """Compute eigenvalues -s^2, left and right vectors of K z = -s^2 M z with a symmetric K, of modal mass 1."""
+    """Compute eigenvalues mu, left and right vectors of K z = mu M z with a symmetric K; the modal mass z^T M z is 1."""
     shifted = k + shift * m
     try:
         theta, vectors = eigh(m, shifted)
@@ -126,35 +127,35 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
         inverse = factor.T @ np.linalg.solve(shifted, factor)
         theta, vectors = eigh((inverse + inverse.T) / 2)
         vectors = np.linalg.solve(shifted, factor @ vectors)
-    squared = invert(theta) - shift
-    modal_masses = np.abs(np.einsum("ij,ij->j", vectors, m @ vectors))  # abs: rounding may make one of zero negative
+    mu = invert(theta) - shift
+    modal_masses = np.abs(np.einsum("ij,ij->j", vectors, m @ vectors))  # abs: rounding may make one near zero negative
     vectors = vectors / np.sqrt(modal_masses)
-    return squared, vectors, vectors
+    return mu, vectors, vectors
 
 
 def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """Compute at least `count` lowest eigenvalues -s^2 of sparse symmetric matrices above minus the shift, and all below it.
+    """Compute the lowest eigenvalues mu of sparse symmetric matrices, and left and right vectors, by Lanczos's method.
 
-    Return them with left and right vectors. If Lanczos's method misses one, if too many are wanted, or if a pivot is zero,
-    compute all from dense matrices.
+    These are all mu below -shift and at least `count` above it. If the method misses one, if too many are wanted, or if a pivot
+    is zero, compute all from dense matrices.
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
         wanted = below + count
         if 2 * (wanted + SPARE) <= m.shape[0]:  # chosen: more than half are too many
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
-            sides = [  # the smallest 1/(shift - s^2) belong to -s^2 below minus the shift, the largest to those above it
-                eigsh(m, number, m, -shift, which=which, v0=start, OPinv=inverse, tol=1e-8)  # first m: for its shape only
-                for which, number in (("SA", below), ("LA", count + SPARE))
-                if number
-            ]
-            squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
-            order = np.argsort(squared)
-            squared = squared[order]
-            kept = wanted + int(np.argmax(np.diff(squared[wanted - 1 :])))  # number of eigenvalues below the largest gap
-            middle = 0.5 * (squared[kept - 1] + squared[kept])  # farthest from eigenvalues, so that the count is certain
-            if _factorise(m, k, middle)[1] == kept:
-                return squared[:kept], vectors[:, order[:kept]], vectors[:, order[:kept]]
+            lanczos = partial(eigsh, m, M=m, sigma=-shift, v0=start, OPinv=inverse, tol=1e-8)  # of the first m the shape is read
+            mu, vectors = lanczos(k=count + SPARE, which="LA")  # the largest 1/(mu + shift) belong to mu above -shift
+            if below:
+                mu_below, vectors_below = lanczos(k=below, which="SA")  # and the smallest to mu below it
+                mu, vectors = np.append(mu_below, mu), np.hstack([vectors_below, vectors])
+            order = np.argsort(mu)
+            mu, vectors = mu[order], vectors[:, order]
+            kept = wanted + int(np.argmax(np.diff(mu[wanted - 1 :])))  # number of eigenvalues below the largest gap
+            middle = 0.5 * (mu[kept - 1] + mu[kept])  # farthest from eigenvalues, so that the count is certain
+            _, count_below = _factorise(m, k, middle)
+            if count_below == kept:
+                return mu[:kept], vectors[:, :kept], vectors[:, :kept]
     return modes_of_symmetric(m.toarray(), k.toarray(), shift)
 
 

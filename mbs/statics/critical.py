@@ -12,13 +12,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
-from .algebra import MANY
+from .algebra import SPARSE_COORDINATES
 from .arc import Arc, Step
 from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, Tangent, spectrum
 
 FEW = 1
-"""Number of eigenvalues above zero that are computed if coordinates are many (`MANY`): the next ones to pass zero."""
+"""Number of eigenvalues above zero that are computed with many coordinates (`SPARSE_COORDINATES`): the next to pass zero."""
 MOST_DECREASE = 0.5
 """Largest relative decrease of an eigenvalue in a piece.
 
@@ -152,7 +152,7 @@ def _pairs(problem: Problem, piece: PathPiece) -> Pairs:
     ends = []
     for rest, state in ((piece.step.rest, piece.before), (piece.step.new, piece.after)):
         found = state.undamped
-        mass = problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
+        mass = problem.scene.mass_at(rest.q, sparse=len(rest.q) >= SPARSE_COORDINATES)
         shapes = np.real(found.shapes)
         shapes = shapes / np.sqrt(np.maximum(np.einsum("ij,ij->j", shapes, mass @ shapes), 1e-300))
         values = np.where(found.neutral, np.nan, -(found.values**2).real)
@@ -172,7 +172,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
         def eigenvalue(rest: Rest, momentum: Array = momentum) -> float:
             """Return the eigenvalue mu whose shape is most like that of the pair."""
             found = state_at(arc.problem, rest, len(momenta) + FEW).undamped
-            mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= MANY)
+            mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= SPARSE_COORDINATES)
             size = np.sqrt(np.einsum("ij,ij->j", found.shapes.real, mass @ found.shapes.real))
             most_alike = np.argmax(np.abs(momentum @ found.shapes.real) / size)
             return float(-(found.values[most_alike] ** 2).real)  # mu = -s^2

@@ -26,7 +26,7 @@ from .algebra import solve
 from .answer import DEGREE_STEP
 from .arc import CORNER, next_arc
 from .cycles import Periodic, compare_multipliers, motion_of
-from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, has_strips, prolong
+from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, find_multipliers
 from .varied import Paced
 
@@ -150,7 +150,7 @@ class ResponseCurve:
     def finer(self) -> ResponseCurve:
         """Curve with finer steps, narrower differences, a higher degree unless `keeps_degree`; `refine` sets its parameter."""
         scene = self.shooting.scene
-        increment = 0 if self.keeps_degree or not has_strips(scene) else DEGREE_STEP
+        increment = 0 if self.keeps_degree or not scene.strips else DEGREE_STEP
         problem = self.problem.with_degree(increment)  # its scene replaces that of `finer`
         return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
 

@@ -13,7 +13,7 @@ from ..spectral.scene import DEGREE, CompiledScene
 from ..spectral.start import start_rates
 from ..validate import positive, whole
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Answer, Ending, check
-from .problem import SEARCH_STOPS, distance_between, has_strips, prolong
+from .problem import SEARCH_STOPS, distance_between, prolong
 from .shooting import Found, Shooting, SpentError, distances_to, find_multipliers
 
 
@@ -130,7 +130,7 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
     values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(4):  # a chosen limit of refinements, each to half the longest step
-        degree = shooting.scene.degree + (DEGREE_STEP if has_strips(shooting.scene) and not keeps_degree else 0)
+        degree = shooting.scene.degree + (DEGREE_STEP if shooting.scene.strips and not keeps_degree else 0)
         finer = shooting.finer(degree)
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)

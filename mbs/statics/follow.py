@@ -18,7 +18,7 @@ from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
 from .critical import Critical, PathPiece, TangentState, find_criticals, state_at
-from .problem import Problem, Rest, StaticsError, has_strips, loads_of
+from .problem import Problem, Rest, StaticsError, loads_of
 from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
 
@@ -110,7 +110,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree, unless it is given, until critical points and the end do not change."""
     found, keeps_degree = run(degree or DEGREE), degree is not None
-    if not has_strips(found.scene):
+    if not found.scene.strips:
         found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
         return found
     while not watching.get().ended:  # by the user; then `watch` gives the path its status

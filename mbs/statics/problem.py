@@ -21,7 +21,7 @@ from ..spectral.linear import Equations
 from ..spectral.scene import CompiledScene
 from ..spectral.strips import PLAIN, RENEWED
 from ..spectral.tables import Report, State
-from .algebra import COUNT, DEPENDENT, EPS, LARGE, Matrix, least_squares, solve
+from .algebra import DEPENDENT, EPS, LOWEST_COUNT, SPARSE_UNKNOWNS, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
@@ -65,8 +65,8 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is that of the eigenvalues at the last state of a path, 0 before the first: the start of
-    the next computation in `critical`.
+    for none. `shift` [1/s^2] is that with which `spectrum` computed the eigenvalues at the last state of a path, 0 before the
+    first state. The computation at the next state begins with it.
     """
 
     scene: CompiledScene
@@ -76,7 +76,8 @@ class Problem:
     shift: float = 0.0
 
     def __post_init__(self) -> None:
-        self.units, self.is_angle = self.scene.units, find_angles(self.scene)
+        self.units = self.scene.units
+        self.is_angle = np.isin(np.arange(self.scene.size), list(self.scene.builder.units))  # (n,); lengths are left out there
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
@@ -94,7 +95,7 @@ class Problem:
         """Return the problem with strips of a degree higher by `increment`, and the state there, with zero new coefficients."""
         finer = self.with_degree(increment)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
-        return finer, guess._replace(multipliers=finer.balancing(guess))
+        return finer, guess._replace(multipliers=finer.compute_multipliers(guess))
 
     def start(self, parameter: float) -> Rest:
         """Return the pose of the mechanism as given, with zero multipliers."""
@@ -110,11 +111,11 @@ class Problem:
         """Assemble forces, constraints and their derivatives at a state."""
         self.set_parameter(rest.parameter)
         scene = self.scene
-        sparse = scene.size + len(rest.multipliers) >= LARGE
+        sparse = scene.size + len(rest.multipliers) >= SPARSE_UNKNOWNS
         return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Equations]:
-        """Compute the residuals f - G^T lambda and g, and return them with the assembly."""
+        """Return the residuals f - G^T lambda and g with the assembly."""
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
@@ -141,17 +142,15 @@ class Problem:
     def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
-        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns.
-        They start from those at the `origin`, an equilibrium near the guess; by default it is `rest` itself. Strains of a guess
-        far from an equilibrium would give far too large stresses.
+        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns,
+        which start from those at the `origin`, an equilibrium near the guess. By default it is `rest` itself.
         """
         previous, found = np.inf, None
         with self._free_stresses(origin or rest, rest.q):
             for _ in range(ITERATIONS):
                 rest, largest = self.step(rest, plane)
-                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
-                is_slow = largest > 0.1 * previous  # 0.1, chosen: not quadratic any more
-                cannot_improve = next_step < 10 * EPS or is_slow
+                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic; 0.1, chosen: it is not any more
+                cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous
                 # 1e-8, chosen: above CLOSE, as rounding may be amplified near a critical point
                 grows_by_rounding = previous < largest < 1e-8
                 if (largest < CLOSE and cannot_improve) or grows_by_rounding:
@@ -163,20 +162,20 @@ class Problem:
         if found is None:
             raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
         has_redundant_rows = bool(self.scene.source.undetermined)  # then multipliers are not unique: take the least ones
-        return found._replace(multipliers=self.balancing(found)) if has_redundant_rows else found
+        return found._replace(multipliers=self.compute_multipliers(found)) if has_redundant_rows else found
 
     @contextmanager
     def _free_stresses(self, origin: Rest, q: Array) -> Iterator[None]:
         """Make the stresses of strips unknowns within the context, extrapolated from an equilibrium to coordinates q."""
         scene, work = self.scene, self.scene.work
         work.stress[:] = 0.0
-        work.strip_form[:] = RENEWED  # an array of one number: stresses are unknowns
+        work.strip_form[:] = RENEWED  # a flag for compiled code, in an array of one number: stresses are unknowns
         try:
-            self.assemble(origin, False)
-            update_stresses(scene.tables, work, q - origin.q)
+            self.assemble(origin, False)  # stores the stresses of the origin and their derivatives
+            update_stresses(scene.tables, work, q - origin.q)  # sets `work.stress` by them
             yield
         finally:
-            work.strip_form[:] = PLAIN  # stresses follow from coordinates
+            work.strip_form[:] = PLAIN  # flag: stresses follow from coordinates
 
     def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
         """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit.
@@ -208,7 +207,7 @@ class Problem:
         force, gap, a = self.residual(rest)
         scene, units = self.scene, self.units
         row, column = scene.tables.row, scene.tables.col  # indices of the entries in the matrix [[K, G^T], [G, 0]]
-        # largest force [N] or torque [N m] times the longest link, of the size of forces times units of coordinates [N m]
+        # rough scale of forces times units of coordinates [N m]: a torque is multiplied by the longest link as well
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
         gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
@@ -221,7 +220,7 @@ class Problem:
         is_closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
         return bool(is_closed and np.abs(force * units).max(initial=0.0) <= limit)
 
-    def balancing(self, rest: Rest) -> Array:
+    def compute_multipliers(self, rest: Rest) -> Array:
         """Compute the multipliers (r,) that balance the forces best, by least squares; the least ones if rows are redundant."""
         if not len(rest.multipliers):
             return np.zeros(0)
@@ -253,13 +252,16 @@ class Problem:
         return bordered, force_unit, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: `ROUNDING` times the strips' largest E A over the slope of the force."""
+        """Estimate the rounding error of the parameter: that of axial forces of strips over the derivative of forces by it.
+
+        The axial force has the error `ROUNDING` E A. Without strips, or if the parameter changes no force, the error is 0.
+        """
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         force = float(slope[:n][~self.is_angle].max(initial=0.0))
         return ROUNDING * stiffest / force if force else 0.0
 
-    def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
+    def spectrum(self, rest: Rest, count: int = LOWEST_COUNT) -> Spectrum:
         """Compute the eigenvalues of small motions about a state: for many coordinates the lowest `count` and all that grow."""
         watching.get().check()
         return spectrum(self.about(rest), count=count)
@@ -290,21 +292,11 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
         for piece in strip.pieces:
             # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
             ends, inner = piece.dofs[:, :2], piece.dofs[:, 2:]
-            # chosen sizes of these polynomials, see `basis`: above their largest values, except 0.5 for 0.61 of the first
+            # chosen sizes of these polynomials, see `basis`: for the first 0.5 for its maximum of 0.61, else above the maximum
             sizes = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
             change[ends] += (change[inner] * sizes).sum(axis=1)[:, None]
             change[inner] = 0.0
     return float(change.max(initial=0.0))
-
-
-def find_angles(scene: CompiledScene) -> Array:
-    """Return True for each coordinate that is an angle, (n,); the others are lengths, which `builder.units` leaves out."""
-    return np.array([i in scene.builder.units for i in range(scene.size)], dtype=bool)
-
-
-def has_strips(scene: CompiledScene) -> bool:
-    """Return True if there are strips, so that results depend on the degree."""
-    return bool(scene.strips)
 
 
 def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:

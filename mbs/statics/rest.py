@@ -23,18 +23,18 @@ from ..spectral.tables import ForceKind, RowColumn
 from ..validate import number
 from .algebra import solve
 from .answer import ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Ending, Equilibrium, check, list_omissions
-from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distance_between, find_moving_link, has_strips, loads_of
+from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distance_between, find_moving_link, loads_of
 
 TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
 LONGEST_WAY = 60.0
-"""Sum of all changes of the pose, over the size of the mechanism, after which a motion counts as endless."""
+"""Sum of all changes of the pose, over the size of the mechanism, after which a motion counts as endless: chosen."""
 LEAST_INCREMENT = 1e-4
-"""Smallest increment of the load, over the load."""
+"""Smallest increment of the load, over the load: chosen."""
 LOAD_STEP = 0.1
 """Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
 CONVERGED = 0.2
-"""Largest change by a Newton iteration after the first, over the implicit step; after a larger one the step is refused."""
+"""Largest change by a Newton iteration after the first, over the implicit step: chosen. A step with a larger one is refused."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 ROUNDING = 1e-9
@@ -90,7 +90,7 @@ def equilibrium(
             return _make_failure(problem, error, load)
         return _answer(*watching.get().best)
     finally:
-        problem.set_parameter(1.0)
+        problem.set_parameter(1.0)  # the scene, which results have, is then that of the mechanism as given
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
@@ -151,7 +151,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
     """
     n, units = problem.scene.size, problem.units
     mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
-    for iteration in range(4):  # until forces at the end pass; the first may fail, as it stretches a strip that rotates
+    for iteration in range(4):  # until the work at the end is accepted; the first stretches a strip that rotates
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
         matrix, force_unit = problem.scale_matrix(last, mass / tau)  # for dq over units, dlambda over force_unit
         out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
@@ -175,7 +175,8 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
 def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
     """Find the equilibrium under loads times `load`; return it with a note on the method, '' if by load steps."""
     start = problem.start(load)
-    if problem.is_balanced(start._replace(multipliers=problem.balancing(start))):
+    # the pose as given may be an equilibrium: then the multipliers that fit its forces best balance them
+    if problem.is_balanced(start._replace(multipliers=problem.compute_multipliers(start))):
         return problem.newton(start), ""
     is_movable = problem.spectrum(problem.start(0.0), count=1).neutral.any()  # the lowest eigenvalue is zero: a rigid motion
     reached = 0.0
@@ -233,7 +234,7 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
 def _refine(problem: Problem, rest: Rest, keeps_degree: bool) -> tuple[Problem, Rest, float]:
     """Increase the degree, unless it `keeps_degree`, until the error is small; return problem, equilibrium and error."""
     error = previous = np.inf
-    while has_strips(problem.scene):
+    while problem.scene.strips:
         finer, guess = problem.refine(rest, DEGREE_STEP)
         watching.get().best = problem, rest, error, f"strips of the degree {problem.scene.degree} may not be enough"
         try:
@@ -247,7 +248,7 @@ def _refine(problem: Problem, rest: Rest, keeps_degree: bool) -> tuple[Problem, 
         if error <= ACCURACY or error > 0.5 * previous or problem.scene.degree > MAX_DEGREE:
             break
         previous = error
-    return problem, rest, error if has_strips(problem.scene) else 0.0
+    return problem, rest, error if problem.scene.strips else 0.0
 
 
 def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilibrium:
@@ -263,13 +264,11 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
     notes += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
     notes += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
     if status is Ending.INACCURATE and error < np.inf:
-        hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
+        hint = "; give a higher degree, or points along the strip" if problem.scene.strips else ""
         notes.append(f"its error is {error:.1e} of the longest link{hint}")
-    problem.set_parameter(1.0)
+    problem.set_parameter(1.0)  # also in the scene of a higher degree, which is that of the result
     notes += list_omissions(problem.scene.mechanism, FRICTION)
-    return Equilibrium(
-        status, "; ".join(notes), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
-    )  # fmt: skip
+    return Equilibrium(status, "; ".join(notes), problem.scene, *rest, growth == 0.0, growth, neutral, error)
 
 
 def _make_failure(problem: Problem, error: BaseException, load: float) -> Equilibrium:
@@ -280,11 +279,13 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
     status, message = Ending.NOT_REACHED, str(error)
     if isinstance(error, RunsAwayError):
         status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION
-        message += f"; open: {', '.join(contacts)}" if contacts else ""
+        message += f"; open: {', '.join(contacts)}" if contacts else ""  # all contacts: none has stopped the motion
     elif isinstance(error, SlackError):
         status = Ending.SLACK
     elif isinstance(error, USER_STOPS):
         message = "no equilibrium was found yet"
     message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
-    nowhere = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)
-    return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))
+    return Equilibrium(
+        status, message, scene, q=np.full(scene.size, np.nan), multipliers=np.full(len(scene.row_names), np.nan), load=load,
+        stable=False, growth=np.nan, neutral=(), error=np.inf,
+    )  # fmt: skip

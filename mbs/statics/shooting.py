@@ -21,7 +21,7 @@ from ..spectral.output import Output
 from ..spectral.run import RunState, integrate, memory_at_end
 from ..spectral.scene import CompiledScene
 from .algebra import null_space, solve
-from .problem import LONGEST_STEP, StaticsError, find_angles
+from .problem import LONGEST_STEP, StaticsError
 
 TOLERANCE = 1e-7
 """Tolerance of the run that chooses the steps, which later runs repeat."""
@@ -70,7 +70,8 @@ class Shooting:
     steps_left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
-        self.units, self.is_angle = self.scene.units, find_angles(self.scene)
+        self.units = self.scene.units
+        self.is_angle = np.isin(np.arange(self.scene.size), list(self.scene.builder.units))  # (n,); lengths are left out there
         self.autonomous = self._is_autonomous()
         self.step_ends: Array = np.array([1.0])  # of the stored steps, over the period
         self.has_onsets = self.grazes = False

@@ -5,10 +5,10 @@ tangent stiffness, G the Jacobian of the constraints, with changes l of their mu
 forces. Follower forces make K unsymmetric (Bolotin 1963, ch. 1), and C need not be symmetric. A state is unstable if an s has a
 positive real part.
 
-In a thin strip the rounding error of the highest eigenvalue is larger than the lowest eigenvalue. Therefore eigenvalues of the
-inverse of K + shift M are computed, theta = 1/(shift - s^2). With left and right vectors y and z the condition number is
-|y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001, doi 10.1137/S0036144500381988). Eigenvalues
-below their rounding error count as zero.
+Without damping mu = -s^2 are the eigenvalues of K and M. In a thin strip the rounding error of the highest is larger than the
+lowest. Therefore eigenvalues of the inverse of K + shift M are computed, theta = 1/(shift + mu). With left and right vectors y
+and z the condition number of s is |y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001,
+doi 10.1137/S0036144500381988). Eigenvalues below their rounding error count as zero.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ from ..geometry import Array
 from ..spectral.linear import Matrix
 from ..spectral.scene import CompiledScene
 from . import algebra
-from .algebra import COUNT, EPS, MANY, has_entries, invert, is_symmetric, null_space, sparse_null_space
+from .algebra import EPS, LOWEST_COUNT, SPARSE_COORDINATES, has_entries, invert, is_symmetric, null_space, sparse_null_space
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
 FARTHEST = 1e2
-"""Largest ratio of the lowest |s^2| above zero to the shift. A rigid motion has the largest theta, 1/shift: with one the relative
-error of that |s^2| is about the ratio times `ROUNDING`."""
+"""Largest ratio of the lowest |s^2| above zero to the shift. If there is a rigid motion, it has the largest theta, 1/shift.
+
+Then the relative error of this |s^2| is about the ratio times `ROUNDING`."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Tangent:
     @classmethod
     def at(cls, scene: CompiledScene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
         """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
-        sparse = len(q) >= MANY
+        sparse = len(q) >= SPARSE_COORDINATES
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
         needs_dense = has_entries(a.cross) or has_entries(a.damping) or not is_symmetric(a.stiffness)
         if sparse and needs_dense:  # Lanczos's method is for symmetric matrices without damping
@@ -64,14 +65,11 @@ class Tangent:
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free  # `a.cross` is X
         large = abs(a.stiffness).diagonal().copy()
         for piece in (piece for strip in scene.strips for piece in strip.pieces):
-            x, y = piece.dofs[:2]  # stiffness across a strip is a difference of numbers as large as the axial stiffness
+            # stiffness across a strip is a difference of numbers as large as its axial stiffness: both get the larger entry
+            x, y = piece.dofs[:2]
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)
-
-    def rounding(self, left: Array, right: Array) -> Array:
-        """Estimate the rounding error of y^T K z for vectors of free coordinates, (f, m)."""
-        return ROUNDING * np.einsum("ij,ij->j", np.abs(self.test @ left), self.summands @ np.abs(self.free @ right))
 
     @property
     def conservative(self) -> bool:
@@ -103,7 +101,7 @@ class Spectrum:
     """Eigenvalues s (m,) [1/s] and shapes (n, m), lowest |s| first; those that decay without oscillation come last.
 
     Of conjugate eigenvalues the one with Im s > 0 is given, of s and -s without damping the growing one. `rounding` (m,) is
-    their error [1/s], `shift` the shift of -s^2 with which they were computed [1/s^2].
+    their error [1/s], `shift` the shift with which they were computed [1/s^2].
     """
 
     values: Array
@@ -113,7 +111,10 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """True for eigenvalues that are zero to rounding, and below the shift: rigid motions, and a loss of stability."""
+        """True for eigenvalues that are zero to rounding: of rigid motions, or where an equilibrium loses its stability.
+
+        Eigenvalues with |s^2| above the shift are never counted, even with a large rounding error.
+        """
         size = np.abs(self.values)
         return (size <= self.rounding) & (size**2 <= self.shift)
 
@@ -129,7 +130,7 @@ class Spectrum:
         return not (self.growth > 0.0).any()
 
 
-def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> Spectrum:
+def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = LOWEST_COUNT) -> Spectrum:
     """Compute the eigenvalues of a tangent; `known_shift` is the shift at a nearby state, 0 if unknown.
 
     Dense matrices give all eigenvalues, sparse ones at least the `count` lowest -s^2 and all below zero.
@@ -139,14 +140,14 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = COUNT) -> 
         return Spectrum(np.empty(0, complex), np.empty((tangent.mass.shape[0], 0), complex), np.empty(0))
     modes = _damped_modes(tangent, m, c, k) if has_entries(c) else _undamped_modes(tangent, m, k, known_shift, count)
     values, left, right, errors_of_inverse, shift = modes
-    rounding = np.maximum(errors_of_inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
+    rounding = np.maximum(errors_of_inverse, _errors_by_condition(tangent, values, tangent.test @ left, tangent.free @ right))
     decays = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has many near -1/(retardation time)
     order = np.lexsort((np.abs(values), decays))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
-def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
-    """Estimate rounding errors of eigenvalues by their condition numbers; for double ones by the square root of the rounding.
+def _errors_by_condition(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
+    """Estimate rounding errors of eigenvalues s by their condition numbers; for double ones by the square root of the rounding.
 
     `total` is |y|^T (|s^2 M|+|s C|+|K|) |z|, `slope` and `second` are first and half the second derivative of y^H (...) z by s.
     """
@@ -165,73 +166,82 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
-    The first shift is `known` or an estimate. It is changed until the lowest |s^2| is at most `FARTHEST` times the shift, and
-    until no eigenvalue -s^2 is near minus the shift, where K + shift M is singular. Half the lowest |s^2| is such a shift.
+    The first shift is `known` or an estimate. It is changed until the lowest |mu| is at most `FARTHEST` times the shift, and
+    until no mu is near -shift, where K + shift M is singular. Half the lowest |mu| is such a shift.
     """
     symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
     dense = algebra.modes_of_symmetric if symmetric else algebra.modes_of_unsymmetric
     find = partial(algebra.lowest_modes, count=count) if issparse(k) else dense
     for _ in range(4):  # shifts; the last result is taken in any case
-        squared, left, right = find(m, k, shift)
-        lowest = _lowest(tangent, m, squared, left, right, shift)
-        nearest = float(np.abs(squared + shift).min())
-        is_away = nearest >= 0.2 * shift if known else lowest >= 1.5 * shift  # a known shift may exceed the lowest |s^2|
+        mu, left, right = find(m, k, shift)
+        lowest = _lowest(tangent, m, mu, left, right, shift)
+        if known:  # it may exceed the lowest |mu|
+            is_away = float(np.abs(mu + shift).min()) >= 0.2 * shift
+        else:
+            is_away = lowest >= 1.5 * shift  # chosen: below the lowest |mu| by a margin
         if is_away and lowest <= FARTHEST * shift:
             break
-        # the nearest -s^2 is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
+        # the nearest mu is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
         shift = 0.6 * shift if known and not is_away else 0.5 * lowest
-    theta = 1.0 / np.where(squared == -shift, EPS, squared + shift)
-    errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), m @ right), left, m @ right)
+    theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)
+    errors = _errors_of_inverse(theta, left, m @ right)  # m @ right: right vectors of M (K + shift M)^-1, left ones are the same
     if symmetric:
-        squared, errors, right = _improve_by_quotient(m, k, right, squared, errors)
+        mu, errors, right = _improve_by_quotient(m, k, right, mu, errors)
         left = right
-    values = np.sqrt(-np.asarray(squared, dtype=complex))
-    values = np.where(values.imag < 0.0, -values, values)
-    if symmetric:
-        values = np.where(squared > 0.0, 1j * values.imag, values.real)
+        values = np.sqrt(np.abs(mu)) * np.where(mu > 0.0, 1j, 1.0)
+    else:
+        values = np.sqrt(-np.asarray(mu, dtype=complex))
+        values = np.where(values.imag < 0.0, -values, values)
     errors_of_s = np.minimum(errors / (2 * np.abs(values) + 1e-300), np.sqrt(errors))  # the root where s is near zero
     return values, left, right, errors_of_s, shift
 
 
-def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, errors: Array) -> tuple[Array, Array, Array]:
-    """Replace eigenvalues -s^2 by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones."""
-    squared, errors, vectors = _use_quotients(m, k, vectors, squared, errors, vectors)
-    if issparse(k) or (errors <= 1e-4 * np.abs(squared)).all():
-        return squared, errors, vectors
-    order = np.argsort(squared)  # as `eigh` does; its vectors are computed from M and K, not from the inverse
-    return _use_quotients(m, k, eigh(k, m)[1], squared[order], errors[order], vectors[:, order])
+def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, mu: Array, errors: Array) -> tuple[Array, Array, Array]:
+    """Replace eigenvalues mu by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones."""
+    mu, errors, vectors = _use_quotients(m, k, vectors, mu, errors, vectors)
+    if issparse(k) or (errors <= 1e-4 * np.abs(mu)).all():  # 1e-4, chosen: else all modes are computed once more
+        return mu, errors, vectors
+    order = np.argsort(mu)  # as `eigh` does; its vectors are computed from M and K, not from the inverse
+    return _use_quotients(m, k, eigh(k, m)[1], mu[order], errors[order], vectors[:, order])
 
 
 def _use_quotients(
-    m: Matrix, k: Matrix, trial: Array, squared: Array, errors: Array, vectors: Array
+    m: Matrix, k: Matrix, trial: Array, mu: Array, errors: Array, vectors: Array
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Return eigenvalues, errors and vectors: Rayleigh quotients of trial vectors where their residual is less than the error."""
+    """Return eigenvalues mu, errors and vectors: Rayleigh quotients of trial vectors where their residual is less than the error.
+
+    Trial vectors have the modal mass z^T M z = 1.
+    """
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     quotient = np.einsum("ij,ij->j", trial, k @ trial)
     residual = k @ trial - m @ trial * quotient
     error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve_mass(residual))))
     is_better = error < errors
-    return np.where(is_better, quotient, squared), np.where(is_better, error, errors), np.where(is_better, trial, vectors)
+    return np.where(is_better, quotient, mu), np.where(is_better, error, errors), np.where(is_better, trial, vectors)
 
 
-def _errors_of_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
-    """Estimate errors of 1/theta, theta eigenvalues of a matrix with the rounding error of the largest; `product` is y^H z."""
-    condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(np.abs(product), 1e-300)
+def _errors_of_inverse(theta: Array, left: Array, right: Array) -> Array:
+    """Estimate errors of 1/theta, if all eigenvalues theta of a matrix have the rounding error of the largest times a condition.
+
+    The condition number is |y| |z| / |y^H z|, with left and right vectors y and z of the matrix.
+    """
+    product = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+    condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(product, 1e-300)
     with np.errstate(all="ignore"):
         return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
 
 
-def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
-    """Return the smallest |s^2| that is above its rounding error; the shift if there is none."""
-    modal_mass = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
-    rounding, size = tangent.rounding(left, right), np.abs(squared)
+def _lowest(tangent: Tangent, m: Matrix, mu: Array, left: Array, right: Array, shift: float) -> float:
+    """Return the smallest |mu| that is above its rounding error; the shift if there is none."""
+    modal_mass, size = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right)), np.abs(mu)
+    rounding = ROUNDING * np.einsum("ij,ij->j", np.abs(tangent.test @ left), tangent.summands @ np.abs(tangent.free @ right))
     with np.errstate(all="ignore"):
         return float(min(size[(size * modal_mass > rounding) & np.isfinite(size)], default=shift))
 
 
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
-    """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, squared shift.
+    """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, mu shift.
 
     With h = shift, x = (z, z'/h) has x' = A x. From (A - h) x = b follow the rows of the inverse, whose eigenvalues are
     theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.
@@ -245,7 +255,7 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         theta, left, right = eig(np.vstack([place_rows, rate_rows]), left=True)
         values = shift + invert(theta)
         upper = values.imag >= 0.0
-        errors = _errors_of_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[upper]
+        errors = _errors_of_inverse(theta, left, right)[upper]
         # the lower half of a left vector of A is M y up to a factor, if y^H (s^2 M + s C + K) = 0
         values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
@@ -257,6 +267,6 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
 
 
 def _first_shift(m: Matrix, k: Matrix) -> float:
-    """Estimate a first shift of -s^2 [1/s^2]: a thousand roundings of the highest eigenvalue, so that K + shift M is regular."""
+    """Estimate a first shift [1/s^2]: a thousand roundings of the highest eigenvalue, so that K + shift M is regular."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)  # 1e-12: any, for a mechanism without stiffness

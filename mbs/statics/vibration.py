@@ -11,7 +11,7 @@ from ..progress import USER_STOPS, watch, watching
 from ..spectral.scene import CompiledScene
 from ..validate import whole
 from .answer import ACCURACY, DEGREE_STEP, LARGEST_ERROR, MAX_DEGREE, Answer, Ending, Equilibrium, check, list_omissions
-from .problem import SEARCH_STOPS, Problem, Rest, find_moving_link, has_strips, loads_of
+from .problem import SEARCH_STOPS, Problem, Rest, find_moving_link, loads_of
 from .rest import equilibrium
 from .spectrum import Spectrum
 
@@ -21,7 +21,7 @@ AMPLITUDE = 1e-4
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
-    """Small motions exp(s t) about an equilibrium: rigid motions, vibrations and growth by |s|, then decay without oscillation.
+    """Small motions exp(s t) about an equilibrium, in the order of |s|; those that decay without oscillation come last.
 
     At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
     (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the largest of rounding, the change by a higher degree
@@ -99,7 +99,7 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state, for which the loads are scaled; then set those of the mechanism as given again."""
+    """Compute the spectrum at a state. Its load factor is set for that only: the scene, as given, is part of results."""
     found = problem.spectrum(rest)
     problem.set_parameter(problem.initial)
     return found
@@ -112,14 +112,14 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
     """
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf  # errors of `found`; relative change in the refinement before
-    while has_strips(problem.scene):
+    while problem.scene.strips:
         finer, state = problem.refine(rest, max(DEGREE_STEP, problem.scene.degree // 4))  # larger steps where degrees are high
         try:
             watching.get().step()
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except SEARCH_STOPS as error:
-            # a stop after an earlier refinement leaves its errors valid; a failure does not
+            # a stop after an earlier refinement leaves its errors valid; after a failure at a higher degree they are doubtful
             keeps_errors = isinstance(error, USER_STOPS) and previous < np.inf
             if not keeps_errors:
                 errors = np.full(len(errors), np.inf)
@@ -129,6 +129,7 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
             problem, rest, found = finer, state, new
         change = np.full(min(count, len(found.values)), np.inf)
         common = min(count, len(coarse.values), len(new.values))
+        # compared by their order: where two change places, their errors are too large
         change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(coarse)[:common])
         rounding, is_neutral = found.rounding[:count], found.neutral[:count]  # neutral: zero to rounding
         errors = np.maximum(change, np.where(is_neutral, 0.0, rounding))
@@ -154,7 +155,7 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
         for sign in (1, -1):
             displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
-    return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # 0.05, chosen: far above the 1e-3 of smooth laws
+    return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # 0.05, chosen: smooth laws change values far less
 
 
 def _eigenvalues(found: Spectrum) -> Array:

@@ -52,7 +52,7 @@ def both(monkeypatch, scene, rest):
     """The spectrum by Lanczos's method and that of dense matrices."""
     problem, found = Problem(scene, loads_of(scene)), []
     for many in (0, NEVER):
-        monkeypatch.setattr(spectra, "MANY", many)
+        monkeypatch.setattr(spectra, "SPARSE_COORDINATES", many)
         found.append(problem.spectrum(rest))
     return found
 
