@@ -11,10 +11,6 @@ import numpy as np
 from ..geometry import Array
 from ..scene.linkage import Linkage, invert
 
-ROUNDING = 2e-15
-"""Residual over the scale at which loops are closed to rounding: nine times the 2.2e-16 of 1, chosen.
-
-`close_loops` also ends where rounding keeps the residual above it."""
 CLOSED = 1e-9
 """Largest residual of closed loops over the scale; a larger one means that redundant rows contradict others."""
 
@@ -39,7 +35,7 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
         gap = float(np.abs(residual).max(initial=0.0))
         if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
             return None
-        is_exact = gap < ROUNDING * scale
+        is_exact = gap < 2e-15 * scale  # chosen: nine roundings of the scale
         is_stalled = previous < CLOSED * scale and gap >= previous  # rounding lets it decrease no further
         if is_exact or is_stalled:
             return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None

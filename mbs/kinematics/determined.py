@@ -29,8 +29,6 @@ LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
 SMALL_ERROR = 0.01
 """Error of the prediction of a step, over the longest link, below which the next step is longer: chosen."""
-SPEED_ERROR = 0.3
-"""Largest error of the linear prediction of speeds in a step, relative to the largest speed: chosen."""
 
 
 @dataclass(frozen=True)
@@ -100,15 +98,14 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
     def _is_refused(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds differ too much from their linear prediction in a step, or if it passes a singular pose."""
+        """Return True if speeds differ by 0.3, chosen, from their linear prediction, or if the step passes a singular pose."""
         h = float(after.time[0] - before.time[0])
         error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         largest = max(slow, self._largest_speed(before), self._largest_speed(after))
-        return error > SPEED_ERROR * largest or passes_singularity(self.linkage, before, after)
+        return error > 0.3 * largest or passes_singularity(self.linkage, before, after)
 
     def _largest_speed(self, course: Course) -> float:
-        """Return the largest speed of the links' start points, and of their angles times lengths [m/s]."""
-        return float(np.abs(course.q_t * self.lengths).max())
+        return float(np.abs(course.q_t * self.lengths).max())  # of start points, and of angles times lengths [m/s]
 
     def _diagnose_end(self, anchors: list[Course]) -> Ended:
         """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
@@ -120,10 +117,8 @@ class Follower:
         return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
 
     def at(self, times: Array) -> Course:
-        """Return the motion at times before the end [s]; raise an UnclosedError with a time at which loops do not close.
-
-        If that happens, or if there are more than 1024 times, each half of them is tried.
-        """
+        """Return the motion at times before the end [s]; raise an UnclosedError with a time at which loops do not close."""
+        # all at once, if there are not too many (1024 is chosen); if that fails, each half
         found = close_loops(self.linkage, times, _quintic(self.anchors, times)) if len(times) <= 1024 else None
         if found is not None:
             return found

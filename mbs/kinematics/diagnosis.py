@@ -12,17 +12,12 @@ from ..scene.linkage import Linkage, involved_elements
 from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
-LEAST_SINGULAR_VALUE = 0.05
-"""Least singular value of the Jacobian below which a pose may be singular: chosen. It is zero there; a run ends before."""
 IN_LINE = 0.3
 """Sine of the angle between two links below which they count as in line: chosen. A run ends shortly before the pose."""
 
 
-def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
-    """Explain a singular pose in words: links in line, a link square to a guide, or the elements of dependent rows.
-
-    `rows` are indices of rows that are independent in other poses; all by default.
-    """
+def explain_singularity(linkage: Linkage, q: Array, rows: Array) -> str:
+    """Explain a singular pose in words: links in line, a link square to a guide, or elements whose rows are dependent there."""
     mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints}
     for first, second in combinations([link.name for link in mechanism.links], 2):
@@ -35,12 +30,10 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array | None = None) -
             found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
     if found:
         return min(found)[1]
-    matrix = linkage.jacobian(q)
-    rows = np.arange(len(matrix)) if rows is None else rows
-    weights = np.linalg.svd(matrix[rows])[0][:, -1]  # of a sum of rows that nearly vanishes: the last left singular vector
+    weights = np.linalg.svd(linkage.jacobian(q)[rows])[0][:, -1]  # of a sum of rows that nearly vanishes
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
-    return f"{', '.join(repr(name) for name in names)} hold the linkage"
+    return f"{', '.join(repr(name) for name in names)} hold the linkage"  # as their rows are dependent in this pose
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
@@ -63,7 +56,8 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     if not len(independent) or not np.isfinite(last).all():
         return None
     at_start, at_end = (np.linalg.svd(matrix[independent], compute_uv=False)[-1] for matrix in (first, last))
-    if at_end > min(LEAST_SINGULAR_VALUE, 0.2 * at_start):  # 0.2: a regular linkage may have a small one from the start
+    # in a singular pose it is zero, but the run ends before: 0.05 is chosen; 0.2: a regular linkage may have a small one at first
+    if at_end > min(0.05, 0.2 * at_start):
         return None
     t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[independent])
     if mechanism.drives:

@@ -17,8 +17,6 @@ from ..scene.scene import Scene
 from ..solvers import Closure, Controlled, Equal
 from .determined import Ended, Follower, UnclosedError
 
-SAMPLES_PER_TURN = 400
-"""Number of samples in a turn at the drive's largest speed, one at each 0.9 degrees."""
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
 
@@ -26,8 +24,7 @@ BEFORE_KINK = 1e-12
 def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
     """Make one run, without an error estimate: close the loops over time, then sample motion and forces.
 
-    Raises ValueError if joints and drives alone do not determine the motion and all forces; KinematicsError if the drive cannot
-    move the linkage from its start.
+    Raises ValueError if joints and drives alone do not decide motion and forces, KinematicsError if drives cannot move the start.
     """
     reason = Scene.of(mechanism).why_not_kinematic
     if reason:
@@ -76,29 +73,23 @@ def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver:
 
 def _find_failed_load(record: Record) -> Ended | None:
     """Find the first time at which the force of a load is no finite number, as after an error in a function of the user."""
-    found = None
+    failed = list[Ended]()
     for name, load in Scene.of(record.mechanism).elements.items():
-        if isinstance(load, Load):
-            for push in load.pushes(name, record):
-                fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
-                failed_times = record.time[1:][fails[1:]]  # not at t = 0, where the mechanism has tried the function
-                if len(failed_times) and (found is None or failed_times[0] < found.time):
-                    t = float(failed_times[0])
-                    reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
-                    found = Ended(t, Status.FUNCTION_FAILED, reason)
-    return found
+        for push in load.pushes(name, record) if isinstance(load, Load) else ():
+            fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
+            for t in record.time[1:][fails[1:]][:1]:  # not at t = 0, where the mechanism has tried the function
+                reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
+                failed.append(Ended(float(t), Status.FUNCTION_FAILED, reason))
+    return min(failed, key=lambda ended: ended.time, default=None)
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Return sample times [s]: equal steps, or `SAMPLES_PER_TURN`, and both sides of each kink of a drive or load.
-
-    If more than `max_steps` steps are needed, `max_steps` + 1 steps are returned.
-    """
+    """Return sample times [s]: equal steps, or 400 in a turn at the largest speed, and both sides of each kink."""
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-    count = ceil(max(duration / steps.longest(duration), SAMPLES_PER_TURN * turns))
-    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
+    count = ceil(max(duration / steps.longest(duration), 400 * turns))  # one at each 0.9 degrees
+    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one more shows that they are too many
     if count <= steps.max_steps:
         equidistant[-1] = duration
     kinks = np.array(Scene.of(mechanism).kinks(duration))
@@ -109,16 +100,13 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 
 
 def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
-    """Replace the samples of the grid in a step, from anchor to anchor [s], by `least` equal intervals if they are fewer.
-
-    Steps are short near a dead centre, or where the drive reverses. Pairs of samples at kinks stay; other old samples would make
-    the intervals uneven, which spoils the energy balance.
-    """
+    """Replace the samples of the grid in a step, from anchor to anchor [s], by `least` equal intervals if they are fewer."""
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])
     has_few_samples = np.diff(np.searchsorted(grid, ends)) < least  # for each step
     finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(has_few_samples)]
     is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]  # 2: the distance in a pair has an error of rounding
     step = np.searchsorted(ends, grid, side="right") - 1  # number of the step in which a sample lies
+    # pairs at kinks stay; other old samples would make intervals uneven, which spoils the energy balance
     stays = ~np.append(has_few_samples, False)[step]  # False: the last sample is the end of the last step
     stays |= np.append(is_pair, False) | np.append(False, is_pair)
     stays[[0, -1]] = True
