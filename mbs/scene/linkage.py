@@ -6,13 +6,11 @@ J q_t = -C_t and second rates J q_tt = gamma - C_tt. The convective term gamma =
 (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,17 +36,13 @@ DISPLACEMENT = 1e-2
 
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism with rigid links.
-
-    The acceleration of a drive is a finite difference of its speed. No time after `last` [s], the end of the run, is used for
-    it: a table of speeds may end there.
-    """
+    """Loop closure of a mechanism with rigid links; speeds of drives are not evaluated after `last` [s], the end of a run."""
 
     mechanism: Mechanism
     last: float = np.inf
 
-    def limit_drives(self, last: float) -> Linkage:
-        """Return a copy whose differences of the speeds of drives use no time after `last` [s]."""
+    def limit_drives(self, last: float) -> Self:
+        """Return a copy that takes accelerations, differences of speeds of drives, from times up to `last` [s]."""
         limited = copy(self)  # with the cached rows
         object.__setattr__(limited, "last", last)
         return limited
@@ -73,18 +67,18 @@ class Linkage:
         return max(self.mechanism.length(link.name) for link in self.mechanism.links)
 
     @cached_property
-    def _rows_by_element(self) -> dict[str, list[Row]]:
-        return {name: list(element.rows(self.mechanism)) for name, element in self.mechanism.elements().items()}
+    def _named_rows(self) -> list[tuple[str, Row]]:
+        return [(name, row) for name, element in self.mechanism.elements().items() for row in element.rows(self.mechanism)]
 
     @cached_property
     def rows(self) -> list[Row]:
         """Constraint equations of all elements."""
-        return [row for rows in self._rows_by_element.values() for row in rows]
+        return [row for _, row in self._named_rows]
 
     @cached_property
     def names(self) -> list[str]:
         """Name of the element of each row."""
-        return [name for name, rows in self._rows_by_element.items() for _ in rows]
+        return [name for name, _ in self._named_rows]
 
     @cached_property
     def motions(self) -> dict[int, Any]:
@@ -141,10 +135,7 @@ class Linkage:
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
     def drive_travel(self, time: ArrayLike, order: int = 0) -> Array:
-        """Return the travel of the drive in each row [m or rad], or its derivative of an order up to 2, shape (..., rows).
-
-        It is 0 in rows without a drive.
-        """
+        """Return the travels (..., rows) of the drives of rows [m or rad], or derivatives of order 1 or 2; 0 without a drive."""
         time = np.asarray(time, dtype=float)
         values = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.motions.items():
@@ -161,9 +152,8 @@ class Linkage:
     def general_pose(self) -> Array:
         """Pose in general position (links, 3), near the pose at t = 0: all loops are closed, drives are free to move.
 
-        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. Four poses (a
-        chosen number) are tried in random directions. The one with the most independent rows is taken. A linkage that cannot
-        move has the pose at t = 0.
+        Rows that are dependent at t = 0 only, such as those of a parallelogram in one line, are independent here. It is the best
+        of four random poses, a chosen number. A linkage that cannot move has the pose at t = 0.
         """
         reference = self.reference
         rows = np.array([k for k in self.permanent_rows if k not in self.motions], dtype=int)

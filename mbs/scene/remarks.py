@@ -11,11 +11,6 @@ from ..mechanism import Mechanism
 from .linkage import DEPENDENT, Linkage
 from .start import compute_jacobians, name_surplus_drives
 
-UNDETERMINED = 1e-6
-"""Component of a unit null vector of J^T above which the multiplier of its row is undetermined.
-
-Rounding changes components by up to 1e-16 over the least singular value above zero. That is at least `DEPENDENT`, 1e-9."""
-
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
     """List remarks on a mechanism, in sentences: redundant constraints, too many drives, joints that seem to be missing."""
@@ -44,18 +39,13 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 
 def _named_places(*parts: object) -> set[str]:
-    """Return all texts in quotes in the printed form of elements, split at colons: names of points and links among them.
-
-    A point or link that is named like another text there gets no remark.
-    """
+    """Return the names of points and links in the printed form of elements, in quotes and split at colons."""
+    # other texts in quotes are found as well: a point with such a name gets no remark
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
 def _free_links(linkage: Linkage) -> Iterator[str]:
-    """Yield remarks on three kinds of links: joined to nothing; free to turn in a guide; free to move with all drives held.
-
-    The last kind only matters if there are drives.
-    """
+    """Yield remarks on links joined to nothing, free to turn in a guide, or free to move although drives are held."""
     mechanism = linkage.mechanism
     groups = _groups(mechanism)
     with_effects = _named_places(mechanism.loads, mechanism.stops, mechanism.velocities)
@@ -106,7 +96,8 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     left, values, _ = np.linalg.svd(matrix)
     rank = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # relative to the largest singular value, or 1
     shares = np.abs(left[:, rank:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
-    return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > UNDETERMINED))
+    # 1e-6: rounding changes components by up to 1e-16 over the least singular value above zero, at least DEPENDENT = 1e-9
+    return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > 1e-6))
 
 
 def _constraints(linkage: Linkage) -> tuple[list[str], Array]:

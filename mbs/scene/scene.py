@@ -1,7 +1,5 @@
 """Scene: properties that follow from a mechanism, computed once for solvers, statics, checks and signals."""
 
-from __future__ import annotations
-
 from collections import Counter
 from functools import cached_property
 from math import pi, sqrt
@@ -18,27 +16,15 @@ from .linkage import Linkage
 from .remarks import find_redundant, find_undetermined, remarks
 from .start import Start, start
 
-STIFF_RATE = 1e5
-"""Decay rate of contact damping above which runs are implicit [1/s]: for stability explicit steps must be below some 3/rate."""
-DEPTH = 1e-5
-"""Depth at which contact damping is evaluated [m]: between the depths of light and hard impacts."""
-SPEED = 1e-3
-"""Speed of penetration at which the damping force is evaluated [m/s]: small against `ONSET_SPEED`."""
-ONSET_SPEED = 0.1
-"""Onset speed with which contact damping is evaluated [m/s], as in a moderate impact: some laws divide by it."""
-
 
 class Scene:
-    """Mechanism with derived properties: constraints, start, redundant constraints, sizes, times.
-
-    A property is computed at first use and kept, as a mechanism never changes.
-    """
+    """Mechanism with derived properties, each computed at first use and kept, as a mechanism never changes."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
 
     @classmethod
-    def of(cls, mechanism: Mechanism) -> Scene:
+    def of(cls, mechanism: Mechanism) -> "Scene":
         """Return the scene of a mechanism; the mechanism stores it."""
         if not hasattr(mechanism, "scene"):
             object.__setattr__(mechanism, "scene", cls(mechanism))
@@ -164,20 +150,19 @@ class Scene:
 
     @cached_property
     def is_stiffly_damped(self) -> bool:
-        """True if a joint with clearance damps the lightest link at a rate beyond `STIFF_RATE`."""
+        """True if contacts damp the lightest link at a rate of 1e5/s or more: explicit steps are stable below some 3/rate."""
         laws = [joint.law for joint in self.clearances]
         if not laws:
             return False
         lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)
-        changes = [law.force(DEPTH, SPEED, ONSET_SPEED) - law.force(DEPTH, 0.0, ONSET_SPEED) for law in laws]
-        return max(changes) / SPEED / lightest >= STIFF_RATE
+        depth = 1e-5  # [m], between the depths of light and hard impacts
+        speed, onset = 1e-3, 0.1  # of penetration, small, and at the onset of a moderate impact [m/s]: some laws divide by it
+        changes = [law.force(depth, speed, onset) - law.force(depth, 0.0, onset) for law in laws]
+        return max(changes) / speed / lightest >= 1e5
 
     @cached_property
     def is_explicit_in_exudyn(self) -> bool:
-        """True if Exudyn integrates explicitly, which takes a mechanism without constraints, further states and stiff damping.
-
-        Then links are rigid, all joints have clearance, and drives have constant speeds.
-        """
+        """True if Exudyn runs explicitly: nothing is constrained or stiff, and no element has states of its own."""
         mechanism = self.mechanism
         return (
             bool(mechanism.joints)

@@ -77,14 +77,12 @@ class Stations:
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
-    """Return the matrix (3, 3) from weighted velocities, along and across a link and of its angle, to (vx, vy, spin).
-
-    A weighted velocity is the velocity times the square root of a stiffness: E A/L along, E I/L^3 across, E I/L for the angle.
-    """
+    """Return the matrix (3, 3) from weighted velocities of a link, along, across and of the angle, to (vx, vy, spin)."""
     link, length = mechanism.link(name), mechanism.length(name)
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
     axial, bending = link.body.section.axial_stiffness, link.body.section.bending_stiffness
+    # a weighted velocity is the velocity times the square root of its stiffness
     stiffnesses = np.array([axial / length, bending / length**3, bending / length])
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) / np.sqrt(stiffnesses)
 
@@ -99,11 +97,8 @@ def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, 
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
-    """Explain that a mechanism has more drives than degrees of freedom; return '' if it has not.
-
-    They are counted near the pose at t = 0, in a pose where no rows are dependent by chance.
-    """
-    matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))
+    """Explain that a mechanism has more drives than degrees of freedom; return '' if it has not."""
+    matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))  # near t = 0, where no rows are dependent by chance
     driven = [k for k in linkage.permanent_rows if k in linkage.motions]  # rows that follow a drive throughout a run
     constraints = [k for k in linkage.permanent_rows if k not in linkage.motions]
     free = matrix.shape[1] - rank(matrix[constraints])
@@ -114,10 +109,7 @@ def name_surplus_drives(linkage: Linkage) -> str:
 
 
 def start(linkage: Linkage) -> Start:
-    """Compute the velocities at t = 0.
-
-    Raises KinematicsError, with the names of the elements, at a dead centre or if velocities contradict each other.
-    """
+    """Compute the velocities at t = 0; raise a KinematicsError at a dead centre or if they contradict each other."""
     rigid, flexible = compute_jacobians(linkage)
     right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)  # speeds of the drives, 0 in other rows
     stations = Stations(linkage.mechanism)
