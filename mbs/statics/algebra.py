@@ -35,15 +35,12 @@ Matrix: TypeAlias = Array | csr_array
 
 
 def solve(matrix: Matrix, right: Array) -> Array:
-    """Solve linear equations; by least squares if the matrix is singular, with redundant constraints or free motions.
-
-    Near a limit point the matrix is ill-conditioned, but the solution is accepted. Return nan for invalid entries.
-    """
+    """Solve linear equations, by least squares if the matrix is singular; return nan for invalid entries."""
     try:
         with np.errstate(all="ignore"):
             out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
         largest_residual, largest = np.abs(matrix @ out - right).max(initial=0.0), np.abs(right).max(initial=1e-300)
-        # a residual is about EPS times the condition number: 1e-6 allows one of 5e9
+        # a residual is about EPS times the condition number: 1e-6 allows one of 5e9, as near a limit point
         if np.isfinite(out).all() and largest_residual <= 1e-6 * largest:
             return np.asarray(out)
     except (np.linalg.LinAlgError, SingularError):

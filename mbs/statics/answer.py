@@ -1,10 +1,8 @@
 """Results of the statics, with status and message, and checks of the input."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -130,8 +128,7 @@ def list_omissions(mechanism: Mechanism, friction_remark: str) -> list[str]:
 def compute_reactions(scene: CompiledScene, multipliers: Array, name: str) -> Array:
     """Convert multipliers lambda (steps, r) to the reactions of an element (steps, rows), with the signs of its signals.
 
-    A joint has the force on its second body, a guide the lateral force on its block, a drive its torque or force. A rope has its
-    tension, a gear the force at its teeth.
+    A joint has the force on its second body, a guide that on its block, a drive its torque or force, a rope its tension.
     """
     rows = [i for i, row in enumerate(scene.row_names) if row == name]
     if not rows:
@@ -143,7 +140,7 @@ def compute_reactions(scene: CompiledScene, multipliers: Array, name: str) -> Ar
 
 
 KEYS = {"limit": "limits", "branching": "branchings", "flutter": "flutter", "fold": "folds", "doubling": "doublings"}
-"""Key of the errors of each kind of critical point."""
+"""Key of the errors of each kind of critical point; folds and doublings are those of periodic motions."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +185,7 @@ class Equilibrium(Answer):
 def parameters_at(kind: str, doc: str) -> Any:
     """Make the property that lists the parameters at critical points of a kind."""
 
-    def parameters(route: Route) -> list[float]:
+    def parameters(route: "Route") -> list[float]:
         """Return the parameters, each as often as its multiplicity."""
         return [point.rest.parameter for point in route.points if point.kind == kind for _ in range(point.multiple)]
 
@@ -210,8 +207,9 @@ class Route(Answer):
     q: Array
     points: list[Any]
     errors: dict[str, Array] = field(default_factory=dict)
+    ordinate: ClassVar[str] = ""  # prefix of the axis label of `plot`
 
-    def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
+    def plot(self, link: str, point: str, axis: str = "y", ax: "Axes | None" = None) -> "Axes":
         """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
         return import_late("view.plot:plot_path")(self, link, point, axis, ax)
 
@@ -241,15 +239,11 @@ class Path(Route):
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
     growth: Array = field(default_factory=lambda: np.empty(0))
     unstable: Array = field(default_factory=lambda: np.empty(0, int))
-    branches: list[Path] = field(default_factory=list)
+    branches: list["Path"] = field(default_factory=list)
 
-    def rounding(self, name: str, count: int) -> Array:
-        """Return rounding errors, the least possible ones, of the first `count` `limits`, `branchings` or `flutter`.
-
-        They are 0 beyond the points that this path has; the path of another degree may have more.
-        """
-        known = [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
-        return np.array((known + count * [0.0])[:count])
+    def rounding(self, name: str) -> list[float]:
+        """Return rounding errors, the least possible ones, of the parameters of `limits`, `branchings` or `flutter`."""
+        return [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
 
     limits = parameters_at("limit", "Parameters at limit points.")
     branchings = parameters_at("branching", "Parameters at branchings, repeated for each eigenvalue that passes zero.")
@@ -265,11 +259,10 @@ class Path(Route):
         marker = self.scene.marker(link, point)
         return np.array([self.scene.read(marker, q).position for q in self.q])
 
-    def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return positions to draw, on the path and at critical points, and the prefix of the axis label: none for positions."""
+    def ordinates(self, link: str, point: str) -> tuple[Array, list[Array]]:
+        """Return positions (x, y) to draw, on the path and at critical points."""
         marker = self.scene.marker(link, point)
-        criticals = [self.scene.read(marker, critical.rest.q).position for critical in self.points]
-        return self.point(link, point), criticals, ""
+        return self.point(link, point), [self.scene.read(marker, critical.rest.q).position for critical in self.points]
 
     def reaction(self, name: str) -> Array:
         """Return force or torque of a constraint [N or N m], shape (steps, rows), with the signs of a run's signals."""

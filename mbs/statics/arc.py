@@ -18,9 +18,9 @@ from ..geometry import Array
 from .problem import Plane, Problem, Rest, StaticsError
 
 SHORTEST = 1e-7
-"""Arc length below which continuation ends."""
+"""Arc length below which continuation ends: chosen."""
 NEAR = 1e-9
-"""Change in the metric of the path that counts as zero."""
+"""Change in the metric of the path that counts as zero: chosen."""
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 STENCIL = 1e-2
@@ -28,20 +28,17 @@ STENCIL = 1e-2
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, relative to the step, at which it is on the path."""
 CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs tried in this order, twice: up to each a corner of the path is searched, and each is a first step behind the corner."""
+"""Arcs within which a corner of the path is searched, one after the other, and lengths tried for the step behind it: chosen."""
 
 
 class Step(NamedTuple):
-    """Step from the equilibrium `rest` along a direction to the equilibrium `new` on the plane at a distance `arc`.
-
-    If it passes a corner, direction and arc are those behind the corner, which is near `rest`.
-    """
+    """Step along a direction from the equilibrium `rest`, or a corner near it, to `new` on the plane at a distance `arc`."""
 
     rest: Rest
     direction: Array
     new: Rest
     arc: float
-    passes_corner: bool = False
+    passes_corner: bool = False  # direction and arc are then those behind the corner
 
 
 class Arc:
@@ -67,8 +64,8 @@ class Arc:
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
         """Find the equilibrium on the plane at a distance along a direction by Newton's method from a guess.
 
-        The default guess is the prediction rest + step direction, from which Newton steps must decrease. Raise a StaticsError if
-        it differs from the prediction by more than half the step; coordinates are also compared without p, which may hide them.
+        The default guess is the prediction, rest + step direction, from which Newton steps must decrease. Raise a StaticsError if
+        the equilibrium is farther from the prediction than half the step.
         """
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
@@ -76,24 +73,22 @@ class Arc:
         predicted = problem.vector(rest) + step * direction
         first, plane = self._rest(predicted if guess is None else guess), Plane(normal, value, unit=abs(self.span))
         new = problem.newton(first, plane, must_decrease=guess is None, origin=rest)
-        change, correction = step * direction, problem.vector(new) - predicted
-        for part in (slice(None), slice(n)):  # the whole state, its coordinates
-            size, corrected = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (change, correction))
-            if corrected > 0.5 * size + NEAR:
-                raise StaticsError("too far from where the path was expected")
+        weight = np.sqrt(self.metric)
+        change, correction = weight * step * direction, weight * (problem.vector(new) - predicted)
+        # of the whole state, and of coordinates alone, as a large change of p may hide theirs
+        is_far = any(np.linalg.norm(correction[:m]) > 0.5 * np.linalg.norm(change[:m]) + NEAR for m in (None, n))
+        if is_far:
+            raise StaticsError("too far from where the path was expected")
         return new
 
     def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
-        """Find the next equilibrium at an arc, which is halved until that succeeds; if it never does, step around a corner.
-
-        At a corner a contact closes or opens, so that the tangent turns at once. Raise a StaticsError if there is none.
-        """
+        """Find the next equilibrium at an arc, which is halved until that succeeds, or behind a corner; else raise an error."""
         while arc > SHORTEST:
             try:
                 return Step(rest, direction, self.find_on_plane(rest, direction, arc), arc)
             except StaticsError:
                 arc *= 0.5
-        for far in CORNER_ARCS:
+        for far in CORNER_ARCS:  # at a corner a contact closes or opens, so that the tangent turns at once
             corner = self._find_corner(rest, direction, far)
             if corner is None:
                 continue
@@ -106,12 +101,10 @@ class Arc:
     def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
 
-        def at(arc: float) -> Rest:
-            """Return the state on the straight line, close to an equilibrium as arcs are short."""
+        def at(arc: float) -> Rest:  # on the straight line: nearly an equilibrium, as arcs are short
             return self._rest(self.problem.vector(rest) + arc * direction)
 
-        def is_behind(arc: float) -> bool:
-            """Return True if the tangent has turned at an arc."""
+        def is_behind(arc: float) -> bool:  # the tangent has turned
             return float(self.metric * direction @ self.direction(at(arc), direction)) < np.cos(CORNER)
 
         if not is_behind(far):
@@ -120,7 +113,7 @@ class Arc:
         for _ in range(30):  # to a billionth of the arc
             middle = 0.5 * (near + far)
             near, far = (near, middle) if is_behind(middle) else (middle, far)
-        return at(far)
+        return at(far)  # from which Newton's method finds the path behind the corner
 
     def _rest(self, vector: Array) -> Rest:
         """Split a vector (q, lambda, p) into a state."""
@@ -150,15 +143,11 @@ class Arc:
         return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *nearest]) / step.arc, values)(arc / step.arc))
 
     def find_root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign.
-
-        If Newton's method fails, interpolate linearly between the nearest known equilibria on both sides.
-        """
+        """Find the root of a function of the equilibria of a step by Brent's method; None without a change of sign."""
         known: dict[float, Rest] = {}
         values: dict[float, float] = {}
 
         def evaluate(arc: float) -> float:
-            """Evaluate the function at an arc, which is then known."""
             rest = self.equilibrium_at(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
@@ -171,19 +160,17 @@ class Arc:
                 evaluate(root)
             return known[root]  # even if the function is not zero there: it may jump, with a change of sign
         except StaticsError:
-            # known arcs at which the function has the sign that it has at the start, and the other one
-            same, other = ([arc for arc in known if values[arc] * values[0.0] * sign > 0.0] for sign in (1.0, -1.0))
-            if not (same and other):
+            # known arcs by the sign of the function, which is assumed to change once in the step
+            before = [arc for arc in known if values[arc] * values[0.0] > 0.0]
+            behind = [arc for arc in known if values[arc] * values[0.0] < 0.0]
+            if not (before and behind):
                 return None
-            a, b = max(same), min(other)
+            a, b = max(before), min(behind)  # interpolate linearly between the nearest equilibria on both sides
             first, second = self.problem.vector(known[a]), self.problem.vector(known[b])
             return self._rest(first + values[a] / (values[a] - values[b]) * (second - first))
 
     def find_crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
-        """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there.
-
-        Polynomials of two degrees interpolate equilibria about a rough root; if their roots differ, `find_root` is used.
-        """
+        """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there."""
         if function(step.rest) * function(step.new) > 0.0:
             return None
         stencil, spacing = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0]), 2.0 * STENCIL * step.arc
@@ -204,8 +191,7 @@ class Arc:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
         def evaluate(arc: float) -> float:
-            """Evaluate the function at an arc, or at a chosen 0.3 of the tolerance beside it."""
-            for offset in (0.0, 0.3, -0.3):
+            for offset in (0.0, 0.3, -0.3):  # beside the arc, over the tolerance; 0.3: chosen
                 try:
                     return function(self.equilibrium_at(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
                 except StaticsError as error:

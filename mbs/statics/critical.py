@@ -12,17 +12,14 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
+from ..spectral.start import slopes
 from .algebra import SPARSE_COORDINATES
 from .arc import Arc, Step
 from .problem import Problem, Rest, StaticsError
-from .spectrum import Spectrum, Tangent, spectrum
+from .spectrum import Spectrum, spectrum
 
 FEW = 1
 """Number of eigenvalues above zero that are computed with many coordinates (`SPARSE_COORDINATES`): the next to pass zero."""
-MOST_DECREASE = 0.5
-"""Largest relative decrease of an eigenvalue in a piece.
-
-A parabola with a double zero at the end of the next piece, (2 - x)^2, decreases by 3/4 from 0 to 1, which is above it."""
 
 
 class TangentState(NamedTuple):
@@ -49,10 +46,9 @@ class TangentState(NamedTuple):
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
     """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero."""
-    problem.set_parameter(rest.parameter)
-    tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
+    tangent = problem.about(rest)
     undamped = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
-    problem.shift = undamped.shift  # with which the search at the next state begins
+    problem.shift = undamped.shift  # by which `spectrum` inverts K + shift M: the next state begins with it
     return TangentState(undamped, undamped if tangent.conservative else spectrum(tangent))
 
 
@@ -102,7 +98,11 @@ def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[C
 
 
 def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[PathPiece]:
-    """Halve a piece until no eigenvalue decreases more than `MOST_DECREASE` in it, nor would at the rate of the `last` piece."""
+    """Halve a piece until no eigenvalue decreases by more than half in it, nor would at the rate of the `last` piece.
+
+    An eigenvalue may touch zero without a change of sign. If it does so at the end of the next piece, as the parabola (2 - x)^2
+    at x = 2, it decreases by 3/4 in this piece, from x = 0 to 1. The piece is then halved.
+    """
     pairs = _pairs(arc.problem, piece)
     decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)  # inf: 0 instead of 0/0
     if last is not None:
@@ -110,7 +110,7 @@ def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[Path
         relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)
         decreases = np.append(decreases, relative * piece.step.arc / last.step.arc)
     is_long = piece.step.arc >= 1.6e-3  # the longest step by default, 0.1, is halved six times
-    must_be_halved = is_long and (decreases > MOST_DECREASE).any()
+    must_be_halved = is_long and (decreases > 0.5).any()
     halves = _halve(arc, piece.step) if must_be_halved else None
     if halves is None:
         yield piece
@@ -137,8 +137,7 @@ def _halve(arc: Arc, step: Step) -> tuple[Step, Step] | None:
 class Pairs(NamedTuple):
     """Pairs of eigenvalues at both ends of a piece: real parts of mu [1/s^2], nan if zero to rounding.
 
-    `crosses` is True if the sign changes. `momenta` (n, pairs) are M times means of both eigenvectors, which have the
-    modal mass 1.
+    `crosses` is True if the sign changes. `momenta` (n, pairs) are M times means of both eigenvectors of modal mass 1.
     """
 
     before: Array
@@ -177,7 +176,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
             most_alike = np.argmax(np.abs(momentum @ found.shapes.real) / size)
             return float(-(found.values[most_alike] ** 2).real)  # mu = -s^2
 
-        rest = arc.find_crossing(step, eigenvalue)
+        rest = arc.find_crossing(step, eigenvalue)  # not `find_root`: at a crossing of paths Newton's matrix is singular
         rests += [rest] if rest is not None else []
     for limit in limits:
         distances = [abs(arc.arc_of(step, rest) - arc.arc_of(step, limit.rest)) for rest in rests]
@@ -197,9 +196,9 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
 
 
 def _flutters(arc: Arc, piece: PathPiece) -> list[Critical]:
-    """Find where oscillations begin or cease to grow: where the number of those changes whose rate is above a threshold."""
-    # near its onset a rate often grows like a square root: the low threshold, over the rounding error, is passed closer to it;
-    # if it gives the same number at both ends, take 1, the threshold by which `find_criticals` counted different numbers
+    """Find where oscillations begin or cease to grow: where the number of rates above a threshold changes."""
+    # Near its onset a rate often grows like a square root. A low threshold, here over the rounding error, is passed nearer to the
+    # onset. If as many rates are above 1e-3 at both ends, take 1, for which `find_criticals` counted different numbers.
     for threshold in (1e-3, 1.0):
 
         def sign(rest: Rest, threshold: float = threshold) -> float:
@@ -211,3 +210,30 @@ def _flutters(arc: Arc, piece: PathPiece) -> list[Critical]:
             change = abs(piece.after.count_flutters() - piece.before.count_flutters())
             return [Critical("flutter", rest, change, np.empty((len(rest.q), 0)))]
     return []
+
+
+def shape_towards(problem: Problem, critical: Critical, link: str, point: str, along: Array) -> Array | None:
+    """Return the weighted sum of critical shapes that moves a point most along a direction; None if none moves it."""
+    problem.set_parameter(critical.rest.parameter)
+    scene = problem.scene
+    shapes = critical.shapes / np.abs(critical.shapes / problem.units[:, None]).max(axis=0)
+    displacements = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes  # (x, y) of the point, by shape
+    moves = along @ displacements / np.linalg.norm(along) / scene.length
+    # of all weights with the same sum of squares, those in proportion to the moves give the largest move
+    return shapes @ moves if np.abs(moves).max() > 1e-4 else None  # 1e-4 of the longest link: above rounding
+
+
+def leaving_shapes(problem: Problem, critical: Critical) -> list[Array]:
+    """Return the shapes with which paths leave a branching; at a multiple one the sums of shapes that move a point most."""
+    if critical.multiple == 1:
+        return [critical.shapes[:, 0]]
+    shapes: list[Array] = []  # for each point of a link along x and y
+    links = [link for link in problem.scene.mechanism.links if not link.body.massless]
+    for name, point, along in ((link.name, point, along) for link in links for point in link.points for along in np.eye(2)):
+        shape = shape_towards(problem, critical, name, point, along)
+        if shape is not None:
+            shape = shape / np.linalg.norm(shape / problem.units)
+            cosines = [float(shape / problem.units**2 @ other) for other in shapes]  # of angles between shapes
+            if np.abs(cosines).max(initial=0.0) < 0.999:  # else another point gave the same shape
+                shapes.append(shape)
+    return shapes

@@ -7,8 +7,6 @@ arcs, coordinates and rates are also divided by the size of the motion. At criti
 pass 1 or -1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -32,9 +30,6 @@ from .varied import Paced
 
 SHORTEST = 1e-5
 """Arc length at which a failing step is not shortened any more, so that continuation ends: after some ten failures."""
-MOST_CHANGE = 0.5
-"""Largest change of a multiplier mu in a step, over |mu - 1|. A forced motion x = mu x + b has the size b/|1 - mu|: where this
-changes more, a narrow resonance may lie within the step."""
 NARROW = 1e-3
 """Arc length, or change of the parameter over its range, from which a step may not turn far nor change multipliers much."""
 
@@ -42,26 +37,26 @@ NARROW = 1e-3
 class Orbit(NamedTuple):
     """Periodic motion on the curve, at a parameter.
 
-    `basis` (n, f) spans the free coordinates, `matrix` (2 f, 2 f + 1) is [dP/dx - 1, dP/dp]. `tangent` (2 n + 1,) is the scaled
+    `basis` (n, f) spans the free coordinates, `jacobian` (2 f, 2 f + 1) is [dP/dx - 1, dP/dp]. `tangent` (2 n + 1,) is the scaled
     tangent of the curve. `size` is the largest range of a coordinate in a period, in the coordinate's unit.
     """
 
     found: Found
     parameter: float
     basis: Array
-    matrix: Array
+    jacobian: Array
     tangent: Array
     size: float
 
     @property
     def multipliers(self) -> Array:
         """Floquet multipliers."""
-        return find_multipliers(self.found.matrix)
+        return find_multipliers(self.found.monodromy)
 
 
 @dataclass(frozen=True)
 class CriticalMotion:
-    """Critical point of a response: 'fold' (the parameter turns back), 'doubling' or 'branching' (a multiplier passes -1 or 1).
+    """Critical motion: a 'fold' of the curve, or a 'doubling' or 'branching', where a multiplier passes -1 or 1.
 
     `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1: a `Critical` may have more.
     """
@@ -109,15 +104,19 @@ class ResponseCurve:
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
         self.set_parameter(parameter)
         slope = (changes[0] - changes[1]) / (2 * shooting.width)  # by the parameter over its range
-        matrix = np.column_stack([monodromy - np.eye(len(slope)), slope])
+        jacobian = np.column_stack([monodromy - np.eye(len(slope)), slope])
         size = max(1e-3, shooting.largest_range(out))  # 1e-3: at rest the metric would be singular
         metric = np.append(np.full(len(slope), size**-2.0), 1.0)
-        scaled, unit_p = self._scaled_basis(basis), np.eye(len(slope) + 1)[-1]
-        normal = unit_p if before is None else metric * (before @ scaled)  # with unit_p the motion must not lie at a fold
-        direction = solve(np.vstack([matrix, normal]), unit_p)  # matrix @ direction = 0, normal @ direction = 1
+        scaled = self._scaled_basis(basis)
+        if before is None:  # increase p over its range; the motion must not lie at a fold
+            normal = np.append(np.zeros(len(slope)), 1.0)
+        else:
+            normal = metric * (before @ scaled)
+        # jacobian @ direction = 0, normal @ direction = 1
+        direction = solve(np.vstack([jacobian, normal]), np.append(np.zeros(len(slope)), 1.0))
         tangent = scaled @ direction / np.sqrt(metric @ direction**2)
-        found = Found(state, shooting.period, residual=0.0, out=out, matrix=monodromy)  # of an orbit no residual is read
-        return Orbit(found, parameter, basis, matrix, tangent, size)
+        found = Found(state, shooting.period, residual=0.0, out=out, monodromy=monodromy)  # of an orbit no residual is read
+        return Orbit(found, parameter, basis, jacobian, tangent, size)
 
     def find_on_plane(self, orbit: Orbit, arc: float) -> Orbit:
         """Find the motion on the plane normal to the tangent of another motion, at an arc along it, by Broyden's method."""
@@ -125,7 +124,7 @@ class ResponseCurve:
         shooting, basis, tangent = self.shooting, orbit.basis, orbit.tangent @ self._scaled_basis(orbit.basis)
         state = shooting.displace(orbit.found.state, basis, arc * tangent[:-1])
         parameter = orbit.parameter + arc * float(tangent[-1]) * self.span
-        matrix = np.vstack([orbit.matrix, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
+        matrix = np.vstack([orbit.jacobian, np.append(tangent[:-1] / orbit.size**2, tangent[-1])])
         accepted, accepted_residual = (state, parameter), np.inf
         step = previous = np.zeros(len(matrix))
         for k in range(ITERATIONS):
@@ -136,7 +135,8 @@ class ResponseCurve:
             largest = float(np.abs(residual).max(initial=0.0))
             if k:  # Broyden's update: the matrix times the step is then the change of the residual
                 matrix = matrix + np.outer(residual - previous - matrix @ step, step) / max(float(step @ step), 1e-300)
-            factor = 0.5 if accepted_residual <= CLOSED else 2.0  # a closed motion must improve; before, the residual may double
+            # a closed motion is improved as long as steps halve the residual; before, the residual may double; both chosen
+            factor = 0.5 if accepted_residual <= CLOSED else 2.0
             if not largest < factor * accepted_residual:
                 break
             accepted, accepted_residual, previous = (state, parameter), largest, residual
@@ -147,14 +147,15 @@ class ResponseCurve:
         return self.compute_orbit(*accepted, orbit.tangent)
 
     @cached_property
-    def finer(self) -> ResponseCurve:
+    def finer(self) -> "ResponseCurve":
         """Curve with finer steps, narrower differences, a higher degree unless `keeps_degree`; `refine` sets its parameter."""
         scene = self.shooting.scene
         increment = 0 if self.keeps_degree or not scene.strips else DEGREE_STEP
-        problem = self.problem.with_degree(increment)  # its scene replaces that of `finer`
-        return replace(self, problem=problem, shooting=replace(self.shooting.finer(scene.degree), scene=problem.scene))
+        problem = self.problem.with_degree(increment)
+        shooting = replace(self.shooting.finer(scene.degree), scene=problem.scene)  # the scene of the problem has the new degree
+        return replace(self, problem=problem, shooting=shooting)
 
-    def refine(self, orbit: Orbit) -> tuple[ResponseCurve, RunState, Array]:
+    def refine(self, orbit: Orbit) -> tuple["ResponseCurve", RunState, Array]:
         """Return the finer curve at the parameter of a motion, and the motion's state and tangent prolonged to it."""
         self.set_parameter(orbit.parameter)
         curve, scene = self.finer, self.shooting.scene
@@ -171,7 +172,7 @@ class ResponseCurve:
         errors = np.full(len(values), np.inf)
         with suppress(*SEARCH_STOPS):
             curve, start, _ = self.refine(orbit)
-            refined = curve.shooting.newton(curve.shooting.project(start), found.matrix)  # its best state, periodic or not
+            refined = curve.shooting.newton(curve.shooting.project(start), found.monodromy)  # its best state, periodic or not
             if refined.residual <= CLOSED:
                 shooting, found = curve.shooting, refined
                 values, errors, error = compare_multipliers(shooting, start, refined, values)
@@ -179,15 +180,12 @@ class ResponseCurve:
         return motion_of(shooting, found, values, errors, error)
 
     def find_criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
-        """Yield the critical points in a step between two motions: the arc, the point, the error of its parameter.
-
-        The error is the change by the finer curve; without a root there it is the change of the parameter in the step.
-        """
+        """Yield the critical points in a step between two motions, each with its arc and the error of its parameter."""
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):  # 1 is passed at a fold, too
                 root, found = self.find_root(orbit, new, arc, function)
-                curve, error = self, abs(new.parameter - orbit.parameter)
+                curve, error = self, abs(new.parameter - orbit.parameter)  # the error, if the finer curve has no root
                 with suppress(StaticsError):
                     finer, state, tangent = self.refine(orbit)
                     start = finer.compute_orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
@@ -202,7 +200,6 @@ class ResponseCurve:
         known = {0.0: orbit, arc: new}
 
         def evaluate(trial: float) -> float:
-            """Evaluate the function at the motion at an arc, and keep the motion."""
             if trial not in known:
                 known[trial] = self.find_on_plane(orbit, trial)
             return function(known[trial])
@@ -215,12 +212,9 @@ class ResponseCurve:
         return root, known[root]
 
     def refine_root(self, orbit: Orbit, function: Callable[[Orbit], float], root: float, arc: float) -> Orbit:
-        """Find the root of a function near the arc `root`, in a step of length `arc`, by three steps of Newton's method.
-
-        The slope is computed once, from a difference over a twentieth of the step: smaller differences are rounding.
-        """
+        """Find the root of a function near the arc `root`, in a step of length `arc`, by three steps of Newton's method."""
         found, other = self.find_on_plane(orbit, root), self.find_on_plane(orbit, root - 0.05 * arc)
-        slope = (function(found) - function(other)) / (0.05 * arc)
+        slope = (function(found) - function(other)) / (0.05 * arc)  # once; smaller differences are rounding
         for _ in range(3):
             root -= float(np.clip(function(found) / slope, -arc, arc))
             found = self.find_on_plane(orbit, root)
@@ -235,16 +229,13 @@ class ResponseCurve:
     def follow(
         self, state: RunState, steps: int, step: float, longest: float
     ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
-        """Follow the curve to its end; return motions, critical points with errors, and the reason of the end.
-
-        Reasons, see `explain_end`: 'reached' for the end, 'back' at the start, 'singular' if no step succeeds, 'steps' after all
-        steps of the curve, 'spent' after all time steps of its runs, 'stopped' by the user.
-        """
+        """Follow the curve; return motions, critical points with errors, and the reason of the end, see `explain_end`."""
         orbits, criticals, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), step
         self.shooting.steps_left = 20 * BUDGET  # time steps of all runs: as many as 20 searches for a single motion may take
         while len(orbits) <= steps:
             last = orbits[-1]
             try:
+                # share of the call that is done, from which the time left is shown; a curve may turn back
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
                 new = self._advance(last, arc)
                 found = sorted(self.find_criticals(last, new, arc), key=lambda critical: critical[0])
@@ -274,15 +265,15 @@ class ResponseCurve:
         """Find the next motion at an arc; raise a StaticsError if there is none, or if the step must be shorter."""
         new = self.find_on_plane(last, arc)
         is_wide = abs(new.parameter - last.parameter) > NARROW * abs(self.span)
+        # a forced motion x = mu x + b has the size b/|1 - mu|: if 1 - mu changes by half, a narrow resonance may lie in between
         changes = distances_to(new.multipliers, last.multipliers)
-        may_miss_resonance = is_wide and (changes > MOST_CHANGE * np.abs(new.multipliers - 1.0)).any()
+        may_miss_resonance = is_wide and (changes > 0.5 * np.abs(new.multipliers - 1.0)).any()
         if arc > NARROW and (self.angle(last, new) > CORNER or may_miss_resonance):
             raise StaticsError("the curve turns too far in the step, or may have a resonance within it")
         return new
 
     def _fraction(self, parameter: float) -> float:
-        """Return the fraction of the parameter's range: 0 at the start, 1 at the end."""
-        return (parameter - self.start) / self.span
+        return (parameter - self.start) / self.span  # of the parameter's range: 0 at the start, 1 at the end
 
 
 KINDS: dict[str, Callable[[Orbit], float]] = {

@@ -88,7 +88,8 @@ def periodic(
     Periodic
         The status is NOT_REACHED or TOO_MANY_STEPS if no periodic motion was found.
     """
-    shooting, state = prepare(mechanism, period, start, degree, settle)
+    whole("settle", settle, 0, 1_000_000)
+    shooting, state = prepare(mechanism, period, start, degree)
     try:
         return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
     except SEARCH_STOPS as error:
@@ -106,13 +107,10 @@ def failure_of(error: BaseException) -> tuple[Ending, str]:
     return Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED, str(error)
 
 
-def prepare(
-    mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
-) -> tuple[Shooting, RunState]:  # fmt: skip
-    """Check the input, return the map over a period and its first state; `settle` periods are left to be integrated."""
+def prepare(mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None) -> tuple[Shooting, RunState]:
+    """Check the input; return the map over a period and its first state."""
     check(mechanism, degree)
     period = float(positive("period", period, "s"))
-    whole("settle", settle, 0, 1_000_000)
     if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
     scene = CompiledScene.of(mechanism, degree or (start.scene.degree if start else DEGREE))
@@ -123,11 +121,8 @@ def prepare(
 
 
 def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
-    """Refine steps, and the degree unless it `keeps_degree`, until state and multipliers do not change; errors are last changes.
-
-    The motion before a refinement is kept if the refinement fails, or if changes of multipliers grow, which rounding causes.
-    """
-    values, error, previous = find_multipliers(found.matrix), np.inf, np.inf
+    """Refine steps, and the degree unless it `keeps_degree`, until the motion stays the same; errors are its last changes."""
+    values, error, previous = find_multipliers(found.monodromy), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(4):  # a chosen limit of refinements, each to half the longest step
         degree = shooting.scene.degree + (DEGREE_STEP if shooting.scene.strips and not keeps_degree else 0)
@@ -135,32 +130,36 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)
         try:
-            new = finer.search(start, found.matrix)
+            new = finer.search(start, found.monodromy)  # the matrix of the coarser motion is near enough for Newton's method
         except SEARCH_STOPS:
             break
         new_values, changes, change = compare_multipliers(finer, start, new, values)
         largest = changes[np.abs(new_values) > 0.1].max(initial=0.0)  # far smaller ones than 1 do not decide stability
-        if largest > previous:
+        if largest > previous:  # rounding: keep the motion before
             break
         error, errors, previous = change, changes, largest
         shooting, found, values = finer, new, new_values
-        if (error <= CRITICAL_ACCURACY and largest <= CRITICAL_ACCURACY) or degree > MAX_DEGREE:
+        if max(error, largest) <= CRITICAL_ACCURACY or degree > MAX_DEGREE:  # the first degree above the maximum is the last
             break
     return motion_of(shooting, found, values, errors, error)
 
 
 def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Array) -> tuple[Array, Array, float]:
-    """Return multipliers of a refined motion, their errors by changes from `values`, and the error of the state.
-
-    If nothing depends on time, one multiplier is exactly 1: the error of those near 1 is at least their distance from 1.
-    """
-    new_values = find_multipliers(new.matrix)
+    """Return multipliers of a refined motion, their errors by changes from `values`, and the error of the state."""
+    new_values = find_multipliers(new.monodromy)
     errors = distances_to(new_values, values)
-    if finer.autonomous:
+    if finer.autonomous:  # one multiplier is exactly 1: errors of those near 1 are at least their distances from 1
         distance = np.abs(new_values - 1.0)
         is_near = distance < 3.0 * distance.min()  # the trivial one may be any of these; 3: chosen
         errors = np.where(is_near, np.maximum(errors, distance), errors)
     return new_values, errors, max(distance_between(finer.scene, start.q, new.state.q), new.residual)
+
+
+def describe_change(multiplier: complex) -> str:
+    """Describe how a small motion changes in a period: a negative multiplier changes its sign, a complex one turns its plane."""
+    if abs(multiplier.imag) < 1e-9 * abs(multiplier) and multiplier.real > 0.0:  # 1e-9, chosen: above rounding
+        return ""
+    return " and turns" if multiplier.imag else " and alternates"
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
@@ -170,9 +169,7 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     message = []
     if grows.any():
         worst = complex(values[grows][0])
-        is_positive = abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0  # but for rounding
-        behaviour = "" if is_positive else " and turns" if worst.imag else " and alternates"
-        message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{behaviour}")
+        message.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{describe_change(worst)}")
     status = Ending.OK if error < LARGEST_ERROR and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
         message.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")

@@ -3,7 +3,7 @@
 A path is followed by the steps of `arc`, with strips of a higher degree until the critical points of `critical` do not change.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +13,10 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
-from ..spectral.start import slopes
 from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
 from .arc import ON_CURVE, Arc, Step, next_arc
-from .critical import Critical, PathPiece, TangentState, find_criticals, state_at
+from .critical import Critical, PathPiece, find_criticals, leaving_shapes, shape_towards, state_at
 from .problem import Problem, Rest, StaticsError, loads_of
 from .rest import find_equilibrium, settle
 from .varied import Varied, problem_over
@@ -26,10 +25,6 @@ Branch = tuple[str, str, tuple[float, float]]
 """Link, point and direction (x, y): the branch along which the point moves in the direction is followed."""
 DEGREE = 12
 """Degree of the strips of the first path; refined paths have a higher one."""
-MAX_PATH_DEGREE = 30
-"""Degree of strips at which refinement of a path ends; lower than for one equilibrium, as a path has many equilibria."""
-BRANCH_STEP = 1e-2
-"""Longest first step behind a branching, in the metric of `arc`."""
 
 
 @watch("steps")
@@ -100,7 +95,8 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
     links = {link.name: link for link in mechanism.links}
     try:
         link, point, direction = branch
-        is_valid = point in links[link].points and any(Vector("").read("", direction))
+        vector = Vector("").read("", direction)  # raises unless it is a pair of numbers; the texts are for its message only
+        is_valid = point in links[link].points and vector != (0.0, 0.0)
     except (KeyError, TypeError, ValueError):
         is_valid = False
     if not is_valid:
@@ -122,9 +118,12 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
         # scale of parameters; by convention also that of errors['end'], which is already over the longest link
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if keeps_degree or worst <= CRITICAL_ACCURACY * scale or finer.scene.degree > MAX_PATH_DEGREE:
-            # a parameter at a critical point is not known better than its rounding error
-            answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
+        is_highest = finer.scene.degree > 30  # chosen: less than for one equilibrium, as a path has many
+        if keeps_degree or worst <= CRITICAL_ACCURACY * scale or is_highest:
+            for name, each in errors.items():
+                rounding = answer.rounding(name)  # of the points of this path; the other one may have more
+                each[: len(rounding)] = np.maximum(each[: len(rounding)], rounding)
+            answer.errors.update(errors)
             return answer
         found = finer
     return found
@@ -140,7 +139,8 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
     if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
-    link = next(link for link in a.scene.mechanism.links if not link.body.massless)  # its points stand for the whole pose
+    # by convention the points of the first link with mass stand for the whole pose
+    link = next(link for link in a.scene.mechanism.links if not link.body.massless)
     scenes = [(path.scene, path.q[-1]) for path in (a, b)]
     ends = np.array([[s.read(s.marker(link.name, point), q).position for point in link.points] for s, q in scenes])
     out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / a.scene.length])
@@ -148,7 +148,10 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
 
 
 class _Follower:
-    """Continuation of a path from the start to the parameter `to`, and of the paths that leave it at branchings."""
+    """Continuation of a path from the start to the parameter `to`, and of the paths that leave it at branchings.
+
+    `rests`, `states` and `points` are the equilibria, their stability and the critical points of the path being followed.
+    """
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
@@ -156,15 +159,16 @@ class _Follower:
         self.steps, self.step, self.longest = steps, step, longest
         if to == self.start:
             raise ValueError(f"to = {to:g}: the path begins there")
-        self.continuation = Arc(problem, self.start, to)
+        self.arc = Arc(problem, self.start, to)
 
     def run_all(self, branches: bool) -> Path:
-        """Follow the path from the start and, if `branches`, the paths that leave it."""
-        first = self.run(self._find_start(), None)
+        """Follow the path from the start and, if `branches`, the paths that leave it to both sides."""
+        first = self._run(self._find_start(), None)
         branchings = [critical for critical in first.points if branches and critical.kind == "branching"]
-        for point, shape in ((critical, shape) for critical in branchings for shape in self._leaving_shapes(critical)):
-            if not watching.get().ended:
-                first.branches.append(self.run(self._offset_parameter(point), self._unit(shape)))
+        for point, shape in ((critical, shape) for critical in branchings for shape in leaving_shapes(self.problem, critical)):
+            for side in (1.0, -1.0):
+                if not watching.get().ended:
+                    first.branches.append(self._run(self._offset_parameter(point), self._unit(side * shape)))
         return first
 
     def _find_start(self) -> Rest:
@@ -175,85 +179,88 @@ class _Follower:
         rest, _ = find_equilibrium(constant, load=1.0)
         rest = rest._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
-            return settle(problem, rest._replace(parameter=self.step * self.to))  # at the share `step` of the last load
+            # in the metric of the path the whole load has the length 1: a first step of length `step` has this share of it
+            return settle(problem, rest._replace(parameter=self.step * self.to))
         return rest
 
-    def run(self, rest: Rest, direction: Array | None) -> Path:
-        """Follow the path from an equilibrium, or from a branching in a direction."""
-        rests, states, points = [rest], [state_at(self.problem, rest)], list[Critical]()
+    def _run(self, rest: Rest, leaving: Array | None) -> Path:
+        """Follow the path from an equilibrium, or from a branching in the direction `leaving`."""
+        self.rests, self.states, self.points = [rest], [state_at(self.problem, rest)], list[Critical]()
         try:
-            ended = self._follow(rests, states, points, direction)
+            ended = self._follow(leaving)
         except USER_STOPS:
             ended = "stopped"
-        q, multipliers, parameter = (np.array(column) for column in zip(*rests, strict=True))
-        states[-1] = state_at(self.problem, rests[-1])  # where the path ends `_check_end` has replaced the equilibrium
-        growth, unstable = np.array([x.growth for x in states]), np.array([int(x.is_negative.sum()) for x in states])
+        q, multipliers, parameter = (np.array(column) for column in zip(*self.rests, strict=True))
+        self.states[-1] = state_at(self.problem, self.rests[-1])  # `_find_end` may have replaced the last equilibrium
+        growth, unstable = np.array([x.growth for x in self.states]), np.array([int(x.is_negative.sum()) for x in self.states])
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
-        return Path(*status, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable)
+        return Path(*status, ended, self.problem.scene, parameter, q, self.points, {}, multipliers, growth, unstable)
 
-    def _follow(self, rests: list[Rest], states: list[TangentState], points: list[Critical], leaving: Array | None) -> str:
-        """Append equilibria, stability and critical points, from a branching along `leaving`; return the reason of the end."""
-        at_branching = leaving is not None
-        length = min(self.step, BRANCH_STEP) if at_branching else self.step
-        direction = self.continuation.direction(rests[0], None) if leaving is None else leaving
-        last = None  # piece of the step before
+    def _follow(self, leaving: Array | None) -> str:
+        """Follow the path step by step; return the reason of its end, see `explain_end`."""
+        branch_step = min(self.step, 1e-2)  # first step behind a branching; 1e-2: chosen
+        if leaving is None:
+            direction, length = self.arc.direction(self.rests[0], None), self.step
+        else:
+            direction, length = leaving, branch_step
+        at_branching, last = leaving is not None, None  # last: piece of the step before, if eigenvalues are known along it
         for _ in range(self.steps):
-            watching.get().step((rests[-1].parameter - self.start) / (self.to - self.start))
+            watching.get().step(self._fraction(self.rests[-1]))
             try:
-                step = self.continuation.advance(rests[-1], direction, length)
+                step = self.arc.advance(self.rests[-1], direction, length)
             except StaticsError:
                 return "singular"
-            after = self.continuation.direction(step.new, step.direction)
-            if self.continuation.may_have_jumped(step, after):
+            after = self.arc.direction(step.new, step.direction)
+            if self.arc.may_have_jumped(step, after):
                 length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as short as allowed
                 continue
-            piece, found = PathPiece(step, states[-1], state_at(self.problem, step.new), after), list[Critical]()
+            piece, found = PathPiece(step, self.states[-1], state_at(self.problem, step.new), after), list[Critical]()
             # at a branching eigenvalues are zero; they jump at a corner, where a contact closes or opens
             if not (at_branching or step.passes_corner):
-                found = find_criticals(self.continuation, piece, last)
+                found = find_criticals(self.arc, piece, last)
             if branch := self._find_branch(found):  # go on from the branching
                 number, direction = branch
                 self.branch = None  # the path leaves only the first branching
-                points += found[: number + 1]
-                rests.append(self._offset_parameter(found[number]))
-                states.append(state_at(self.problem, rests[-1]))
-                at_branching, last, length = True, None, min(self.step, BRANCH_STEP)
+                self.points += found[: number + 1]
+                self.rests.append(self._offset_parameter(found[number]))
+                self.states.append(state_at(self.problem, self.rests[-1]))
+                at_branching, last, length = True, None, branch_step
                 continue
-            points += found
+            self.points += found
+            self.rests.append(step.new)
+            self.states.append(piece.after)
+            if reason := self._find_end(step, len(found)):
+                return reason
             last = None if step.passes_corner else piece
             direction, at_branching = after, False
-            length = next_arc(step.arc, self.continuation.angle(step, after), self.longest)
-            rests.append(step.new)
-            states.append(piece.after)
-            if reason := self._check_end(step, rests, points, len(found)):
-                return reason
+            length = next_arc(step.arc, self.arc.angle(step, after), self.longest)
         return "steps"
 
+    def _fraction(self, rest: Rest) -> float:
+        return (rest.parameter - self.start) / (self.to - self.start)  # of the parameter's range
+
     def _offset_parameter(self, point: Critical) -> Rest:
-        """Return a branching with its parameter nearer to the end by 1e-8 of the range: less than its error, but not singular."""
+        """Return a branching with its parameter nearer to the end by 1e-8 of the range, less than its error: not singular."""
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
-    def _check_end(self, step: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
-        """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''.
-
-        The last equilibrium then becomes that at `to`, or the start of a closed path; critical points beyond it are removed.
-        """
-        if (rests[-1].parameter - self.start) / (self.to - self.start) >= 1.0:
+    def _find_end(self, step: Step, new: int) -> str:
+        """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''."""
+        if self._fraction(self.rests[-1]) >= 1.0:  # replace the last equilibrium, remove critical points beyond `to`
             try:
-                rests[-1] = self.problem.newton(rests[-1]._replace(parameter=self.to))
+                self.rests[-1] = self.problem.newton(self.rests[-1]._replace(parameter=self.to))
             except StaticsError:
                 return "singular"
-            while points and (points[-1].rest.parameter - self.to) / (self.to - self.start) > 0.0:
-                points.pop()
+            while self.points and self._fraction(self.points[-1].rest) > 1.0:
+                self.points.pop()
             return "reached"
-        if not self.continuation.is_on_step(step, rests[0]):
+        if not self.arc.is_on_step(step, self.rests[0]):
             return ""
-        # shorter by the tolerance: a critical point at the start, found again with a small error, is removed, too
-        closing_arc = self.continuation.arc_of(step, rests[0]) - ON_CURVE * step.arc
-        while new and self.continuation.arc_of(step, points[-1].rest) > closing_arc:
-            points.pop()
+        # the path is back at its start; a critical point there, found again with an error up to the tolerance, is removed as well
+        closing_arc = self.arc.arc_of(step, self.rests[0]) - ON_CURVE * step.arc
+        while new and self.arc.arc_of(step, self.points[-1].rest) > closing_arc:
+            self.points.pop()
             new -= 1
-        rests[-1] = rests[0]
+        self.rests[-1] = self.rests[0]
         return "closed"
 
     def _find_branch(self, found: list[Critical]) -> tuple[int, Array] | None:
@@ -263,40 +270,12 @@ class _Follower:
         link, point, along = self.branch
         for i, critical in enumerate(found):
             if critical.kind == "branching":
-                shape = self._shape_towards(critical, link, point, np.array(along, dtype=float))
+                shape = shape_towards(self.problem, critical, link, point, np.array(along, dtype=float))
                 if shape is not None:
                     return i, self._unit(shape)
         return None
 
-    def _shape_towards(self, critical: Critical, link: str, point: str, along: Array) -> Array | None:
-        """Return the weighted sum of critical shapes that moves a point most along a direction; None if none moves it."""
-        self.problem.set_parameter(critical.rest.parameter)
-        scene = self.problem.scene
-        shapes = critical.shapes / np.abs(critical.shapes / self.problem.units[:, None]).max(axis=0)
-        displacements = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes  # (x, y) of the point, by shape
-        moves = along @ displacements / np.linalg.norm(along) / scene.length
-        # of all weights with the same sum of squares, those in proportion to the moves give the largest move
-        return shapes @ moves if np.abs(moves).max() > 1e-4 else None  # 1e-4 of the longest link: above rounding
-
-    def _leaving_shapes(self, critical: Critical) -> Iterator[Array]:
-        """Yield the shapes with which paths leave a branching, to both sides.
-
-        At a multiple one these are, for each point of a link along x and y, the sums of shapes that move the point most.
-        """
-        shapes: list[Array] = list(critical.shapes.T) if critical.multiple == 1 else []
-        links = [link for link in self.problem.scene.mechanism.links if not link.body.massless] if not shapes else []
-        motions = ((link.name, point, along) for link in links for point in link.points for along in np.eye(2))
-        for motion in motions:
-            shape = self._shape_towards(critical, *motion)
-            if shape is None:
-                continue
-            shape = shape / np.linalg.norm(shape / self.problem.units)
-            # cosine of the angle between shapes: the same shape moves several points
-            if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in shapes):
-                shapes.append(shape)
-        yield from (side * shape for shape in shapes for side in (1.0, -1.0))
-
     def _unit(self, shape: Array) -> Array:
         """Return a shape (n,) as a direction of (q, lambda, p) of unit length in the metric of the path."""
-        vector = np.concatenate([shape, np.zeros(len(self.continuation.metric) - len(shape))])
-        return np.asarray(vector / self.continuation.size(vector))
+        vector = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
+        return np.asarray(vector / self.arc.size(vector))

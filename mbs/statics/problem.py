@@ -4,8 +4,6 @@ Coordinates q (n,) have units: the longest link for lengths, 1 rad for angles. M
 constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q. A `Rest` is a state, in equilibrium or not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -24,16 +22,10 @@ from ..spectral.tables import Report, State
 from .algebra import DEPENDENT, EPS, LOWEST_COUNT, SPARSE_UNKNOWNS, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
-ITERATIONS = 25
-"""Most iterations of Newton's method."""
 LONGEST_STEP = 0.3
 """Largest change of a coordinate in an iteration, in its unit."""
-CLOSE = 1e-10
-"""Newton step, in units of the coordinates, below which the iteration ends as soon as a further step cannot improve it."""
 BALANCED = 1e-8
 """Largest residual force at the end of the iteration, over the largest force."""
-CLOSED = 1e-9
-"""Largest residual of a constraint at the end of the iteration [m or rad], over the longest link [m] or 1, the larger one."""
 
 
 class StaticsError(ValueError):
@@ -77,7 +69,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.is_angle = np.isin(np.arange(self.scene.size), list(self.scene.builder.units))  # (n,); lengths are left out there
+        angles = list(self.scene.builder.units)  # indices of coordinates that are angles; the others are lengths
+        self.is_angle = np.isin(np.arange(self.scene.size), angles)
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
@@ -87,11 +80,11 @@ class Problem:
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
         return np.where(self.is_angle, 1.0, extent)
 
-    def with_degree(self, increment: int) -> Problem:
+    def with_degree(self, increment: int) -> "Problem":
         """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""
         return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + increment))
 
-    def refine(self, rest: Rest, increment: int) -> tuple[Problem, Rest]:
+    def refine(self, rest: Rest, increment: int) -> tuple["Problem", Rest]:
         """Return the problem with strips of a degree higher by `increment`, and the state there, with zero new coefficients."""
         finer = self.with_degree(increment)
         guess = finer.start(rest.parameter)._replace(q=prolong(self.scene, finer.scene, rest.q))
@@ -126,17 +119,14 @@ class Problem:
         return np.concatenate([next_force - force, next_gap - gap])
 
     def scale_matrix(self, a: Equations, added: Array | float = 0.0) -> tuple[Matrix, float]:
-        """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the unit F, the median of the diagonal of U K U.
-
-        `added` are entries that are added to those of K, as of M/tau in an implicit step.
-        """
+        """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the unit F; `added` entries are added to K."""
         unit = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
         row, column = self.scene.tables.row, self.scene.tables.col  # indices of the entries in the matrix
         weight = np.append(unit[row] * unit[column], 0.0)  # the last entry takes zeros and is no part of the matrix, see `tables`
         _, _, stiffness, jacobian = a.entries  # nonzeros of K, and of G with its transpose; the others are not used
         k = (stiffness + added) * weight
         diagonal = np.abs(k[:-1][row == column])
-        force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0
+        force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0  # F
         return a.build(k / force_unit + jacobian * weight), force_unit
 
     def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
@@ -147,13 +137,12 @@ class Problem:
         """
         previous, found = np.inf, None
         with self._free_stresses(origin or rest, rest.q):
-            for _ in range(ITERATIONS):
+            for _ in range(25):  # chosen, as the limits below, for changes in units of the coordinates
                 rest, largest = self.step(rest, plane)
-                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic; 0.1, chosen: it is not any more
-                cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous
-                # 1e-8, chosen: above CLOSE, as rounding may be amplified near a critical point
-                grows_by_rounding = previous < largest < 1e-8
-                if (largest < CLOSE and cannot_improve) or grows_by_rounding:
+                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
+                cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous  # or if it is not quadratic any more
+                grows_by_rounding = previous < largest < 1e-8  # amplified, as near a critical point: above 1e-10
+                if (largest < 1e-10 and cannot_improve) or grows_by_rounding:
                     found = rest if self.is_balanced(rest) else None
                     break
                 if not np.isfinite(largest) or (must_decrease and largest > previous):
@@ -178,14 +167,11 @@ class Problem:
             work.strip_form[:] = PLAIN  # flag: stresses follow from coordinates
 
     def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
-        """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit.
-
-        The step solves K dq + G^T dlambda = f - G^T lambda, G dq = -g; on a plane, p is a further unknown.
-        """
+        """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
         watching.get().check()
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
-        if plane is None:
+        if plane is None:  # K dq + G^T dlambda = f - G^T lambda, G dq = -g
             force, gap, a = self.residual(rest)
             matrix, force_unit = self.scale_matrix(a)
             step = solve(matrix, np.concatenate([force * self.units / force_unit, -gap]))
@@ -206,18 +192,15 @@ class Problem:
         """Return True if g is small, and residual forces are small against applied forces, weights, reactions or rounding."""
         force, gap, a = self.residual(rest)
         scene, units = self.scene, self.units
-        row, column = scene.tables.row, scene.tables.col  # indices of the entries in the matrix [[K, G^T], [G, 0]]
         # rough scale of forces times units of coordinates [N m]: a torque is multiplied by the longest link as well
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
         gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
         weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
-        in_g = (row >= scene.size) & (column < scene.size)
-        *_, jacobian = a.entries
-        reactions = np.abs(jacobian[:-1][in_g] * units[column[in_g]] * rest.multipliers[row[in_g] - scene.size])
+        reactions = abs(a.jacobian * units * rest.multipliers[:, None]).max() if min(a.jacobian.shape) else 0.0
         stiffest = float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         rounding = 1e3 * EPS * stiffest  # force by rounding of the stiffest coordinate, with a margin of 1e3
-        limit = max(BALANCED * max(applied, weight, reactions.max(initial=0.0)), rounding)
-        is_closed = np.abs(gap).max(initial=0.0) <= CLOSED * max(1.0, scene.length)
+        limit = max(BALANCED * max(applied, weight, reactions), rounding)
+        is_closed = np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)  # constraints in m or rad; 1e-9: chosen
         return bool(is_closed and np.abs(force * units).max(initial=0.0) <= limit)
 
     def compute_multipliers(self, rest: Rest) -> Array:
@@ -252,14 +235,11 @@ class Problem:
         return bordered, force_unit, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: that of axial forces of strips over the derivative of forces by it.
-
-        The axial force has the error `ROUNDING` E A. Without strips, or if the parameter changes no force, the error is 0.
-        """
+        """Estimate the rounding error of the parameter: that of axial forces of strips, over the derivative of forces by it."""
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         force = float(slope[:n][~self.is_angle].max(initial=0.0))
-        return ROUNDING * stiffest / force if force else 0.0
+        return ROUNDING * stiffest / force if force else 0.0  # a strain has the rounding error ROUNDING
 
     def spectrum(self, rest: Rest, count: int = LOWEST_COUNT) -> Spectrum:
         """Compute the eigenvalues of small motions about a state: for many coordinates the lowest `count` and all that grow."""

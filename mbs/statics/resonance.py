@@ -1,6 +1,7 @@
 """Response curves: periodic motions over a frequency, a load or any number of a mechanism, around their folds."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import watch
 from ..spectral.run import RunState
-from ..validate import positive
+from ..validate import positive, whole
 from .answer import FIRST_STEP, KEYS, MAX_STEP, Route, check_path, explain_end, parameters_at
 from .curve import KINDS, ResponseCurve
 from .cycles import Periodic, failure_of, prepare
@@ -21,10 +22,12 @@ class Response(Route):
     """Response curve: periodic `motions` over a parameter, with the coordinates `q` (steps, n) at the start of each period.
 
     `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
-    folds, branchings and doublings in their order, `errors` their changes by finer steps and a higher degree of the strips.
+    folds, branchings and doublings in their order. `errors` has, for each of these kinds, the changes of their parameters by
+    finer steps and a higher degree of the strips, in the same order.
     """
 
     motions: list[Periodic] = field(default_factory=list)
+    ordinate: ClassVar[str] = "amplitude of "
 
     folds = parameters_at("fold", "Parameters at which the curve turns back.")
     doublings = parameters_at("doubling", "Parameters at which motions of twice the period leave the curve.")
@@ -39,10 +42,9 @@ class Response(Route):
         """Return half the range of a point of a link along x and y [m], shape (steps, 2)."""
         return np.array([motion.amplitude(link, point) for motion in self.motions])
 
-    def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
-        """Return ordinates to draw, here amplitudes, on the curve and at critical points, and the prefix of the axis label."""
-        criticals = [critical.motion.amplitude(link, point) for critical in self.points]
-        return self.amplitude(link, point), criticals, "amplitude of "
+    def ordinates(self, link: str, point: str) -> tuple[Array, list[Array]]:
+        """Return amplitudes along x and y to draw, on the curve and at critical points."""
+        return self.amplitude(link, point), [critical.motion.amplitude(link, point) for critical in self.points]
 
 
 @watch("periods integrated")
@@ -69,12 +71,13 @@ def response(
     parameter : str, optional
         Path of a number, as in files, that changes instead of the frequency.
     settle, start, degree
-        Options of `periodic` for the first motion, `settle` in periods. The degree is 8 by default; errors then come from motions
-        of a higher one.
+        Options of `periodic` for the first motion, `settle` in periods. The degree is 8 by default. Without a given degree errors
+        come from motions with a higher one as well as finer steps.
     steps : int
         Largest number of steps.
     step, longest : float
-        Arc lengths of the first and the longest step: changes of the parameter over its range and of states over their size.
+        Arc lengths of the first and the longest step: root of the sum of squares of the changes of the parameter over its range
+        and of coordinates and rates over the size of the motion.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
 
@@ -84,7 +87,8 @@ def response(
         The status is OK if the end was reached.
     """
     check_path(to, steps, step, longest, load=load, parameter=parameter)
-    shooting, state = prepare(mechanism, period, start, degree, settle)
+    whole("settle", settle, 0, 1_000_000)
+    shooting, state = prepare(mechanism, period, start, degree)
     if shooting.autonomous:
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
     if load is None and parameter is None:
@@ -101,7 +105,7 @@ def response(
     except SEARCH_STOPS as error:
         status, message = failure_of(error)
         no_states = np.empty((0, shooting.scene.size))
-        # without a first motion `ended` is always "singular"; the cause is in the status and message
+        # "singular", as no step was possible; the cause is in the status and message
         return Response(status, message, "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
     finally:
         curve.set_parameter(problem.initial)  # so that the scene of the result is the mechanism as given

@@ -4,8 +4,8 @@ Pseudo-transient continuation takes implicit Euler steps of growing length tau [
 
     [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
-For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). Coordinates have units:
-the longest link for lengths, 1 rad for angles. Their extents are the size of the whole mechanism, or 1 rad.
+For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). Units of coordinates are
+the longest link and 1 rad, their extents the size of the whole mechanism and 1 rad.
 """
 
 from contextlib import suppress
@@ -27,14 +27,8 @@ from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distan
 
 TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
-LONGEST_WAY = 60.0
-"""Sum of all changes of the pose, over the size of the mechanism, after which a motion counts as endless: chosen."""
 LEAST_INCREMENT = 1e-4
 """Smallest increment of the load, over the load: chosen."""
-LOAD_STEP = 0.1
-"""Largest change of the pose in a load increment, over the extents: a larger one may end on another branch."""
-CONVERGED = 0.2
-"""Largest change by a Newton iteration after the first, over the implicit step: chosen. A step with a larger one is refused."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 ROUNDING = 1e-9
@@ -94,14 +88,11 @@ def equilibrium(
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
-    """Find a stable equilibrium by pseudo-transient continuation from a state.
-
-    From an unstable equilibrium the search goes on with a displacement along the fastest growing shape. Raise a RunsAwayError
-    for a motion beyond `LONGEST_WAY`, a StaticsError after `STEPS` steps.
-    """
+    """Find a stable equilibrium from a state; raise a StaticsError if that fails, a RunsAwayError if the mechanism moves on."""
     start = rest = rest._replace(multipliers=np.zeros_like(rest.multipliers))  # each step computes new ones
     tau, way, displacements = 0.0, 0.0, 0
-    longest = LONGEST_WAY * float((problem.extents / problem.units).max(initial=1.0))
+    # sum of all changes of the pose after which a motion counts as endless; 60 times the size of the mechanism: chosen
+    longest = 60.0 * float((problem.extents / problem.units).max(initial=1.0))
     watching.get().most = STEPS
     for _ in range(STEPS):
         watching.get().step()
@@ -116,7 +107,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
             if spectrum.stable or displacements > 20:  # 20 is chosen: an unstable equilibrium is then the answer
                 return found
             fastest = int(np.argmax(spectrum.growth))
-            shape = np.real(spectrum.shapes[:, fastest])
+            shape = np.real(spectrum.shapes[:, fastest])  # along which the search goes on from an unstable equilibrium
             displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
             new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
             displacements += 1
@@ -162,7 +153,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
         work_at_start = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))  # multipliers belong to the step
         rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
         goes_forward = work_at_start >= -rounding or change < ROUNDING
-        diverges = iteration > 0 and float(np.abs(out[:n]).max(initial=0.0)) > CONVERGED * change
+        diverges = iteration > 0 and float(np.abs(out[:n]).max(initial=0.0)) > 0.2 * change  # 0.2: chosen
         if not (is_short and goes_forward) or diverges:
             return None, change
         balance, _, last = problem.residual(new)  # f - G^T lambda
@@ -217,7 +208,8 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             watching.get().best = problem, rest, np.inf, f"this is the equilibrium at {reached:.4g} of the load"
             watching.get().step(reached)
             new = problem.newton(rest._replace(parameter=load * (reached + increment)))
-            is_near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= LOAD_STEP
+            # 0.1, chosen: after a larger change of the pose, over the extents, it may be on another branch
+            is_near = float(np.abs((new.q - rest.q) / problem.extents).max(initial=0.0)) <= 0.1
             stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False

@@ -7,8 +7,6 @@ doi 10.1007/978-1-4684-7324-7_7), so that P is smooth. If contacts begin, at tim
 steps with a smaller tolerance. Changes of a state are (2 f,): f free coordinates in their units, and their rates over `pace`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -23,20 +21,12 @@ from ..spectral.scene import CompiledScene
 from .algebra import null_space, solve
 from .problem import LONGEST_STEP, StaticsError
 
-TOLERANCE = 1e-7
-"""Tolerance of the run that chooses the steps, which later runs repeat."""
-EVENT_TOLERANCE = 1e-10
-"""Tolerance with which runs on stored steps locate events."""
-ONSET_FACTOR = 1e-3
-"""Factor of the tolerance of runs with onsets of contacts: steps of two such runs differ, so that errors do not cancel."""
-OFFSET = 2e-5
-"""Half width of the differences dP, in units of coordinates and rates: truncation errors are about its square."""
 CLOSED = 1e-7
-"""Largest residual of a periodic motion, in units of coordinates: as large as the error of the integration without damping."""
+"""Largest residual of a periodic motion, in units of coordinates: about the error of runs of undamped motions."""
 BUDGET = 1_000_000
 """Most steps of all runs of a search, at each degree and width."""
 ITERATIONS = 12
-"""Most iterations of Newton's method in an attempt of a search."""
+"""Most iterations of Newton's method in an attempt of a search: chosen."""
 
 
 class SpentError(StaticsError):
@@ -50,7 +40,7 @@ class Found(NamedTuple):
     period: float
     residual: float
     out: Output
-    matrix: Array
+    monodromy: Array
 
 
 @dataclass
@@ -64,14 +54,15 @@ class Shooting:
 
     scene: CompiledScene
     period: float
-    tolerance: float = TOLERANCE
+    tolerance: float = 1e-7
     longest: float = 1 / 64  # the tenth harmonic then has six steps in each of its periods
-    width: float = OFFSET
+    width: float = 2e-5  # in units of coordinates and rates: truncation errors are about its square
     steps_left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.is_angle = np.isin(np.arange(self.scene.size), list(self.scene.builder.units))  # (n,); lengths are left out there
+        angles = list(self.scene.builder.units)  # indices of coordinates that are angles; the others are lengths
+        self.is_angle = np.isin(np.arange(self.scene.size), angles)
         self.autonomous = self._is_autonomous()
         self.step_ends: Array = np.array([1.0])  # of the stored steps, over the period
         self.has_onsets = self.grazes = False
@@ -82,11 +73,11 @@ class Shooting:
         """Unit of the rate of a coordinate, over the unit of the coordinate [1/s]."""
         return 2 * np.pi / self.period
 
-    def finer(self, degree: int) -> Shooting:
+    def finer(self, degree: int) -> "Shooting":
         """Return the map with shorter steps, strips of another degree and narrower differences."""
         scene = CompiledScene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
         tolerance = self.tolerance / 2**5  # for half the step, as collocation at three Radau points has the order 5
-        width = max(1e-5, self.width / 2)  # not less, as it divides errors of events, about `EVENT_TOLERANCE`
+        width = max(1e-5, self.width / 2)  # not less, as it divides errors of events, about 1e-10
         return Shooting(scene, self.period, tolerance, self.longest / 2, width)
 
     def _is_autonomous(self) -> bool:
@@ -95,17 +86,17 @@ class Shooting:
         q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
         for share in (0.0, 0.217, 0.618):  # no simple fractions, at which harmonics may be equal
             a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
-            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))  # f, g, and G v, G a as required
+            # f and g, and the values that constraints with drives require of G v and G a
+            equations.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
         return all(np.array_equal(equations[0], other) for other in equations[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
-        """Integrate a period on the stored steps; if adaptive, or with onsets of contacts, on steps of its own.
-
-        An adaptive run stores its steps; later runs repeat them unless contacts began in it.
-        """
+        """Integrate a period on the stored steps; if adaptive, or with onsets of contacts, on steps of its own."""
         adapts = adaptive or self.has_onsets
-        tolerance = self.tolerance * (ONSET_FACTOR if self.has_onsets else 1.0) if adapts else EVENT_TOLERANCE
-        limit = self.steps_left if adapts else 20 * len(self.step_ends)  # 20: any, far more than a run without a failure takes
+        if adapts:  # with onsets steps of two runs differ, so that errors do not cancel: 1e-3, chosen, keeps them small
+            tolerance, limit = self.tolerance * (1e-3 if self.has_onsets else 1.0), self.steps_left
+        else:  # 1e-10, chosen, locates events on the stored steps; 20: far more than a run without a failure takes
+            tolerance, limit = 1e-10, 20 * len(self.step_ends)
         most = max(1, min(self.steps_left, limit))
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=1e4 * tolerance)  # 1e4: as by default
@@ -124,6 +115,7 @@ class Shooting:
             raise StaticsError(f"{failure.status}: {failure.message}")
         self.onsets = int(counts.onsets)
         if adaptive:
+            # if onsets have ceased, `every` was 1 in this run, and there are twice as many ends as steps: harmless
             self.step_ends, self.has_onsets = ends_of_steps(out.time) / self.period, bool(counts.onsets)
         return out
 
@@ -136,12 +128,9 @@ class Shooting:
         return state
 
     def project(self, state: RunState) -> RunState:
-        """Project a nearby state onto the constraints g = 0, G v = speed by the least change in the norm of the mass matrix.
-
-        That change is the acceleration a with M a + G^T lambda = 0 and G a = g, or G a = speed - G v.
-        """
+        """Project a nearby state onto the constraints g = 0, G v = speed by the least change in the norm of the mass matrix."""
         scene, q, v = self.scene, state.q, state.v
-        no_force = np.zeros(scene.size)
+        no_force = np.zeros(scene.size)  # the change is the acceleration a with M a + G^T lambda = 0 and G a = g or speed - G v
         for _ in range(4):  # of Newton's method; a closed state does not change any more
             q = q - scene.accelerate(q, no_force, scene.assemble(q, tangents=False).residual)[0]
         equations = scene.assemble(q, tangents=False)
@@ -171,17 +160,14 @@ class Shooting:
         return out, np.array(columns).reshape(len(columns), len(columns)).T
 
     def _difference(self, state: RunState, basis: Array, unit: Array, undisplaced: Array, onsets: int) -> Array:
-        """Differentiate the map along a displacement: centrally, or on the side with the same number of onsets as the motion.
+        """Differentiate the map along a displacement: centrally, or on the side with the same number of onsets as the motion."""
 
-        The map has a kink where a contact is just touched. If the number differs on both sides, the motion `grazes`.
-        """
-
-        def evaluate(displacements: float) -> tuple[Array, bool]:
-            """Return the map's change, and True if the contacts have the same onsets, at a displacement in widths."""
-            found = self.change(state, basis, self.run(self.displace(state, basis, displacements * unit)))
+        def evaluate(widths: float) -> tuple[Array, bool]:  # change at a displacement; True if there are as many onsets
+            found = self.change(state, basis, self.run(self.displace(state, basis, widths * unit)))
             return found, self.onsets == onsets
 
         (plus, same_plus), (minus, same_minus) = evaluate(1.0), evaluate(-1.0)
+        # the map has a kink where a contact is just touched; if both sides differ, multipliers are not determined: `grazes`
         if same_plus == same_minus:
             self.grazes = self.grazes or not same_plus
             return (plus - minus) / (2 * self.width)
@@ -191,14 +177,11 @@ class Shooting:
         return side * difference / self.width
 
     def search(self, state: RunState, matrix: Array | None = None) -> Found:
-        """Find a periodic motion by Newton's method; after a failure integrate some periods and try again.
-
-        `matrix` is the monodromy matrix of a nearby motion. Rest has any period and is no result if nothing depends on time.
-        """
+        """Find a periodic motion by Newton's method, from the `matrix` of a nearby one if given; advance after a failure."""
         least, period = np.inf, self.period
-        for _ in range(6):  # attempts
+        for _ in range(6):  # attempts; chosen, as are the eight periods after each
             found = self.newton(self.project(state), matrix)
-            is_rest = self.autonomous and self.largest_range(found.out) <= 1e-5  # by convention
+            is_rest = self.autonomous and self.largest_range(found.out) <= 1e-5  # by convention; it has any period
             if found.residual <= CLOSED and not is_rest:
                 return found
             least = min(least, found.residual)
@@ -223,9 +206,9 @@ class Shooting:
             residual = float(np.abs(change).max(initial=0.0))
             if residual < best.residual:
                 best = Found(state, self.period, residual, out, matrix)
-            elif at_matrix <= CLOSED:  # with the matrix of a motion that was closed, steps fail only by errors of the runs
+            elif at_matrix <= CLOSED:  # the matrix is that of the motion: the residual is now an error of the runs
                 break
-            if not matrix.size or residual > 0.5 * previous:
+            if not matrix.size or residual > 0.5 * previous:  # 0.5: slow, chosen
                 basis, at_matrix = self.basis(state), residual
                 change, matrix = self.change(state, basis, out), self.monodromy(state, basis)[1]
             previous = residual
@@ -233,7 +216,7 @@ class Shooting:
         self.period = best.period
         if best.residual <= CLOSED and at_matrix > 1e-9:  # a hundredth of `CLOSED`: else the matrix was computed too far away
             matrix = self.monodromy(best.state, self.basis(best.state))[1]
-        return best._replace(matrix=matrix)
+        return best._replace(monodromy=matrix)
 
     def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, change: Array) -> RunState:
         """Take a step of Newton's method; if nothing depends on time, the period is unknown, and the step has the least norm."""
@@ -242,7 +225,8 @@ class Shooting:
             to_free = basis.T / self.units**2
             by_period = np.concatenate([to_free @ out.v[-1], to_free @ out.a[-1] / self.pace])  # derivative of P(x) [1/s]
             by_phase = by_period / self.pace  # by the phase at the end, 2 pi times the relative change of the period
-            solution = np.linalg.lstsq(np.column_stack([square, by_phase]), -change, rcond=1e-6)[0]  # 1e-6: a free direction
+            # singular values below 1e-6 of the largest, chosen, are of free directions, along which motions stay periodic
+            solution = np.linalg.lstsq(np.column_stack([square, by_phase]), -change, rcond=1e-6)[0]
             step, change_of_phase = solution[:-1], float(solution[-1])
             self.period *= 1.0 + float(np.clip(change_of_phase / (2 * np.pi), -0.2, 0.2))  # at most a fifth
         else:
@@ -252,13 +236,9 @@ class Shooting:
 
 
 def ends_of_steps(time: Array) -> Array:
-    """Return ends of steps for later runs from the times of a run that wrote every second step, and two rows at an event.
-
-    The ends lie at a quarter and three quarters between rows: as many as the steps of the run, and none at an event, whose time
-    differs in later runs.
-    """
+    """Return ends of steps for later runs, from the times of a run that wrote every second step, and two rows at an event."""
     rows = time[np.append(np.diff(time) > 1e-9 * time[-1], True)]
-    gaps = np.diff(rows)
+    gaps = np.diff(rows)  # with ends at a quarter and three quarters: none is at an event, whose time differs in later runs
     return np.append(np.sort(np.concatenate([rows[:-1] + 0.25 * gaps, rows[:-1] + 0.75 * gaps])), time[-1])
 
 

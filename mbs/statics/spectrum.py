@@ -11,11 +11,9 @@ and z the condition number of s is |y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M +
 doi 10.1137/S0036144500381988). Eigenvalues below their rounding error count as zero.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.linalg import solve  # SciPy's triangular solves are twenty times slower if threads share a core
@@ -31,10 +29,6 @@ from .algebra import EPS, LOWEST_COUNT, SPARSE_COORDINATES, has_entries, invert,
 
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry: a sum of some dozen products, each with a rounding error."""
-FARTHEST = 1e2
-"""Largest ratio of the lowest |s^2| above zero to the shift. If there is a rigid motion, it has the largest theta, 1/shift.
-
-Then the relative error of this |s^2| is about the ratio times `ROUNDING`."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +47,7 @@ class Tangent:
     summands: Any
 
     @classmethod
-    def at(cls, scene: CompiledScene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
+    def at(cls, scene: CompiledScene, q: Array, lam: Array, v: Array | None = None) -> Self:
         """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= SPARSE_COORDINATES
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
@@ -111,10 +105,7 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """True for eigenvalues that are zero to rounding: of rigid motions, or where an equilibrium loses its stability.
-
-        Eigenvalues with |s^2| above the shift are never counted, even with a large rounding error.
-        """
+        """True for eigenvalues, up to the root of the shift, that are zero to rounding: rigid motions, or at critical points."""
         size = np.abs(self.values)
         return (size <= self.rounding) & (size**2 <= self.shift)
 
@@ -131,9 +122,9 @@ class Spectrum:
 
 
 def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = LOWEST_COUNT) -> Spectrum:
-    """Compute the eigenvalues of a tangent; `known_shift` is the shift at a nearby state, 0 if unknown.
+    """Compute the eigenvalues of a tangent: of sparse matrices those with mu below zero and the `count` lowest above it.
 
-    Dense matrices give all eigenvalues, sparse ones at least the `count` lowest -s^2 and all below zero.
+    `known_shift` is the shift at a nearby state, 0 if unknown.
     """
     m, c, k = (tangent.reduce(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
     if not m.shape[0]:
@@ -166,8 +157,9 @@ def _errors_by_condition(tangent: Tangent, values: Array, left: Array, right: Ar
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
-    The first shift is `known` or an estimate. It is changed until the lowest |mu| is at most `FARTHEST` times the shift, and
-    until no mu is near -shift, where K + shift M is singular. Half the lowest |mu| is such a shift.
+    The first shift is `known` or an estimate. It is changed until no mu is near -shift, where K + shift M is singular, and until
+    the lowest |mu| above zero is at most 100 times the shift. A rigid motion has the largest theta, 1/shift: with it the relative
+    error of this |mu| is about its ratio to the shift times `ROUNDING`. Half the lowest |mu| is such a shift.
     """
     symmetric = is_symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
@@ -179,8 +171,8 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         if known:  # it may exceed the lowest |mu|
             is_away = float(np.abs(mu + shift).min()) >= 0.2 * shift
         else:
-            is_away = lowest >= 1.5 * shift  # chosen: below the lowest |mu| by a margin
-        if is_away and lowest <= FARTHEST * shift:
+            is_away = lowest >= 1.5 * shift  # the shift is below the lowest |mu|, by a chosen margin
+        if is_away and lowest <= 100.0 * shift:
             break
         # the nearest mu is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
         shift = 0.6 * shift if known and not is_away else 0.5 * lowest
@@ -209,10 +201,7 @@ def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, mu: Array, errors
 def _use_quotients(
     m: Matrix, k: Matrix, trial: Array, mu: Array, errors: Array, vectors: Array
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Return eigenvalues mu, errors and vectors: Rayleigh quotients of trial vectors where their residual is less than the error.
-
-    Trial vectors have the modal mass z^T M z = 1.
-    """
+    """Replace mu, errors and vectors by Rayleigh quotients of trial vectors (z^T M z = 1) with a residual below the error."""
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     quotient = np.einsum("ij,ij->j", trial, k @ trial)
     residual = k @ trial - m @ trial * quotient
@@ -222,10 +211,7 @@ def _use_quotients(
 
 
 def _errors_of_inverse(theta: Array, left: Array, right: Array) -> Array:
-    """Estimate errors of 1/theta, if all eigenvalues theta of a matrix have the rounding error of the largest times a condition.
-
-    The condition number is |y| |z| / |y^H z|, with left and right vectors y and z of the matrix.
-    """
+    """Estimate errors of 1/theta: an eigenvalue theta has the rounding of the largest times its condition |y| |z| / |y^H z|."""
     product = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(product, 1e-300)
     with np.errstate(all="ignore"):
@@ -241,7 +227,7 @@ def _lowest(tangent: Tangent, m: Matrix, mu: Array, left: Array, right: Array, s
 
 
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
-    """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, mu shift.
+    """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, shift^2.
 
     With h = shift, x = (z, z'/h) has x' = A x. From (A - h) x = b follow the rows of the inverse, whose eigenvalues are
     theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.

@@ -1,7 +1,5 @@
 """Problems of the statics whose parameter is a number of the mechanism or the frequency of its motion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..documents.document import change, get
@@ -9,9 +7,6 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..spectral.scene import CompiledScene
 from .problem import Problem, Rest, StaticsError, loads_of
-
-STEP = 1e-5
-"""Half width h of central differences, over the number: their relative error is about h^2 by truncation, 1e-16/h by rounding."""
 
 
 class Varied(Problem):
@@ -35,19 +30,17 @@ class Varied(Problem):
             self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
-        """Return the derivative of (f - G^T lambda, g) by the number, a central difference: `residuals` are not needed.
-
-        The number stays changed: each method of a `Problem` that assembles sets it again.
-        """
-        step = STEP * max(abs(rest.parameter), abs(self.initial), 1e-300)
+        """Return the derivative of (f - G^T lambda, g) by the number, a central difference: `residuals` are not needed."""
+        # a half width of h = 1e-5 over the number has relative errors of about h^2 by truncation, 1e-16/h by rounding
+        step = 1e-5 * max(abs(rest.parameter), abs(self.initial), 1e-300)
         sides = []
         for p in (rest.parameter + step, rest.parameter - step):
-            self.set_parameter(p)
+            self.set_parameter(p)  # it stays changed: each method of a `Problem` that assembles sets it again
             a = self.scene.assemble(rest.q, tangents=False)
             sides.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
         return np.asarray((sides[0] - sides[1]) / (2 * step))
 
-    def with_degree(self, increment: int) -> Varied:
+    def with_degree(self, increment: int) -> "Varied":
         """Return the problem with strips of a higher degree."""
         return Varied(Mechanism.from_dict(self.document), self.name, self.scene.degree + increment)
 

@@ -15,9 +15,6 @@ from .problem import SEARCH_STOPS, Problem, Rest, find_moving_link, loads_of
 from .rest import equilibrium
 from .spectrum import Spectrum
 
-AMPLITUDE = 1e-4
-"""Displacement from the equilibrium, in units of coordinates, at which frequencies are computed again to find kinks of laws."""
-
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
@@ -106,10 +103,7 @@ def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
 
 
 def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Frequencies:
-    """Increase the degree until the lowest frequencies do not change; their last change is the error.
-
-    If it `keeps_degree`, the frequencies of one higher degree only give the errors of those found.
-    """
+    """Increase the degree, unless it `keeps_degree`, until the lowest frequencies stay; errors are their last changes."""
     found = _spectrum(problem, rest)
     errors, previous = found.rounding[:count], np.inf  # errors of `found`; relative change in the refinement before
     while problem.scene.strips:
@@ -125,7 +119,7 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
                 errors = np.full(len(errors), np.inf)
             break
         coarse = found
-        if not keeps_degree:
+        if not keeps_degree:  # else the finer frequencies only give the errors
             problem, rest, found = finer, state, new
         change = np.full(min(count, len(found.values)), np.inf)
         common = min(count, len(coarse.values), len(new.values))
@@ -151,7 +145,8 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
     scene = problem.scene.source
     has_laws = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
     for k, shape in enumerate(np.real(found.shapes[:, :count]).T if has_laws else ()):
-        step = AMPLITUDE * shape / max(np.abs(shape / problem.units).max(), 1e-300)
+        # displacement, in units of coordinates 1e-4: chosen
+        step = 1e-4 * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
             displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
@@ -164,7 +159,7 @@ def _eigenvalues(found: Spectrum) -> Array:
 
 
 def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int, kinked: bool) -> Frequencies:
-    """Make the result with names, status and message; `kinked` if a law has a kink within `AMPLITUDE`."""
+    """Make the result with names, status and message; `kinked` if a law has a kink near the equilibrium."""
     names, values = [], _eigenvalues(found)[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:

@@ -223,10 +223,9 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, in_legend = "xy".index(axis), set[str]()
     branches = (path, *getattr(path, "branches", ()))
-    # for each branch: positions (steps, 2), or amplitudes of periodic motions; those at its critical points; prefix of the label
-    heights = [branch.heights(link, point) for branch in branches]
-    _, _, prefix = heights[0]  # '' or 'amplitude of ', the same for all branches
-    for branch, (places, critical_places, _) in zip(branches, heights, strict=True):
+    for branch in branches:
+        # positions (steps, 2), or amplitudes of periodic motions, and those at critical points
+        places, critical_places = branch.ordinates(link, point)
         for curve, stable in _pieces(branch, places[:, column]):
             label = "stable" if stable else "unstable"
             style = "C0-" if stable else "C3--"
@@ -236,7 +235,7 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
             kind, parameter = critical.kind, critical.rest.parameter
             ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
             in_legend.add(kind)
-    ax.set(xlabel="parameter", ylabel=f"{prefix}{axis} of {link}:{point} [m]")
+    ax.set(xlabel="parameter", ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
     ax.legend()
     return ax
 
