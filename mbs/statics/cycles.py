@@ -157,9 +157,9 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
 
 def describe_change(multiplier: complex) -> str:
     """Describe how a small motion changes in a period: a negative multiplier changes its sign, a complex one turns its plane."""
-    if abs(multiplier.imag) < 1e-9 * abs(multiplier) and multiplier.real > 0.0:  # 1e-9, chosen: above rounding
-        return ""
-    return " and turns" if multiplier.imag else " and alternates"
+    if abs(multiplier.imag) > 1e-9 * abs(multiplier):  # 1e-9, chosen: above rounding
+        return " and turns"
+    return " and alternates" if multiplier.real < 0.0 else ""
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:

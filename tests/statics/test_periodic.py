@@ -8,7 +8,7 @@ from scipy.special import ellipk
 
 from buckler import mbs
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.statics.cycles import Periodic
+from buckler.mbs.statics.cycles import Periodic, describe_change
 
 
 def block(*loads, stops=(), along=(1, 0)):
@@ -230,3 +230,10 @@ def test_what_does_not_return_is_told():
     found = mbs.periodic(made, 1.0)
     assert found.status == "NOT_REACHED"
     assert "no motion of period 1 s" in found.message
+
+
+@pytest.mark.parametrize(("multiplier", "words"), [
+    (1.5, ""), (1.5 + 1e-14j, ""), (-1.5, " and alternates"), (-1.5 + 1e-14j, " and alternates"), (1.5j, " and turns"),
+])  # fmt: skip
+def test_a_multiplier_that_is_real_to_rounding_does_not_turn(multiplier, words):
+    assert describe_change(complex(multiplier)) == words
