@@ -35,7 +35,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "ensemble": ("run a file many times, with other numbers and starts: means, intervals, maps", "own.numbers:ensemble"),
     "explore": ("change numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
 }
-"""Help of each command, and `module:name` of its `Command`; of a function (name, arguments, program) for those in `BY_NAME`."""
+"""Help of each command, and `module:name` of its `Command`. Those in `BY_NAME` have a function (name, arguments, program)."""
 BY_NAME = ("run", "sweep")
 """Commands whose options depend on the study or file that their first argument names."""
 INTERRUPTED = 130
@@ -81,8 +81,8 @@ def _dispatch(words: Sequence[str]) -> int:
         if name in BY_NAME and rest and not rest[0].startswith("-"):
             return int(import_name(COMMANDS[name][1])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
         if name not in COMMANDS or name in BY_NAME:
-            _parser().parse_args(words)  # prints help, or raises
-            return 0
+            _parser().parse_args(words)  # prints the help and ends the program, or raises
+            raise ValueError(f"{name}: takes no further arguments")
         command: Command = import_name(COMMANDS[name][1])
         parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
         command.declare(parser)
@@ -144,7 +144,7 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             word = unknown[0].partition("=")[0]
             known = [option for action in self._actions for option in action.option_strings]
-            kind = "parameter" if word.startswith("-") else "argument"
+            kind = "option" if word.startswith("-") else "argument"
             raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
         return options
 

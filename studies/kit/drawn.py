@@ -1,10 +1,10 @@
 """Random mechanisms for studies and tests: `draw(seed=1, k=7, families=("kinks", "any chain"))`.
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
-returns a mechanism and the duration of the run [s]. Numbers are in SI units, points are x + i y until `place` makes them pairs.
-`Dice.uniform` and `Dice.log` draw a number whose value or logarithm is uniform, `one` draws one of its arguments. `some` takes
-each of them with the probability `share`, `chance` draws a truth value. The ranges of draws are a free choice. `PAPER` has the
-lengths of the published slider-crank.
+returns a mechanism and the duration of the run [s]. Numbers are in SI units. Points that are rotated or added are complex numbers
+x + i y; `place` makes them pairs, and `ray(angle)` is exp(i angle). `Dice.uniform` and `Dice.log` draw a number whose value or
+logarithm is uniform. `one` chooses one of its arguments, `some` takes each with the probability `share`, `chance` draws a truth
+value. The ranges of draws are a free choice. `PAPER` has the lengths of the published slider-crank.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,8 @@ def draw(seed: int, k: int, families: Sequence[str] = (), generators: Mapping[st
     """Draw the k-th mechanism of a seed, from the families in turn; by default from all families of the generators."""
     generators = generators or FAMILIES
     family = families[k % len(families)] if families else tuple(generators)[k % len(generators)]
-    return Draw(f"{family} {seed}.{k}", *generators[family](Dice(seed, list(generators).index(family), k)))
+    dice = Dice(seed, list(generators).index(family), k)  # the index gives each family other random numbers
+    return Draw(f"{family} {seed}.{k}", *generators[family](dice))
 
 
 def _draw_free(dice: Dice) -> Run:
@@ -83,8 +84,11 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         mechanism, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        (crank_length, _), (start, _) = mechanism.points["A"], mechanism.points["B"]  # the crank starts along x, at the origin
-        turning_point = start - 2 * crank_length  # least x of the slider, at crank angle pi
+        (crank_length, _), (slider_start, _) = (
+            mechanism.points["A"],
+            mechanism.points["B"],
+        )  # the crank starts along x, at 0
+        turning_point = slider_start - 2 * crank_length  # least x of the slider, at crank angle pi
         face = turning_point + dice.log(1e-6, 3e-3)
         stops = [mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]
         return replace(mechanism, stops=stops), duration
@@ -114,7 +118,7 @@ def make_pressed_column(body: Body, share: float, duration: float) -> mbs.Mechan
 
 
 def _draw_pressed(dice: Dice) -> Run:
-    """Draw a strip or modal link compressed slowly, 20 to 1e4 times farther than at its buckling load."""
+    """Draw a strip or modal link that is shortened slowly, by 20 to 1e4 times its compression at the buckling load."""
     length, duration = PAPER.coupler, 10.0
     section = mbs.Section(STRIP_WIDTH, dice.log(2e-4, 6e-4)).damped(ratio=0.5, length=length)
     bow = dice.one(0.0, 1e-5 * length)  # small compared with the deflection, so that the load is that of a straight strip
@@ -244,9 +248,10 @@ FAMILIES: dict[str, Generator] = {
 }
 """Generator of each family.
 
-The families before `any ...` each have one difficulty of simulation, such as kinks or grazing contacts. The families `any ...`
-cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages of `draw_turning` and
-`draw_rattling` with one kind of body, drive or joint.
+The families before `any ...` are difficult to simulate, by axial forces, kinks, grazing contacts and others. The families
+`any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages of
+`draw_turning` and `draw_rattling` with one kind of body, drive or joint. By default `draw_turning` draws slider-cranks and
+four-bars, rigid or with a strip, at constant speed.
 """
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""

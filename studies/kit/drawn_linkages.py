@@ -60,7 +60,7 @@ def predictable_time(speed: float) -> float:
 
 
 def draw_strip(dice: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
-    """Draw a damped strip, with a thickness of `thin` to `thick` and a bow [m]; half of the strips have a number of elements."""
+    """Draw a damped strip, `thin` to `thick`, with a bow [m]; for half of the strips the run chooses the elements."""
     section = mbs.Section(STRIP_WIDTH, dice.log(thin, thick)).damped(ratio=dice.log(3e-3, 0.1), length=length)
     kind, fewest, beyond = dice.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
     elements = int(dice.integers(fewest, beyond)) if dice.chance() else None  # below `beyond`
@@ -118,11 +118,12 @@ def draw_law(dice: Dice) -> Any:
 
 
 def draw_clearance(dice: Dice) -> Callable[[str, str, str], mbs.Clearance]:
-    """Draw a gap, a contact law and a friction law; return a function that makes a joint with them of point, pin and bush."""
+    """Draw a gap, a contact law and a friction law; return the function (point, pin, bush) that makes a joint with them."""
     gap, stiffness, sliding = dice.log(2e-5, 1e-3), 10 ** dice.uniform(7.5, 10.4), dice.uniform(0.05, 0.3)
     damped = laws.Impact(stiffness, damping=dice.uniform(100, 2e3), damping_depth=1e-5)
     lossy = laws.Flores(stiffness, restitution=dice.uniform(0.3, 0.9))
-    law = dice.one(damped, laws.Hertz(stiffness), lossy, laws.KelvinVoigt(1e7, dice.uniform(0, 500)))
+    linear = laws.KelvinVoigt(1e7, dice.uniform(0, 500))  # [N/m], the other stiffnesses are in N/m^1.5
+    law = dice.one(damped, laws.Hertz(stiffness), lossy, linear)
     pair = 1.5 * sliding, sliding  # coefficients of static and sliding friction
     friction = dice.one(
         laws.NoFriction(), laws.Coulomb(sliding, v_reg=0.01), laws.AdamsFriction(*pair, v_s=0.1, v_d=1.0),
@@ -151,7 +152,7 @@ def draw_turning(
     dice: Dice, kinds: Sequence[str] = ("slider-crank", "four-bar"), bodies: Sequence[str] = ("rigid", "strip"),
     motions: Sequence[str] = ("constant",), load_share: float = 0.5,
 ) -> Run:  # fmt: skip
-    """Draw a slider-crank or four-bar without stops; inertia loads a strip below `load_share` of its buckling load."""
+    """Draw a slider-crank or four-bar without stops; the slider loads a strip below `load_share` of its buckling load."""
     motion, speed = dice.one(*motions), dice.log(2, 30)
     if dice.one(*kinds) == "four-bar":
         sides = CrankRocker(*(side * dice.uniform(0.95, 1.05) for side in CrankRocker()))
@@ -214,7 +215,7 @@ def draw_rubbing(dice: Dice) -> Run:
     """Draw a rigid slider-crank, driven or released; its guide has Coulomb friction, or friction of constant size."""
     speed = dice.uniform(5, 20)
     mechanism = slider_crank(draw_bar(dice), law=None, mass=dice.uniform(0.1, 0.5), speed=speed)
-    coulomb, constant = laws.Coulomb(dice.uniform(0.05, 0.4), v_reg=0.05), mbs.GuideFriction(dynamic=1.0)
+    coulomb, constant = laws.Coulomb(dice.uniform(0.05, 0.4), v_reg=0.05), mbs.GuideFriction(dynamic=1.0)  # 1 N
     guide = replace(mechanism.guides[0], friction=dice.one(coulomb, constant))
     if dice.chance(0.6):
         mechanism = replace(mechanism, drives=[], velocities={"crank": speed}, loads=[mbs.Torque("crank", dice.uniform(-1, 1))])
@@ -258,11 +259,12 @@ def draw_sliding(dice: Dice) -> Run:
 
 def draw_two_drives(dice: Dice) -> Run:
     """Draw a five-bar with two drives, one of them oscillating; one link may be modal."""
-    low, speed = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
-    duration = dice.uniform(0.4, 1.0) / speed
+    crank_length, speed = dice.uniform(0.08, 0.12), dice.uniform(3, 12)
+    duration = dice.uniform(0.4, 1.0) / speed  # the cranks turn by 0.4 to 1 rad
     left = draw_speed(dice, dice.one("constant", "ramp", "table"), speed, duration)
     return mbs.Mechanism(
-        {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + dice.uniform(0.15, 0.2))},
+        {"O": (0, 0), "A": (0, crank_length), "P": (0.3, 0), "D": (0.3, crank_length),
+         "B": (0.15, crank_length + dice.uniform(0.15, 0.2))},
         [mbs.Link("left", "O", "A", draw_bar(dice)), mbs.Link("right", "P", "D", draw_bar(dice)),
          mbs.Link("one", "A", "B", dice.one(draw_bar(dice), draw_modal(dice))), mbs.Link("two", "D", "B", draw_bar(dice))],
         make_revolutes("O ground left", "P ground right", "A left one", "D right two", "B one two"),

@@ -92,7 +92,7 @@ class Gravity(StudyParameters):
     gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
     gravity_angle: float = quantity(
         -pi / 2, "rad", -7, 7, "angle of gravity to the x axis, along the frame or guide", "left open"
-    )
+    )  # a little more than a turn to either side
 
     @property
     def gravity_vector(self) -> tuple[float, float]:
@@ -107,9 +107,10 @@ class Gravity(StudyParameters):
 
 @dataclass(frozen=True)
 class Cases:
-    """Function that makes the parameters of a case of a sweep over a mechanism's file, from values by their paths in the file.
+    """Maker of the parameters of cases, in a sweep over numbers of a mechanism's file.
 
-    A path, as `links.crank.length`, is given as a keyword by `**`; `numbers` declares what each path takes.
+    It is called as a class of parameters is, with values as keywords. Their names are paths in the file, as `links.crank.length`,
+    so that they are given by `**`. `numbers` declares what each path takes.
     """
 
     make: Callable[..., StudyParameters]

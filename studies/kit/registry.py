@@ -49,7 +49,7 @@ def entry(name: str) -> StudyEntry:
     """Look up a study by its name; a ValueError for an unknown name suggests the closest known one."""
     studies = STUDIES if name in STUDIES else find_studies()
     if name not in studies:
-        # Files of mechanisms and of Python never come here: `running.find_study` and `load` take them.
+        # Names that end in .toml, .json or .py do not come here: `running.find_study` and `load` open these files.
         if "." in name or Path(name).exists():
             raise ValueError(f"{name}: neither a file of a mechanism (.toml, .json) nor of a study (.py)")
         files = [f"{name}{suffix}" for suffix in (".toml", ".json", ".py") if Path(f"{name}{suffix}").is_file()]

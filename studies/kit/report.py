@@ -36,7 +36,7 @@ class Metric:
     ----------
     value, unit : the computed number and its unit, "1" for a number without unit
     published, exact : published and exact value, in the same unit
-    error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate
+    error : relative error of the value, estimated by the study; by default the difference from `exact`, if that is not zero
     absolute : error in the unit of the value; given instead of `error` where the value is zero or below its error
     """
 
@@ -130,7 +130,10 @@ def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Return status and all messages of runs, pairs of name and result: the first failure, or SUSPECT if a run is suspect."""
+    """Return the worst status of runs, given as pairs of name and result, and all their messages with the notes.
+
+    The status is the first failure, else SUSPECT if a run is suspect, else OK.
+    """
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
     statuses = [run.status for _, run in wrong]
     status = next((each for each in statuses if each != "SUSPECT"), "SUSPECT" if statuses else "OK")
@@ -138,7 +141,7 @@ def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[st
 
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
-    """Tabulate metrics, one a row, without empty columns; stresses are in MPa."""
+    """Tabulate metrics, one a row, without empty columns; stresses are in MPa. An absolute error has ± and its unit."""
     rows = []
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
@@ -248,7 +251,7 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
 
-    A forecast multiplies the time of a `simulate` by `cases`, the number of similar calls that one process makes in a sweep.
+    A forecast multiplies the time of one `simulate` by `cases`: the cases of a sweep over the number of its processes.
     """
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:

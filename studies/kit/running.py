@@ -127,7 +127,7 @@ class Study:
     def find_case_maker(
         self, options: argparse.Namespace, excluded: Collection[str]
     ) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """Return what makes the parameters of a case from values by name, and the values of the options that are not excluded."""
+        """Return the class or function that makes the parameters of a case, and the given options that are not excluded."""
         names = set(specs(self.module.Parameters)) - set(excluded)
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 

@@ -35,7 +35,7 @@ class Mean(NamedTuple):
 
 
 def mean(unit: str, values: Any) -> Metric:
-    """Return the mean of independent values as a metric, with its relative standard error where there are several."""
+    """Return the metric of the `Mean` of independent values."""
     x = np.asarray(values)
     n = len(x)
     return Mean(float(x.mean()) if n else nan, float(x.std(ddof=1)) / sqrt(n) if n > 1 else nan, n).metric(unit)
@@ -63,7 +63,7 @@ def exponent(x: Any, y: Any) -> float:
 
 
 def power_law(inputs: Array, output: Array) -> PowerFit:
-    """Fit a power law of an output, shape (n,), in inputs of shape (d, n), by least squares of the logarithms."""
+    """Fit a power law of an output, shape (n,), in inputs, shape (d, n), by least squares of the logarithms; n > d + 1."""
     x, y = np.log(inputs), np.log(output)
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
     slope, *_ = np.linalg.lstsq(x, y, rcond=None)

@@ -119,6 +119,7 @@ class Explorer:
         """Run once and return what the page shows; the error of the run is unknown."""
         begin = perf_counter()
         mechanism = self.mechanism(values)
+        # with a solver given, one run without an error estimate; without a compiler the default solver is quicker
         result = simulate(mechanism, self.duration, solver=Spectral() if has_compiler() else None, progress=False)
         return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 
@@ -133,17 +134,18 @@ class Explorer:
             result = simulate(self.mechanism(values), self.duration, timeout=self.timeout, progress=stop_late)
         except LateError:
             return {"late": True}
-        error = float(result.error.motion)
+        error = float(result.error.motion)  # relative
         found = content(with_ledger(result), self.path.name, self.measures)
         return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file's content, with the changes of `--set` and these values, to a new file beside the opened one."""
         self.mechanism(values)
-        units = {path: self._unit(path, self.family.units[path]) for path in values}
-        sizes = ((path, float(value), *units[path]) for path, value in values.items())
-        texts = {path: value if factor == 1.0 else f"{value / factor:.12g} {unit}" for path, value, unit, factor in sizes}
-        written = change(self.written, texts)
+        entries: dict[str, float | str] = {}
+        for path, value in values.items():
+            unit, factor = self._unit(path, self.family.units[path])
+            entries[path] = float(value) if factor == 1.0 else f"{value / factor:.12g} {unit}"  # a bare number is in SI
+        written = change(self.written, entries)
         paths = (self.path.with_name(f"{self.path.stem}-{k}{self.path.suffix}") for k in count(1))
         out = next(path for path in paths if not path.exists())
         return {"saved": str(documents.write(written, out))}

@@ -44,7 +44,7 @@ TRIAL_DURATION = 1e-6
 """Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 DECLARED = declarations(Parameters)
 OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
-"""Options of a run, which may also stand in a file's table [run]: those under a heading of the help."""
+"""Options of a run, which may also stand in a file's table [run]. In the help they have a heading, `group`."""
 REPEATED = ("of", "measure")
 """Options of a run that may be given several times."""
 SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
@@ -130,7 +130,7 @@ class File(Study):
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`; none of them has the name of an excluded option."""
+        """Declare the options of the run and of the solver, and `--set`. None is an option of `sweep`, `excluded`."""
         texts = {key: each.doc + ("; may be repeated" if key in REPEATED else "") for key, each in OPTIONS.items()}
         add_options(parser, OPTIONS, texts)
         about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
@@ -141,12 +141,12 @@ class File(Study):
         """Make the parameters of one run from the options and the file, and try its first microsecond."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            parameters = Parameters(**base, changes=tuple(changes.items()), report=True)  # unlike cases of a sweep
+            parameters = Parameters(**base, changes=tuple(changes.items()), report=True)  # cases of a sweep write no report page
             self.check(parameters)
         return parameters
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Return the maker of the cases of a sweep over the paths of `--vary`, and {}: the maker has all other values."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`, and no further values: the maker has them all."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document, numbers = change(json.loads(base["document"]), changes), {}
@@ -186,17 +186,16 @@ class File(Study):
         document, run = read_file(self.path)
         Mechanism.from_dict(document)
         changes = read_changes(document, options.changes)
-        settings = _read_options(options, solver_options())
-        if options.accuracy is not None:
-            run.pop("solver", None)
-        if settings:
-            run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
         solver = dict(run.pop("solver", ()))
-        if (kind := settings.pop("solver", None)) is not None:
-            if solver.get("kind", kind) != kind:
-                solver = {}
-            solver["kind"] = kind
-        solver |= settings
+        given = _read_options(options, solver_options())
+        if "solver" in given:
+            given["kind"] = given.pop("solver")
+        is_other_kind = "kind" in given and solver.get("kind", given["kind"]) != given["kind"]
+        if options.accuracy is not None or is_other_kind:
+            solver = {}
+        if given:
+            run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
+        solver |= given
         run |= _read_options(options, OPTIONS)
         text = json.dumps(document, ensure_ascii=False)
         return {**run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
@@ -264,7 +263,10 @@ def file_command(
 
 
 def ask(call: Callable[..., T], options: argparse.Namespace, *arguments: Any, **named: Any) -> tuple[T, int]:
-    """Call a function with the limit `--timeout`; return its answer and 0, after Ctrl-C its best so far and `INTERRUPTED`."""
+    """Call a function with `timeout` from the option, and with a progress bar; return its answer and the exit status.
+
+    After Ctrl-C these are its best answer so far and `INTERRUPTED`, else its answer and 0.
+    """
     try:
         return call(*arguments, **named, timeout=options.timeout, progress=True), 0
     except Interrupted as stop:

@@ -82,8 +82,8 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
     about = "a column whose values separate experiments; if a number's path is its name, they are values of this number"
     add_repeated(parser, "--setting", "COLUMN", about)
-    parser.add_argument("--start", metavar="s", type=float, help="time of the data at which the run begins [s]; default 0")
-    parser.add_argument("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
+    parser.add_argument("--start", metavar="s", type=float, help="time in the data at which the run begins [s]; default 0")
+    parser.add_argument("--starts", type=int, default=8, help="number of starting points over the ranges; default 8")
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the figure; default results")
 
 
@@ -97,8 +97,9 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
     found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
-    # TIME_ZERO shifts the data in time and is no number of the mechanism
-    numbers = {name: value for name, value in found.values.items() if name in free and name != TIME_ZERO}
+    numbers = {
+        name: value for name, value in found.values.items() if name != TIME_ZERO
+    }  # that shifts the data, and is in no file
     mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     figure = out / "fit.png"
     found.plot().savefig(figure)
@@ -116,7 +117,7 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     add("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
     add_repeated(parser, "--subject-to", "CONSTRAINT", about, dest="wants")
-    add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
+    add("--starts", type=int, default=8, help="number of starting points over the ranges; default 8")
     about = f"largest number of runs, after which the best so far is shown; default {BUDGET}"
     add("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
     add("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the new file; default results")

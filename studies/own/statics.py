@@ -51,7 +51,7 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     if kind not in ("path", "response"):
         return
     unit = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
-    add("--to", required=True, help=f"end of the path: factor of the load, {unit}, or the number, in SI or with its unit")
+    add("--to", required=True, help=f"end of the path: factor of the load, {unit}, or value of --parameter, in SI or with a unit")
     varied = parser.add_mutually_exclusive_group()
     default = "the frequency changes by default" if kind == "response" else "default all"
     varied.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
@@ -97,7 +97,7 @@ def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
         unit = "rad or m" if options.drive else "1"
     try:
         return float(number("--to", measured(options.to), -inf, inf, unit))
-    except ValueError as error:
+    except ValueError as error:  # of `number`, which begins with --to, or of `measured`
         raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
 
 
@@ -144,10 +144,10 @@ def describe(mechanism: Mechanism) -> str:
         coordinates, constraints, independent = counts
         freedoms, redundant = coordinates - independent, constraints - independent
         extra = f", {redundant} of them redundant" if redundant else ""
-        rest = "" if freedoms == driven else f"; {driven or 'none'} driven"
+        drives = "" if freedoms == driven else f"; {driven or 'none'} driven"
         is_driven = freedoms <= driven
         numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}"
-        lines.append(f"as an ideal rigid linkage: {numbers}{rest}")
+        lines.append(f"as an ideal rigid linkage: {numbers}{drives}")
     is_rigid = not any(link.body.flexible for link in mechanism.links)
     lines += [] if is_driven and is_rigid else _frequencies(mechanism)
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
@@ -170,14 +170,14 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
 
 
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
-    """Count coordinates, constraints and independent constraints; None where the equations raise an error.
+    """Count coordinates, constraints and independent constraints; None if an element gives no equations of a rigid linkage.
 
     All links count as rigid and joints with clearance as ideal joints; drives do not count.
     """
     try:
         rows, _ = compute_jacobians(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
         return rows.shape[1], rows.shape[0], rank(rows)
-    except (ValueError, AttributeError):  # from the equations of any element: the description goes on without the mobility
+    except (ValueError, AttributeError):  # a user's element may lack the methods that give its equations
         return None
 
 

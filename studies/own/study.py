@@ -154,7 +154,9 @@ class Parameters(StudyParameters):
     of: str | Sequence[str] = field(
         _Target(Name()), "target of the accuracy: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
     )
-    verify: bool = field(Flag(), "run the other solver, too, and report the difference", default=False, group=GROUP)
+    verify: bool = field(
+        Flag(), "run the compiled solver beside Exudyn, or the reverse, and report the difference", default=False, group=GROUP
+    )
     ledger: bool = field(Flag(), "compute the energy ledger and check its balance", default=False, group=GROUP)
     measure: Sequence[str] = field(
         Repeated(Text()), "a reading, as 'max(B.contact_force)'; default the peaks of all forces", default=(), group=GROUP
@@ -216,7 +218,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def summarise(parameters: Parameters, result: Result) -> StudyResult:
-    """Return metrics, signals and page of a run; a run that failed has signals only."""
+    """Return metrics, signals and page of a run; a run that failed may have no metrics."""
     metrics = _metrics(parameters, result)
     empty = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(

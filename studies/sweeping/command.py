@@ -31,7 +31,7 @@ PATIENCE = 60.0
 
 
 class _Sweep(NamedTuple):
-    """Sweep requested on the command line; `stored_as` is its name in the store, with a hash of the content of a file."""
+    """Sweep requested on the command line; `stored_as` is its study in the store: a name, or that of a file with its hash."""
 
     study: Study
     options: argparse.Namespace
@@ -109,10 +109,10 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     add = parser.add_argument_group("sweep").add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, START:STOP:COUNT:log or A,B,C; "
         "several are combined each with each")  # fmt: skip
-    add("--workers", type=int, metavar="N", help="processes of this machine, 0: the cases run in this one; default its cores")
+    add("--workers", type=int, metavar="N", help="worker processes, 0: the cases run in this process; default one for each core")
     add("--scheduler-file", metavar="FILE", help="run on the Dask cluster of `dask scheduler --scheduler-file FILE`")
     add("--part", metavar="I/N", help="run every N-th case only, from the I-th on, in a store of its own: for array jobs; the "
-        "same sweep without --part takes all parts together")  # fmt: skip
+        "same sweep without --part then reads the stores of all parts")  # fmt: skip
     add("--store", metavar="FILE", help="file that keeps the cases; default DIR/NAME-sweep/cases.sqlite")
     add("--retry", action="store_true", help="run cases again that the store holds as failed")
     add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
@@ -141,7 +141,7 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     options, name = request.options, request.study.title
     counts = Counter(row.status for row in rows)
     version_count = len({row.provenance["sources"] for row in rows})  # "sources": a hash of Buckler's source files
-    note = f"cases come from {version_count} versions of Buckler's source files; --store names a new file"
+    note = f"cases come from {version_count} versions of Buckler's source files; to begin anew, name a new file by --store"
     numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
     first = next((row for row in rows if row.status != "OK"), None)
     others = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")

@@ -197,15 +197,16 @@ class Store:
         """Write the result of a case, unless it has one; the row survives if the process is killed."""
         update = "UPDATE cases SET status = ?, result = ? WHERE parameters = ? AND status IS NULL"
         content = asdict(row)
-        key, _ = to_json(content.pop("parameters")), content.pop("number")  # `plan` has written the number
-        self.ask(update, (content.pop("status"), to_json(content), key))
+        del content["number"]  # `plan` has written it
+        key, status = to_json(content.pop("parameters")), content.pop("status")
+        self.ask(update, (status, to_json(content), key))
 
     def rows(self) -> list[Row]:
         """Read all cases that have ended, in the order of the sweep."""
         rows = []
         for number, parameters, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
             content = json.loads(text)
-            for name, each in content["metrics"].items():
+            for name, each in content["metrics"].items():  # `to_json` writes nan and inf as texts, which `float` reads
                 numbers: Any = {key: value if key == "unit" or value is None else float(value) for key, value in each.items()}
                 content["metrics"][name] = Metric(**numbers)
             rows.append(Row(number, json.loads(parameters), status, **content | {"wall_s": float(content["wall_s"])}))

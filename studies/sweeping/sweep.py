@@ -86,7 +86,8 @@ def sweep(
                 opened.copy(other, about)
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
-        # only one job prints the forecast; `progress` may be another callable, which has no `quiet`
+        # Only the first job prints the forecast. How many workers an executor has is not known: it counts as one. `progress` may
+        # be another callable, which has no `quiet`.
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(jobs_a_worker=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:

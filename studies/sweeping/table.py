@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Declaration
+from buckler.mbs.geometry import Array
 from buckler.mbs.units import label_with_unit, measured, parse_quantity, written_unit
 
 from ..kit.parameters import Cases, StudyParameters, specs
@@ -24,7 +25,7 @@ from ..kit.style import COLOURS, Figure, subplots
 from .store import Row
 
 DIGITS = 12
-"""Significant digits of the values inside a range: 0.1mm:0.5mm:9 then contains 0.15 mm without a rounding error."""
+"""Significant digits of values inside a range and of shown values: 0.1mm:0.5mm:9 contains 0.15 mm, without a rounding error."""
 MOST_CASES = 1_000_000
 """Largest number of cases: a larger one is probably a typing error."""
 VALID = ("OK", "SUSPECT")
@@ -52,7 +53,7 @@ class Axis(NamedTuple):
 
     def show(self, value: Any) -> Any:
         """Return a value in the unit of tables and figures."""
-        return float(f"{value / self.factor:.12g}") if self.unit and isinstance(value, float) else value
+        return float(f"{value / self.factor:.{DIGITS}g}") if self.unit and isinstance(value, float) else value
 
     def shown_unit(self, units: Mapping[str, str]) -> str:
         """Return the unit of tables and figures."""
@@ -66,10 +67,10 @@ class Plan(NamedTuple):
     axes: Sequence[Axis]
 
 
-def parse(text: str, kind: type[StudyParameters] | Cases) -> Axis:
-    """Read one text `NAME=VALUES` of `--vary`."""
+def parse(text: str, make_case: type[StudyParameters] | Cases) -> Axis:
+    """Read one text `NAME=VALUES` of `--vary`; `make_case` is the class or function that makes the parameters of a case."""
     name, equals, values = text.partition("=")
-    known = specs(kind)
+    known = specs(make_case)
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
     if name not in known:
         raise ValueError(f"--vary {text}: unknown parameter '{name}'; {hint(name, known) or 'see --help'}")
@@ -126,7 +127,7 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
     return Axis(name, (low, *inner, high), log)
 
 
-def plan(kind: type[StudyParameters] | Cases, shared: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
+def plan(make_case: type[StudyParameters] | Cases, shared: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
     """Make a case for each combination of values of the axes, with the other parameters that all cases share."""
     names = [axis.name for axis in axes]
     for i, name in enumerate(names):
@@ -137,11 +138,11 @@ def plan(kind: type[StudyParameters] | Cases, shared: Mapping[str, object], axes
     total = math.prod(len(axis.values) for axis in axes)
     if total > MOST_CASES:
         raise ValueError(f"{total} cases; allowed: up to {MOST_CASES}")
-    known, cases = specs(kind), []
+    known, cases = specs(make_case), []
     for values in product(*(axis.values for axis in axes)):
         varied = dict(zip(names, values, strict=True))
         try:
-            cases.append(kind(**{**shared, **varied}))
+            cases.append(make_case(**{**shared, **varied}))
         except ValueError as error:
             shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
             raise ValueError(f"{shown}: {error}") from None
@@ -160,9 +161,10 @@ class DesignPoint(NamedTuple):
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
-    """Gather the points of the sweep.
+    """Combine the cases of a sweep with their rows.
 
-    Where a parameter such as `models` varies, the metric `strut.force` of the case "strut" becomes `force`, as in all cases.
+    A prefix of a metric that is the case's own value of a varied parameter is cut off: where `models` varies, the metric
+    `strut.force` of the case "strut" becomes `force`, so that all cases have the same metrics.
     """
     found = []
     for case, row in zip(plan.cases, rows, strict=True):
@@ -216,16 +218,15 @@ def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], 
 
 
 def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a metric over the numeric parameter with most values, a curve for each combination of others; without one by case."""
+    """Draw a metric over the numeric parameter with most values, with a curve for each combination of the others.
+
+    If all varied parameters are words, it is drawn over the cases.
+    """
     numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
     labels = np.array([", ".join(_label(axis, point.values[i], units) for i, axis in others) for point in found])
-    metrics = [point.metric(metric) for point in found]
-    y, error = np.array([(np.nan, None) if each is None else (each.value, each.error_in_unit) for each in metrics], float).T
-    is_known = np.isfinite(y)
-    if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
-        y[is_known] = np.median(y[is_known])  # equal but for rounding errors
+    y, error = _values(found, metric)
     fig, ax = subplots(height=90)
     ax.set_ylabel(label_with_unit(metric, unit))
     if across is None:
@@ -256,6 +257,17 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
     return fig
 
 
+def _values(found: Sequence[DesignPoint], metric: str) -> Array:
+    """Return values and absolute errors of a metric, nan where unknown; values that differ by rounding errors are made equal."""
+    metrics = [point.metric(metric) for point in found]
+    pairs = [(None, None) if each is None else (each.value, each.error_in_unit) for each in metrics]
+    y, error = np.array(pairs, float).T  # None becomes nan
+    is_known = np.isfinite(y)
+    if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
+        y[is_known] = np.median(y[is_known])
+    return np.array([y, error])
+
+
 def _legend(ax: Any, failed: bool, suspect: bool) -> None:
     """Write the legend: names of the curves, and marks of failed and suspect cases where there are some."""
     from matplotlib.lines import Line2D
@@ -275,7 +287,10 @@ def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
-    """Make the columns of all cases, by name and unit: number, parameters, status, metrics, relative or absolute errors, host."""
+    """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, host.
+
+    An error is relative; where a metric gives an absolute one, a column in its unit has all errors of this metric, too.
+    """
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
         values = [row.parameters.get(name) for row in rows]

@@ -12,7 +12,7 @@ PAGE = (ROOT / "docs/how-to-add-an-element.md").read_text(encoding="utf-8")
 def elsewhere(kind):
     """Number of lines of `mbs`, by file, that import, register, export or draw a kind; files of kinds may use each other."""
     function = kind.lower()
-    named = re.compile(rf'["\s.]{kind}(?:$|[",:])|^    {function},|^def {function}\(')
+    named = re.compile(rf'["\s.]{kind}(?:$|[",:])|^    {function},|^def draw_{function}\(')
     kinds = {path.stem for path in (ROOT / "mbs/elements").glob("*.py")} - {"__init__"}
     found = {}
     for path in sorted((ROOT / "mbs").rglob("*.py")):

@@ -45,7 +45,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--accuracy", "1e-3", "--of", "A.z"], "error: pendulum.json: no signal 'A.z'; near it: A.y"),
         (["--of", "forces"], "error: pendulum.json: of: without an accuracy; give both"),
         (["--duration", "1 kg"], "error: --duration = 1 kg: must be in s"),
-        (["--durtion", "1"], "error: unknown parameter '--durtion'; did you mean --duration?"),
+        (["--durtion", "1"], "error: unknown option '--durtion'; did you mean --duration?"),
         (["--set", "links.arm.body.mas=1"], "error: --set links.arm.body.mas=1: links.arm.body.mas: unknown key, did you"),
         (["--set", "links.arm.body.mass=-1kg"], "error: --set links.arm.body.mass=-1kg: links.arm.body.mass = -1kg: must lie"),
         (["--set", "links.arm.body.mass"], "error: --set links.arm.body.mass: write PATH=VALUE"),

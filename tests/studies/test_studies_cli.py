@@ -71,6 +71,11 @@ def test_there_are_at_most_fifteen_commands(capsys):
     assert capsys.readouterr().err == "error: unknown command 'shwo'; did you mean show?\n"
 
 
+def test_an_option_in_place_of_a_command_takes_no_further_arguments(capsys):
+    assert main(argv=["--version", "list"]) == 2
+    assert capsys.readouterr().err == "error: --version: takes no further arguments\n"
+
+
 @pytest.mark.parametrize("name", registry.STUDIES)
 def test_parameters_written_as_options_are_read_again(name):
     study = find_study(name)
@@ -101,7 +106,7 @@ def test_help_lists_every_parameter_with_unit_default_and_range(dummy, capsys, m
     [
         (["--thickness", "5kg"], "thickness = 5kg: must be in m"),
         (["--speed", "-200"], "speed = -200.0 rad/s: must lie in [-100, 100] rad/s"),
-        (["--thicknes", "1mm"], "unknown parameter '--thicknes'; did you mean --thickness?"),
+        (["--thicknes", "1mm"], "unknown option '--thicknes'; did you mean --thickness?"),
         (["extra"], "unknown argument 'extra'; see --help"),
         (["--elements", "13", "--thickness", "2mm"], "elements = 13: not with a thickness above 0.001 m"),
     ],

@@ -111,7 +111,7 @@ def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, cap
         (["--vary", "length=1:2:3", "--speed", "7kg"], "speed = 7kg: must be in rad/s"),
         (["--vary", "length=1,2", "--workers", "-1"], "workers = -1: out of range; allowed: 0 or more"),
         (["--vary", "length=1,2", "--store", "/no/where/s.sqlite"], "--store /no/where/s.sqlite: no such folder"),
-        (["--vary", "length=1,2", "--worker", "3"], "unknown parameter '--worker'; did you mean --workers?"),
+        (["--vary", "length=1,2", "--worker", "3"], "unknown option '--worker'; did you mean --workers?"),
         (["--vary", "order=12,13", "--speed", "6"], "order = 13: not with a speed above 5 rad/s"),
     ],
 )
