@@ -92,9 +92,8 @@ def simulate(
     of : str or sequence of str
         Signals that shall have the accuracy: "places", "forces", names of signals, or norms such as "impulse(B.contact_force)".
     solver : Exudyn, Spectral or Closure, optional
-        Solver and its settings. Without an accuracy it runs once, and the error is not known. By default `Closure()` if
-        joints and drives alone determine the motion; else `Spectral()`, the compiled solver; `Exudyn()` if Numba is missing or
-        an element is unknown to the compiled solver. The result's provenance names the solver and the reason.
+        Solver and its settings; without an accuracy it runs once, and the error is not known. By default `Closure()` if joints
+        and drives alone determine the motion, else the compiled `Spectral()`, or `Exudyn()` if that lacks Numba or an element.
     verify : bool
         True to run another solver as well, `Exudyn` for `Spectral` and `Spectral` for the others. A difference above the sum of
         both errors makes the result SUSPECT, with SOLVERS in the message.
@@ -140,7 +139,7 @@ def simulate(
             else:
                 solver, why = (solver, "it was named") if solver else runs.choose_solver()
                 levels = LEVELS_BY_SOLVER[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
-                answer = refine(levels.run_by_level(runs), levels, demand, duration)
+                answer = refine(runs, levels, demand)
                 best = answer.run
                 result = _result(best, lambda result: runs.complete(result, answer, demand, why), ledger, times)
             return verify_by_other_solver(result, best, duration, runs) if verify else result
@@ -292,7 +291,7 @@ def _provenance(run: Run) -> dict[str, Any]:
 
 
 def _settings(value: Any) -> dict[str, Any]:
-    """Return a solver's settings as plain values; the steps are a dictionary as well, with the name of their type."""
+    """Return a solver's settings as plain values; the steps are a dictionary as well."""
     settings = {field.name: getattr(value, field.name) for field in fields(value)}
     plain = {name: _settings(inner) if is_dataclass(inner) else inner for name, inner in settings.items()}
     return {"kind": type(value).__name__} | plain

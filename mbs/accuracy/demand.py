@@ -31,8 +31,7 @@ PLACE_PEAK_ERROR = 1e-3
 of manufacture. A convention."""
 STRUCK_PLACE_ERROR = 5e-3
 """Root mean square of the error allowed of a place where bodies strike, stick or slip, over the longest link or the range,
-whichever is larger: as much as an error of 5 % in the speed of a rebound causes. `PLACE_ERROR` holds as well. The error at any
-time then has no limit."""
+whichever is larger: an error of 5 % in the speed of a rebound. `PLACE_ERROR` holds as well; `PLACE_PEAK_ERROR` does not."""
 LAW_ERROR = COARSEST
 """Error allowed of a journal's place, over its clearance, and of the states x of a load with equations dx/dt = f, over their
 largest values: 0.1, as their laws are known no better."""
@@ -50,13 +49,10 @@ READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
 
 
 class DeflectionLimits(NamedTuple):
-    """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough.
+    """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough."""
 
-    An error of a deflection moves no place by more than itself. It is assumed to change forces and rates by the same share.
-    """
-
-    rms: float  # limit of a term's root mean square over time [m], from limits of places; infinite if no place has a limit
-    peak: float  # limit of a term at any time, over the strip's largest deflection, from limits of all signals but places, or inf
+    rms: float  # limit of a term's root mean square over time [m]: the least limit of a place; inf without one
+    peak: float  # limit of a term at any time, over the strip's largest deflection: the least one of a force or rate; inf without
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> DeflectionLimits:

@@ -32,7 +32,7 @@ BLOCK = 50_000
 
 
 class Difference:
-    """Run a less run b, up to a time [s]. Norms are computed when they are first asked for.
+    """Run a less run b, up to a time [s].
 
     A norm is relative to the size of the signal, by name and norm. Run b, the finer one, gives the sizes: those of `Trajectory`
     in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
@@ -82,7 +82,7 @@ class Difference:
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
 
     def places(self) -> Iterator[tuple[list[str], Array]]:
-        """Yield places of both runs in groups: names, and differences over their sizes of shape (places, times)."""
+        """Yield places of both runs in groups: names, and differences over their sizes, (places, times)."""
         for names, difference in self._continuous:
             some = [k for k, name in enumerate(names) if self.b.signals[name].kind is Kind.PLACE]
             if some:

@@ -111,9 +111,8 @@ def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: 
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 
-    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 count an impact half as high as a
-    sixteenth. Each peak of b has an upper and a lower bound, by the scatter, its excess and the vertex between its samples. The
-    peaks of a, the coarser run, can only raise the largest upper bound.
+    The first sum is over the impacts of a and those of b that a has, too. Each peak of b has an upper and a lower bound, by the
+    scatter, its excess and the vertex between its samples. The peaks of a, the coarser run, only raise the largest upper bound.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them

@@ -29,7 +29,7 @@ from .trajectory import TINY
 
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most
-random mechanisms differ from a fine run by less than a fifth. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+random mechanisms are within a fifth of a fine run. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
@@ -40,7 +40,7 @@ but a chaotic modal rocker with rattling pins would take eight runs instead of f
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8
-"""Most degrees added at once: the decay of two terms cannot be extrapolated farther."""
+"""Most degrees added at once: the decay of terms cannot be extrapolated farther."""
 SLOWER = 2.0
 """Factor of the last term, as terms decay more slowly at higher degrees: without it a third run is needed to add two degrees."""
 LEAST_DECAY = 1e-3
@@ -90,12 +90,11 @@ class Levels:
     damping: ClassVar[Factor | None] = None
     """Factor by which a step damps the amplitude of a vibration; None if it is unknown or different in levels."""
     ratio = 8.0
-    """Tolerance of a level over that of the next. Two runs then differ by 1 - 8^-q of the error of the coarser: by 0.4 of it at
-    q = 1/4, by 0.8 at 3/4."""
+    """Tolerance of a level over that of the next: two runs differ by 0.4 to 0.8 of the coarser's error, at q = 1/4 to 3/4."""
     runs_at_most = 10
     """Most runs for one result: eight levels from `FIRST` to `FINEST`, and two for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
-    """1/4 and 3/4 are explained at the head of this file, 1/3 at that of `estimate`."""
+    """Orders of errors: for 1/4 and 3/4 see the head of this file, for 1/3 that of `estimate`."""
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
@@ -108,15 +107,6 @@ class Levels:
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
         """Return mechanism and solver of a level."""
         raise NotImplementedError
-
-    def run_by_level(self, run: Runner) -> Callable[[Level, float], Run]:
-        """Make the function that runs the mechanism with the settings of a level until a time [s]."""
-
-        def run_level(level: Level, end: float) -> Run:
-            mechanism, solver = self.settings(level)
-            return run(mechanism, end, solver)
-
-        return run_level
 
     def finer(self, level: Level, ratio: float) -> Level:
         """Return a level with the tolerance divided by a ratio, and degrees to match."""
@@ -263,7 +253,8 @@ def _shorten_steps(step: float, factor: float) -> Controlled:
 
 def _refine_mesh(mechanism: Mechanism, factor: float) -> Mechanism:
     """Return the mechanism with the number of elements of each strip multiplied by a factor."""
+    if factor == 1:
+        return mechanism
     bodies: list[Any] = [link.body for link in mechanism.links]
     finer = [replace(b, elements=max(1, min(1000, round(factor * b.count)))) if b.meshed else b for b in bodies]
-    links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
-    return replace(mechanism, links=links) if factor != 1 else mechanism
+    return replace(mechanism, links=[replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)])

@@ -1,12 +1,12 @@
 """Refinement until the error estimate is below the allowed one: a coarse run, then finer ones, each compared with the one before.
 
-    answer = refine(run, levels, demand, duration)
+    answer = refine(run, levels, demand)
 
-`run(level, end)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their difference.
-If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has to delay
-the separation by (T - t1)/N, N the refinements left above the finest tolerance. If one delays it by less, the motion is chaotic
-and errors hold up to about t1: runs of a chaotic motion separate as exp(t/t_L), t_L the Lyapunov time, and each refinement delays
-this by the same time. An error of the phase of a regular motion grows only by a power of time.
+`run(mechanism, end, solver)` makes a run up to a time. Two runs are mostly enough: the finer one is returned, its error by their
+difference. If two runs separate at t1, a third decides whether finer ones can follow the motion to its end T. Each refinement has
+to delay the separation by (T - t1)/N, N the refinements left above the finest tolerance. If one delays it by less, the motion is
+chaotic and errors hold up to about t1: runs of a chaotic motion separate as exp(t/t_L), t_L the Lyapunov time, and each
+refinement delays this by the same time. An error of the phase of a regular motion grows only by a power of time.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -25,7 +25,7 @@ from .damping import estimate_damping_errors
 from .demand import BALANCE, USUAL_ERROR, DeflectionLimits, Demand, Worst, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
-from .levels import Level, Levels
+from .levels import Level, Levels, Runner
 from .trajectory import Trajectory, compute_energies, find_drive_period
 
 PATIENCE = 3
@@ -69,13 +69,13 @@ class CheckedRun:
         return f"ACCURACY: '{self.worst.name}' {off}, after {self.count} runs; asked of {demand.words}{why}"
 
 
-def refine(run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> CheckedRun:
+def refine(run: Runner, levels: Levels, demand: Demand) -> CheckedRun:
     """Make finer runs until the error is allowed, the motion is found chaotic, or no runs are left."""
-    refinement = _Refinement(run, levels, demand, duration)
+    refinement = _Refinement(run, levels, demand)
     try:
         coarse = refinement.run_first()
         refinement.best = partial(CheckedRun, coarse.run)
-        end = duration * levels.choose_share(coarse.run)  # a part of the motion may show chaos, at less cost
+        end = levels.duration * levels.choose_share(coarse.run)  # a part of the motion may show chaos, at less cost
         fine = refinement.make(refinement.next_level(coarse, levels.ratio), end)
         return refinement.refine_further(coarse, fine)
     except _FailedError as failure:
@@ -103,14 +103,13 @@ class _FailedError(Exception):
 class _Pair:
     """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation.
 
-    `before` has the relative differences of the pair before, None for a first pair, and `ratio_before` the ratio of its
-    tolerances.
+    `before` has the relative differences of the pair before and the ratio of its tolerances; of a first pair neither.
     """
 
     def __init__(
-        self, coarse: _Trial, fine: _Trial, demand: Demand, before: Mapping[Key, float] | None = None, ratio_before: float = 1.0
+        self, coarse: _Trial, fine: _Trial, demand: Demand, before: tuple[Mapping[Key, float] | None, float] = (None, 1.0)
     ) -> None:
-        self.coarse, self.fine, self.before, self.ratio_before = coarse, fine, before, ratio_before
+        self.coarse, self.fine, (self.before, self.ratio_before) = coarse, fine, before
         self.ratio = coarse.level.tolerance / fine.level.tolerance
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
@@ -121,8 +120,8 @@ class _Pair:
 class _Refinement:
     """State of one refinement."""
 
-    def __init__(self, run: Callable[[Level, float], Run], levels: Levels, demand: Demand, duration: float) -> None:
-        self._run, self.levels, self.demand, self.duration = run, levels, demand, duration
+    def __init__(self, run: Runner, levels: Levels, demand: Demand) -> None:
+        self._run, self.levels, self.demand, self.duration = run, levels, demand, levels.duration
         self.count = 0  # of runs, short and failed ones included
         self.best: Callable[[], CheckedRun] | None = None  # makes the best answer so far, which may take long
         self.first_separation: tuple[float, float] | None = None  # its time [s], and the tolerance of the finer run
@@ -130,7 +129,8 @@ class _Refinement:
     def make(self, level: Level, end: float) -> _Trial:
         """Make a run; _FailedError if it ends early."""
         self.count += 1
-        run = self._run(level, end)
+        mechanism, solver = self.levels.settings(level)
+        run = self._run(mechanism, end, solver)
         if run.failure is not None or len(run.record.time) < 2:
             raise _FailedError(run)
         return _Trial(run, level, end, Trajectory.of(run))
@@ -184,13 +184,13 @@ class _Refinement:
             if status is not None:
                 return self.best() if status is Status.SUSPECT else self.answer_until(pair, status)
             level = self.next_level(pair.fine, self.find_ratio(excess, pair.separates))
-            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand, before=now, ratio_before=pair.ratio)
+            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand, before=(now, pair.ratio))
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
         """Return the status with which refinement ends at too large an error; None if it goes on.
 
         SUSPECT, SENSITIVE: no finer run is left; for SENSITIVE the last two runs separate. CHAOTIC: finer runs would hardly help.
-        `is_smaller` is True if the last refinement reduced the difference of the signal whose error is worst.
+        `is_smaller` says that the last refinement reduced the difference of the worst signal.
         """
         separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
         is_finest = pair.fine.level.tolerance <= 2 * self.levels.finest  # the next tolerance could not be half of it

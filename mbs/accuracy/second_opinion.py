@@ -40,7 +40,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed by that accuracy, or by conventions
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
-        answer = refine(levels.run_by_level(run), levels, demand, duration)  # runs of ever finer levels, until the demand is met
+        answer = refine(run, levels, demand)  # runs of ever finer levels, until the demand is met
     except (ValueError, NotImplementedError, ImportError) as reason:
         return add_notes(result, f"not verified: {other_name} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})

@@ -31,8 +31,8 @@ FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNRESOLVED_MOST = 0.05
-"""Largest part of an imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: as much as
-the error allowed of energies, `demand.USUAL_ERROR`."""
+"""Largest imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps:
+`demand.USUAL_ERROR`."""
 TINY = float(np.finfo(float).tiny)
 
 

@@ -47,7 +47,7 @@ def delivered(mechanism, duration, demand, solver=None):
     solver = solver or (Closure() if Scene.of(mechanism).is_kinematic else Spectral())
     levels = LEVELS_BY_SOLVER[type(solver)](mechanism, duration, solver, place_error=demand.place_error)
     with use_memory(EdgeMemory()):
-        return refine(levels.run_by_level(lambda *what: SOLVERS[type(solver)](*what, None, None)), levels, demand, duration)
+        return refine(lambda *what: SOLVERS[type(solver)](*what, None, None), levels, demand)
 
 
 def touches(force, t):

@@ -37,6 +37,9 @@ class MadeUp(Levels):
     def first(self):
         return Level(FIRST, 0)
 
+    def settings(self, level):
+        return None, level
+
 
 @pytest.fixture(autouse=True)
 def made_up(monkeypatch):
@@ -53,7 +56,7 @@ def made(off, fails=(), balance=0.0):
     """Return the function that makes a run off by `off(tolerance, time)` of its range, and the levels it was asked for."""
     asked = []
 
-    def run(level, end):
+    def run(_mechanism, end, level):
         asked.append((level.tolerance, end))
         time = TIME[TIME <= end * (1 + 1e-12)]
         failure = Failure(Status.NEWTON_DIVERGED, "made up") if len(asked) in fails else None
@@ -67,7 +70,7 @@ def made(off, fails=(), balance=0.0):
 
 def found(off, asked=1e-2, **more):
     run, levels = made(off, **more)
-    return refine(run, MadeUp(None, 1.0, Spectral()), Asked(asked), 1.0), levels
+    return refine(run, MadeUp(None, 1.0, Spectral()), Asked(asked)), levels
 
 
 @pytest.fixture(autouse=True)
