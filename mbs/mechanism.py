@@ -93,8 +93,8 @@ class Mechanism(Parts):
     Raises
     ------
     ValueError
-        If elements contradict each other: for example if a name is unknown or used twice, a link has no length, or a joint's link
-        does not reach its point. The message begins with the place in a file, as `joints[0]`.
+        If elements contradict each other, for example if a name is unknown. The message begins with the place in a file, as
+        `joints[0]`.
 
     Examples
     --------
@@ -190,18 +190,12 @@ class Mechanism(Parts):
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a description of plain dictionaries, lists, numbers and names, as files have it.
-
-        Raise a ValueError, with the place, for a value that has no form in a file, such as a Python function.
-        """
+        """Return plain dictionaries, lists, numbers and names, as in files; ValueError for a value without a form in a file."""
         return fields_written("", self)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, object]) -> Mechanism:
-        """Make the mechanism that `to_dict` or a file describes.
-
-        Raise a ValueError of one line that begins with the place, such as `links.coupler.body.section.thickness`.
-        """
+        """Make the mechanism that `to_dict` or a file describes; ValueError of one line that begins with the place of a fault."""
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
         full = substitute(expand(content))  # with shorthand written out and values in place of the names of parameters
@@ -217,10 +211,7 @@ class Mechanism(Parts):
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
-        """Read the mechanism of a `.toml` or `.json` file.
-
-        Raise a ValueError of one line with the file, the place and the fault, or an OSError if the file cannot be read.
-        """
+        """Read the mechanism of a `.toml` or `.json` file; ValueError of one line with the file, the place and the fault."""
         content = documents.read(Path(path))
         try:
             return cls.from_dict(content)
@@ -228,16 +219,9 @@ class Mechanism(Parts):
             raise ValueError(f"{path}: {error}") from None
 
     def plot(self, axes: Axes | None = None, names: bool = True) -> Any:
-        """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
+        """Draw the mechanism at t = 0 in matplotlib's `axes`, of a new figure by default; return the axes.
 
-        Parameters
-        ----------
-        axes : matplotlib Axes, optional; those of a new figure by default
-        names : bool, True to write the names of links and points
-
-        Returns
-        -------
-        matplotlib Axes
+        Links are to scale, elements are symbols. `names` is True to write the names of links and points.
         """
         return import_late("view.plot:plot_mechanism")(self, axes, names)
 

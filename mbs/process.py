@@ -27,10 +27,7 @@ def has_compiler() -> bool:
 
 
 class Stopwatch:
-    """Time that this process has spent compiling [s], set by `mbs.spectral.compiling`; `is_active` while a function is compiled.
-
-    Compile time counts neither as run time nor towards a time limit.
-    """
+    """Time that this process has spent compiling [s], and True while it compiles; `mbs.spectral.compiling` sets both."""
 
     seconds = 0.0
     is_active = False

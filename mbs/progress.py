@@ -42,10 +42,10 @@ USER_STOPS = (TimeUpError, KeyboardInterrupt)
 
 
 class Forecast:
-    """Progress callback of one call of `simulate`: it forecasts the time of all runs of the call, and of further calls like it.
+    """Progress callback of one call of `simulate`: it forecasts the time of all its runs, and of the `cases` - 1 calls after it.
 
-    `cases` is the number of calls one after another; a fraction is the mean of several processes. The attribute `runs` is the
-    least and the largest number of runs of a call. Without a `bar` only the time is printed.
+    `cases` may be a fraction, the mean of several processes. `runs` is the least and the largest number of runs of a call.
+    Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -72,8 +72,8 @@ class Forecast:
         expected = []
         for runs in self.runs:
             later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
-            further_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
-            expected.append(run_time - spent + later + further_cases)
+            of_other_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
+            expected.append(run_time - spent + later + of_other_cases)
         if max(expected) < WORTH:
             return ""
         first, last = map(write_duration, expected)

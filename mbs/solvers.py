@@ -13,8 +13,8 @@ from .scene.scene import Scene
 MIN_STEP = 1e-9
 """Smallest step of Exudyn [s]: a million times the rounding of a time of some seconds."""
 SECOND_LEVEL_STEPS = 40
-"""Least number of steps of the compiled solver at the second level of a refinement. The first has 8 times the tolerance and,
-by its fourth root, 40/8^(1/4) = 24 steps. The number has an effect only where the error control would take longer steps."""
+"""Least number of steps of the compiled solver at the second level of a refinement; the first has 40/8^(1/4) = 24. It has an
+effect only where the error control would take longer steps."""
 
 
 class Setting(Declared):
@@ -181,8 +181,7 @@ class Spectral(Setting):
 def usual_tolerance(scene: Scene) -> float:
     """Return the default tolerance of Exudyn for a scene, see `Controlled`.
 
-    With stiffly damped clearance the force of an impact peaks within a microsecond. The computed peak is a quarter too small at
-    the tolerance 1e-3, and 2 % at 3e-5.
+    With stiffly damped clearance the computed peak of an impact is a quarter too small at the tolerance 1e-3, and 2 % at 3e-5.
     """
     if not scene.clearances:
         return 1e-5

@@ -1,8 +1,7 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
 In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. The multipliers of
-constraints balance the applied forces best, by least squares. What they leave unbalanced, which accelerates bodies in the run,
-has no part in the tangent.
+constraints balance the applied forces best, by least squares; inertia has no part in the tangent.
 """
 
 from typing import Any

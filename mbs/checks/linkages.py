@@ -92,6 +92,5 @@ def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     gaps = np.abs(residuals[:, rows])  # [m or rad], (times, rows)
     k, row = np.unravel_index(int(np.argmax(gaps)), gaps.shape)
     gap = float(gaps[k, row])
-    longest_link = linkage.size
-    if gap > GAP * max(1.0, longest_link):
+    if gap > GAP * max(1.0, linkage.size):  # the size is the longest link [m]
         yield f"'{linkage.names[rows[row]]}' is apart by {gap:.3g} m (or rad) at t = {run.record.time[k]:.4g} s"

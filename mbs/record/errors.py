@@ -18,8 +18,8 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run; any status but OK has a message that says what to do.
 
-    OK and five others are statuses of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow
-    exponentially. SENSITIVE: more runs than allowed would be needed. Both have the requested accuracy up to `error.until` only.
+    OK and five others are of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow exponentially.
+    SENSITIVE: more runs than allowed would be needed. Both have the requested accuracy up to `error.until` only.
     UNSTABLE: an equilibrium is not stable. UNSEEN: steps went over jumps or kinks of a user's function. All others ended early.
     LOCKED: the linkage cannot go on as it is driven. SINGULAR: its constraints no longer decide the motion. STRUT_OUT_OF_RANGE: a
     strut is shorter than its law allows.
@@ -82,13 +82,7 @@ Key = tuple[str, Norm]
 
 
 class Deferred(Mapping[Key, float]):
-    """Numbers by signal and norm. Some are known; all are computed as soon as any other one, or their list, is read.
-
-    >>> from buckler.mbs.record.errors import Deferred, Norm
-    >>> numbers = Deferred({("B.x", Norm.RMS): 0.01}, lambda: {("B.x", Norm.RMS): 0.01, ("B.y", Norm.RMS): 0.02})
-    >>> numbers["B.x", Norm.RMS], numbers["B.y", Norm.RMS]
-    (0.01, 0.02)
-    """
+    """Numbers by signal and norm. Some are known; all are computed as soon as any other one, or their list, is read."""
 
     def __init__(self, known: Mapping[Key, float], compute: Callable[[], Mapping[Key, float]]) -> None:
         self._known, self._compute = known, compute
@@ -135,13 +129,11 @@ class Errors(Mapping[Any, float]):
     motion : float, largest error of all places; nan without an estimate
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
-        over their own norm. Empty without an estimate. Most are computed when they are read.
+        over their own norm. Empty without an estimate.
     sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative, in the signal's unit
     kind : str, origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
     until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
-    drive_period : float
-        Period of revolution of the drive [s], 0 if no drive has a constant speed. Statistics of a chaotic motion are those of
-        batches of whole periods.
+    drive_period : float, period of revolution of the drive [s], 0 if no drive has a constant speed
     unresolved : tuple of str, forces `F` that vibrate too fast for the steps, which resolve only their running means `F.mean`
     notes : tuple of str, remarks on the errors, in sentences
     """

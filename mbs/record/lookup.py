@@ -74,10 +74,7 @@ class Cubics:
 
 
 def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
-    """Return the index k of the step in which each of `times` lies, its length h, and the fraction s of it that has passed.
-
-    h and s have trailing axes of length 1, so that they multiply samples of a number of dimensions.
-    """
+    """Return the index k of the step at each of `times`, its length h and the fraction s passed; h and s broadcast to samples."""
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     h, passed = time[k + 1] - time[k], times - time[k]
     shape = np.shape(k) + (1,) * (dimensions - 1)
@@ -87,8 +84,7 @@ def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Arra
 def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
     """Interpolate by quintic Hermite polynomials: values, and rates times h, at the fraction s of steps of length h.
 
-    `ends` are (values, rates, second rates) at both ends, `h` and `s` arrays that multiply them, broadcast. The polynomial is
-    q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
+    `ends` are (values, rates, second rates) at both ends. The polynomial is q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5.
     """
     (q, q_t, q_tt), (end, end_t, end_tt) = ends
     v, a, change = h * q_t, 0.5 * h**2 * q_tt, end - q

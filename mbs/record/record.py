@@ -1,7 +1,7 @@
 """Record of a run: arrays over time from a solver, of motions of links and blocks, and channels of elements.
 
 Signals, energies, checks and files are computed from the record alone. In motions q, q_t and q_tt are coordinates, velocities
-and accelerations; those of strips are in `record.strips`. A channel is a named array that only its element can interpret.
+and accelerations. A channel is a named array that only its element can interpret.
 """
 
 from __future__ import annotations

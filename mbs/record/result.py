@@ -47,8 +47,7 @@ class Result:
         `error["B.contact_force"]` that of a signal.
     film : Film, optional, motion from which `movie` is made
     verified : float
-        Largest difference of places from those of the other solver, over their ranges; nan without `verify=True`, or if the other
-        solver failed, with the reason in `provenance["notes"]`.
+        Largest difference of places from those of the other solver, over their ranges; nan without `verify=True` or if it failed.
     traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative, whether it is smooth
 
     Examples
@@ -155,7 +154,7 @@ class Result:
         return import_late("view.plot:plot_signals")(self, names, axes)
 
     def plot_energy(self, axes: Axes | None = None) -> Any:
-        """Draw the energy ledger over time, J; the run needs `ledger=True`."""
+        """Draw the energies over time, J; the run needs `ledger=True`."""
         return import_late("view.plot:plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
@@ -164,10 +163,7 @@ class Result:
         return import_late("view.plot:animate")(self.movie, path, seconds, width)
 
     def write_html(self, path: str | Path, title: str = "") -> Path:
-        """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
-
-        The title is by default the name of the file, or of its folder if the file is `report.html`.
-        """
+        """Write a report as one page that needs no network: the motion, signals, energies, checks, settings."""
         return import_late("view.report:write_html")(self, path, title)
 
     def _repr_html_(self) -> str:

@@ -182,9 +182,8 @@ def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
 class Run:
     """One run of a solver: record, status and message of a failure, computational work.
 
-    `summary` counts elements, coordinates and constraints. `notes` are remarks on the mechanism, such as redundant
-    constraints left out. `unseen` is a message about edges of a user's function between steps. `asked` is a text that names the
-    signals to compute; '' for all.
+    `summary` counts elements, coordinates and constraints. `notes` are remarks on the mechanism. `unseen` is a message about
+    edges of a user's function between steps. `asked` is a text that names the signals to compute; '' for all.
     """
 
     solver: Any

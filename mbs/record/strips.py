@@ -70,9 +70,8 @@ class StripMotion:
     """Motion of a flexible link of finite elements; base class for beams and cables.
 
     `pieces` are the stress-free lengths of the elements [m], `nodes` the node numbers of the link's points. `reference` has the
-    stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` are the
-    coordinates, velocities and accelerations over time, (times, nodes, coordinates). `body.node_stride` is the number of nodes
-    from one element to the next: 2 for quadratic beams, else 1.
+    stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` have the
+    shape (times, nodes, coordinates). `body.node_stride` is the number of nodes from one element to the next.
     """
 
     body: Flexible
@@ -269,5 +268,4 @@ def centre_weights(body: Flexible, pieces: Array) -> Array:
 
 def nodal_lengths(body: Flexible, pieces: Array) -> Array:
     """Integrate the shape functions along a beam: lengths [m] that distribute a load over the nodes, (nodes,)."""
-    lengths: Array = centre_weights(body, pieces)[:, 0] * pieces.sum()
-    return lengths
+    return np.asarray(centre_weights(body, pieces)[:, 0] * pieces.sum())
