@@ -175,7 +175,7 @@ def nameless(name: str, found: object) -> ValueError:
 
 def _same(a: Any, b: Any) -> bool:
     """Return True for equal values of one type, equal numbers, such as 1 and 1.0, and mappings with equal entries."""
-    if isinstance(a, Mapping) or isinstance(b, Mapping):
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
         return dict(a) == dict(b)
     are_numbers = isinstance(a, int | float) and isinstance(b, int | float)
     return a is b or ((are_numbers or type(a) is type(b)) and bool(a == b))

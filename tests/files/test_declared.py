@@ -1,12 +1,13 @@
 """What a class declares of its fields is what it refuses: every number of every kind, on both sides of its range."""
 
 import re
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from buckler.mbs import laws
-from buckler.mbs.declare import Declaration, Either, Quantity, declarations, known_kinds
+from buckler.mbs.declare import Declaration, Either, Quantity, declarations, fields_written, known_kinds
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.schema import schema
 from buckler.mbs.units import parse_unit
@@ -29,6 +30,19 @@ def number(field: Declaration) -> Quantity | None:
 def test_ranges_name_their_open_ends():
     assert Quantity("1", 0.0, 1.0, open_high=True).allowed == "0 to below 1"
     assert Quantity("1", high=1.0, open_high=True).allowed == "< 1"
+
+
+@dataclass(frozen=True)
+class Tabled:
+    """A user's class with two tables, which may be None."""
+
+    first: dict[str, float] | None = None
+    second: dict[str, float] | None = field(default_factory=dict)
+
+
+def test_a_table_differs_from_none():
+    assert fields_written("", Tabled()) == {}
+    assert fields_written("", Tabled({}, None)) == {"first": {}, "second": None}
 
 
 def sound(name):
