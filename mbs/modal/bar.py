@@ -22,14 +22,16 @@ LINE_POINTS = 33
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Compute bending modes, then axial ones, of a bar with free ends; `degree` is that of the polynomials.
 
-    The default is 3 for each of up to 13 modes, the most allowed, and 4 more, 24 at least and 40 at most. The highest frequencies
-    are then right to 1e-8, the lowest one to 1e-6, by rounding.
+    By default it is 4 more than 3 times the larger number of modes, bending or axial, but 24 to 40. At most 13 modes are allowed.
+    The highest frequencies are then right to 1e-8, the lowest to 1e-6, as rounding is relative to the highest one.
     """
     section, bending = modal.section, modes.bending
     degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
     bar = _Bar(section, length, degree)
     bending_omega, deflection, turn = bar.timoshenko(bending) if modes.shear else bar.euler_bernoulli(bending)
     axial_omega, displacement = bar.axial(modes.axial)
+    turn, deflection = turn / deflection[bar.end], deflection / deflection[bar.end]  # 1 at the end: this fixes the modes' signs
+    displacement = displacement / displacement[bar.end]
     m, frequency = bending + modes.axial, np.concatenate([bending_omega, axial_omega])
     along, across, turns = (np.zeros((len(bar.x), m)) for _ in range(3))
     across[:, :bending], turns[:, :bending], along[:, bending:] = deflection, turn, displacement
@@ -37,16 +39,17 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     inertias = bar.inertias if modes.shear else np.zeros_like(masses)  # Euler and Bernoulli neglect the sections' rotary inertia
     modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
     along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
-    products = along.T @ (masses[:, None] * across)  # integrals of phi_ix phi_jy dm; `PlanarModel` defines the others
+    by_mass, by_inertia = masses[:, None], inertias[:, None]
+    products = along.T @ (by_mass * across)  # integrals of phi_ix phi_jy dm
+    gram = along.T @ (by_mass * along) + across.T @ (by_mass * across) + turns.T @ (by_inertia * turns)  # 1 up to rounding
     return PlanarModel(
         length=length, mass=float(masses.sum()),
         inertia=float(masses @ bar.x**2 + bar.inertias.sum()),  # of the rigid bar, in either theory
         centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
         frequency=frequency, damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
         shapes=np.stack([along[bar.stations], across[bar.stations], turns[bar.stations]], axis=1),
-        radial=(masses * bar.x) @ along,
-        gram=along.T @ (masses[:, None] * along) + across.T @ (masses[:, None] * across) + turns.T @ (inertias[:, None] * turns),
-        gyration=products - products.T,
+        radial=(masses * bar.x) @ along,  # integrals of X . phi_i dm
+        gram=gram, gyration=products - products.T,  # of phi_i . phi_j dm; of phi_i x phi_j dm
         line=np.column_stack([bar.x[bar.line], np.zeros(LINE_POINTS)]),
         line_shapes=np.stack([along[bar.line], across[bar.line]], axis=1),
     )  # fmt: skip
@@ -55,9 +58,9 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
 class _Bar:
     """Legendre polynomials `p`, orthonormal over the length, and derivatives `dp`, `ddp`, each (points, degree + 1).
 
-    The points are those of Gauss quadrature, then three `stations` (start, end, middle) and those of the `line` for drawing. `x`
-    has their places from the bar's middle [m]. `weights` [m], `masses` [kg] and rotary `inertias` [kg m^2] are their weights in
-    integrals, 0 beyond the Gauss points.
+    The points are those of Gauss quadrature, then three `stations` (start, end, middle) and those of the `line` for drawing. The
+    bar's end has the index `end`. `x` has their places from the bar's middle [m]. `weights` [m], `masses` [kg] and rotary
+    `inertias` [kg m^2] are their weights in integrals, 0 beyond the Gauss points.
     """
 
     def __init__(self, section: Any, length: float, degree: int):
@@ -83,23 +86,17 @@ class _Bar:
         squares, vectors = eigh(stiffness, subset_by_index=(0, rigid + count - 1))
         return np.sqrt(squares[rigid:]), vectors[:, rigid:]
 
-    def _unit_end(self, *shapes: Array) -> tuple[Array, ...]:
-        """Scale modes so that the first shape is 1 at the bar's end: this fixes their signs, the sizes of rows are made later."""
-        return tuple(shape / shapes[0][self.end] for shape in shapes)
-
     def axial(self, count: int) -> tuple[Array, Array]:
         """Compute frequencies and displacements of axial modes."""
         material = self.section.material
         omega, c = self._modes(material.modulus / material.density * self._gram(self.dp, self.dp), 1, count)
-        (displacement,) = self._unit_end(self.p @ c)
-        return omega, displacement
+        return omega, self.p @ c
 
     def euler_bernoulli(self, count: int) -> tuple[Array, Array, Array]:
         """Compute frequencies, deflections and slopes of bending modes without shear."""
         rigidity = self.section.bending_stiffness / self.section.mass_per_length
         omega, c = self._modes(rigidity * self._gram(self.ddp, self.ddp), 2, count)
-        deflection, slope = self._unit_end(self.p @ c, self.dp @ c)
-        return omega, deflection, slope
+        return omega, self.p @ c, self.dp @ c
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
         """Compute frequencies, deflections and rotations of bending modes with shear, by polynomials for each of the two.
@@ -112,8 +109,7 @@ class _Bar:
         stiffness = section.shear_stiffness * self._gram(shear, shear) + section.bending_stiffness * self._gram(bend, bend)
         omega, c = self._modes(stiffness, 2, count)
         n = self.p.shape[1]
-        deflection, rotation = self._unit_end(self.p @ c[:n] / a, self.p @ c[n:] / b)
-        return omega, deflection, rotation
+        return omega, self.p @ c[:n] / a, self.p @ c[n:] / b
 
 
 def planar_model(modal: Modal, length: float) -> PlanarModel:

@@ -99,6 +99,7 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
     """Return the rotation from the file's axes into the link's, and the link's length [m]."""
     vectors = {}
     for name in ("start", "end", "normal"):
+        # 1e9: chosen, above any real size
         vectors[name] = np.array([number(name, component, -1e9, 1e9, "file units") for component in getattr(file, name)])
     x, z = vectors["end"] - vectors["start"], vectors["normal"]
     span = positive("distance of start and end", float(np.linalg.norm(x)), "file units")
@@ -135,7 +136,7 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
     """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: each node of the straight cell takes the nearest one.
 
-    In a cell where two nodes take the same one, the Hungarian method minimises the sum of squared distances. `linear`
+    Where two nodes of a cell would take the same extra one, the Hungarian method minimises the sum of squared distances. `linear`
     is the element of the straight cells, `file_element` that of the file, `full_element` that of the grid, with all inner nodes.
     """
     fem, dim = skfem(), straight.p.shape[0]
@@ -174,7 +175,7 @@ def _check_connected(grid: Any, where: str) -> None:
 
 
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
-    """Raise a ValueError for inverted cells: the determinant of the map from the reference cell changes sign or is 0 in them.
+    """Raise a ValueError for inverted cells: the determinant of the map from the reference cell changes sign or is 0 everywhere.
 
     Cells that overlap a neighbour are inverted, too. A cell whose nodes are numbered in the mirrored order is not inverted: its
     determinant is negative everywhere.

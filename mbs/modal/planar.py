@@ -32,8 +32,8 @@ class FrameMotion(NamedTuple):
 class PlanarModel:
     """A link and m of its modes in the plane, normalised to modal masses of 1 in space.
 
-    Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. The diagonal of `gram` is 1 less the
-    share of the mode's energy out of the plane, due to lateral contraction.
+    Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. The diagonal of `gram` is the share of
+    the modes' energy in the plane. Lateral contraction has the rest.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ class ModalHistory:
         """Compute the shortening of the chord by bending [m], shape (times,): a second-order effect that the modes leave out."""
         x, w = self.model.line[:, 0], self.q[:, 3:] @ self.model.line_shapes[:, 1].T
         slopes = np.diff(w, axis=1) / np.diff(x)
-        rigid = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])  # integral for a straight link that turns with the chord
+        rigid = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])  # part of the integral of slope^2 by the rotation of the chord
         return np.asarray((slopes**2 @ np.diff(x) - rigid) / 2)
 
     def end_shortening(self) -> Array:

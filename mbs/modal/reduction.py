@@ -77,7 +77,7 @@ def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:  #
             raise ValueError(f"mesh '{mesh.path}': distance of its joints = {span:.9g} m: {expected}")
     else:
         grid = bar_grid(length, section.thickness, section.width, mesh.elements)
-    return reduce_solid(assemble(grid, length, section.material, section.width), modal)
+    return reduce_solid(assemble(grid, length, section.material, section.width), modal)  # width: thickness of planar meshes
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
@@ -134,28 +134,29 @@ def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple
             raise ValueError(f"fixed = {choice.fixed}: must lie in [0, {most}] for this mesh")
         return craig_bampton(solid, interfaces, choice.fixed)
     most, highest = solid.dim * len(solid.nodes) - solid.rigid - 2, max(choice.numbers)
-    # a first guess, doubled below until enough of the modes lie in the plane
-    count = 3 * highest if choice.counting == "in-plane" else highest
-    count += 2  # so that modes of equal frequency are not cut apart: `solid` makes their combinations unique together
+    surplus = 2  # so that modes of equal frequency are not cut apart: `solid` makes their combinations unique together
+    if choice.counting != "in-plane":
+        return free_modes(solid, min(highest + surplus, most))
+    count = 3 * highest + surplus  # a first guess, doubled until enough of the modes lie in the plane
     while True:
         omega, modes = free_modes(solid, min(count, most))
-        found = moves_in_plane(participation(solid, modes)).sum() if choice.counting == "in-plane" else count
-        if found >= highest or count >= most:
+        if moves_in_plane(participation(solid, modes)).sum() >= highest or count >= most:
             return omega, modes
         count *= 2
 
 
 def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
-    """Return indices of the chosen modes among the flexible ones, and their damping ratios; chosen rigid modes are left out.
+    """Return indices of the chosen modes among the flexible ones, and their damping ratios.
 
-    `rigid` is the number of rigid modes.
+    The numbers of `FreeModes` or `CraigBampton` count flexible modes, those "in-plane" alone, or, "free", also the rigid ones,
+    which come first and are left out of the result. `rigid` is the number of rigid modes.
     """
     choice: Any = modal.modes
     if choice.numbers is None:  # the default of Craig-Bampton modes
         chosen = np.flatnonzero(is_planar)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
     counted = np.flatnonzero(is_planar) if choice.counting == "in-plane" else np.arange(len(is_planar))
-    skipped = rigid if choice.counting == "free" else 0  # "free": the user's numbers count rigid modes, too, which come first
+    skipped = rigid if choice.counting == "free" else 0
     numbers, most = np.array(choice.numbers) - skipped, len(counted) + skipped
     if numbers.max() > len(counted):
         where = f"with counting = {choice.counting!r} on this mesh"
@@ -163,7 +164,7 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
     chosen = counted[numbers[numbers > 0] - 1]
     if isinstance(modal.damping, AdamsDamping):
         return chosen, modal.ratios(omega[chosen])
-    ratios = np.broadcast_to(modal.damping, numbers.shape)  # one for each of the user's numbers
+    ratios = np.broadcast_to(modal.damping, numbers.shape)  # one for each of the user's numbers, also of rigid modes
     return chosen, ratios[numbers > 0].astype(float)
 
 
@@ -184,7 +185,7 @@ def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface)
 def _is_determined(solid: Solid, nodes: Array, about: Array) -> bool:
     """Return True if displacements of the nodes determine a rigid motion: 3 nodes not in one line in space, 2 in the plane."""
     motion = rigid_motions((solid.nodes[nodes] - about) / solid.length, solid.dim)
-    return bool(np.linalg.matrix_rank(motion, tol=1e-6) == solid.rigid)
+    return bool(np.linalg.matrix_rank(motion, tol=1e-6) == solid.rigid)  # 1e-6 of the length: chosen
 
 
 def _section_at(solid: Solid, place: Array) -> Array:

@@ -18,7 +18,9 @@ from .mesh import skfem
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of cross-sections by which modes are classified; the first two are in the plane of motion."""
 SLABS = 24
-"""Number of slices, normal to the link, whose rigid motions classify a mode: some four in a half-wave of the sixth in bending."""
+"""Number of slices, normal to the link, whose rigid motions classify a mode: some four in a half-wave of the sixth bending mode."""
+SECOND_ORDER = {"MeshTet": "ElementTetP2", "MeshHex": "ElementHex2", "MeshTri": "ElementTriP2", "MeshQuad": "ElementQuad2"}
+"""Names of scikit-fem's elements of second order, by the name of a mesh less its degree."""
 IN_PLANE = 1e-6
 """Mean share of energy in the plane below which modes of equal frequency are not recombined; rounding gives 1e-12."""
 CLUSTER = 1e-3
@@ -75,8 +77,8 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
     from skfem.models.elasticity import lame_parameters, linear_elasticity, plane_stress
 
     nu = number("poisson", material.poisson, -0.999, 0.499, "1")
-    shape, degree = type(grid).__name__[4:-1], type(grid).__name__[-1]  # MeshTet1, MeshHex2, ...
-    element = getattr(fem, f"Element{shape}{'P' if shape in ('Tet', 'Tri') else ''}2")()
+    mesh, degree = type(grid).__name__[:-1], type(grid).__name__[-1]  # MeshTet1 has straight cells, MeshTet2 curved ones
+    element = getattr(fem, SECOND_ORDER[mesh])()
     order = 4 if degree == "1" else 6  # of the quadrature; more for curved cells
     basis, vectors = (fem.Basis(grid, kind, intorder=order) for kind in (element, fem.ElementVector(element)))
     planar = grid.p.shape[0] == 2
@@ -177,7 +179,8 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         rotation = spin_momentum @ np.linalg.pinv(inertia, rcond=1e-9)  # singular for nodes on a line
         linear = mass * np.einsum("ka,la->akl", translation, translation)
         rotary = np.einsum("ka,la->akl", rotation, spin_momentum)
-        rotary = 0.5 * (rotary + rotary.transpose(0, 2, 1))  # for each axis alone this is not symmetric
+        # the sum over the axes is symmetric; the part of one axis is not, as the inertia of a slice may couple them
+        rotary = 0.5 * (rotary + rotary.transpose(0, 2, 1))
         in_plane, out_of_plane = linear[1] + rotary[2], linear[2] + rotary[1]  # along y and about z; along z and about y
         forms += [linear[0], in_plane, out_of_plane, rotary[0]]
     return forms
