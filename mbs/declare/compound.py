@@ -1,7 +1,7 @@
 """Specifications of compound values: vectors, lists, mappings, and alternatives.
 
-Each is a `Spec` with a `unit`; with `allowed`, its range in the reference; with `words`, its text after 'must be' in messages;
-and with `metavar`, its placeholder in the help of the command line. A `name` is the path of a value, for messages.
+`unit`, `allowed`, `words` and `metavar` are the texts of a `Spec` for messages, the reference and the help of the command line.
+A `name` is the path of a value, for messages.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -20,6 +20,8 @@ class Vector(Spec):
 
     def __post_init__(self) -> None:
         self.words = f"two numbers (x, y), {self.unit}"
+        component = Quantity(self.unit).schema()
+        self.json = {"type": "array", "prefixItems": [component, component], "minItems": 2, "maxItems": 2}
 
     def fits(self, raw: object) -> bool:
         """Return True for a list of two quantities."""
@@ -35,11 +37,6 @@ class Vector(Spec):
     def write(self, name: str, value: Any) -> list[float]:
         """Return the components as a list."""
         return [float(component) for component in value]
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of a list of two numbers."""
-        component = Quantity(self.unit).schema()
-        return {"type": "array", "prefixItems": [component, component], "minItems": 2, "maxItems": 2}
 
 
 class Direction(Vector):
@@ -63,7 +60,7 @@ class Several(Spec):
 
     def __post_init__(self) -> None:
         self.unit, self.metavar = self.item.unit, f"{self.item.metavar},..."
-        self.allowed = f"one or more of {self.item.allowed}" if self.item.allowed else ""
+        self.allowed = f"one or more of {self.item.allowed}" if self.item.allowed else ""  # approximate: `least` may be 0
 
     @property
     def words(self) -> str:  # type: ignore[override]

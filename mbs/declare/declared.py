@@ -11,7 +11,7 @@ from typing import Any, ClassVar, TypeVar
 
 from ..imports import extensions
 from ..validate import short
-from .spec import MOST_WHOLE, Anything, Flag, Name, Quantity, Spec, Whole
+from .spec import MOST_WHOLE, Flag, Name, Quantity, Spec, Whole
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
@@ -105,10 +105,10 @@ class Declaration(typing.NamedTuple):
         return self.spec.allowed + self._suffix
 
     def show(self, value: object) -> str:
-        """Write a default value for the help of the command line; an empty text is 'none'."""
+        """Write a default value for the help of the command line: 'none' for an empty text, 'None' for None."""
         if isinstance(value, tuple | list):
             return ",".join(map(self.show, value))
-        if isinstance(value, str | bool) or value is None:
+        if isinstance(value, str | bool | None):
             return str(value) or "none"
         return f"{value:.12g}{self._suffix}"
 
@@ -141,10 +141,10 @@ def _declaration(kind: Any, each: Any) -> Declaration:
         spec, doc, bounds, group = each.metadata[DECLARED]
     else:  # a field of a user's own dataclass is declared by its annotation
         by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(-MOST_WHOLE), bool: Flag(), str: Name()}
-        spec, doc, bounds, group = by_type.get(typing.get_type_hints(kind).get(each.name), Anything()), "", {}, ""
-    required = each.default is MISSING and each.default_factory is MISSING
-    default = None if required else each.default if each.default is not MISSING else each.default_factory()
-    return Declaration(spec, doc, bounds, required, default, group)
+        spec, doc, bounds, group = by_type.get(typing.get_type_hints(kind).get(each.name), Spec()), "", {}, ""
+    default = each.default if each.default_factory is MISSING else each.default_factory()
+    required = default is MISSING
+    return Declaration(spec, doc, bounds, required, None if required else default, group)
 
 
 _KINDS: dict[str, type] = {}

@@ -75,7 +75,7 @@ def flag(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def names(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare a field that names one thing, such as a point or a link."""
+    """Declare that a field names one thing, such as a point or a link."""
     return field(Name(), doc, default)
 
 
@@ -104,11 +104,11 @@ def declared(kind: Class) -> Class:
 class _Doc:
     """Docstring to which the fields of its class are added when it is read."""
 
-    def __init__(self, about: str) -> None:
-        self.about = about
+    def __init__(self, text: str) -> None:
+        self.text = text
 
     def __get__(self, _instance: object, kind: type) -> str:
-        about, heading, references = inspect.cleandoc(self.about).partition("\nReferences\n")
-        entries = [f"{key} : {each.about}\n    {each.doc}" for key, each in declarations(kind).items()]
+        text, heading, references = inspect.cleandoc(self.text).partition("\nReferences\n")
+        entries = [f"{key} : {each.about}\n    {each.doc}" for key, each in declarations(kind).items()]  # unit, range, default
         fields = ["", "Parameters", "-" * 10, *entries] if entries else []
-        return "\n".join([about.rstrip(), *fields, *([heading + references] if references else [])])
+        return "\n".join([text.rstrip(), *fields, *([heading + references] if references else [])])

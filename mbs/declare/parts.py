@@ -45,25 +45,24 @@ class Part(Spec):
             what = raw.__name__ if isinstance(raw, type) else show(raw)
             raise ValueError(f"{name} = {what}: {self._explain(raw)}")
         try:
-            hash(raw)
+            hash(raw)  # objects are keys of caches, so that their parts must be hashable, too
         except TypeError:
             raise ValueError(f"{name} = {show(raw)}: must be hashable; make its class a frozen dataclass") from None
         return raw
 
     def write(self, name: str, value: object) -> Any:
-        """Return the object as a table.
+        """Return the object as a table, with its kind unless the table shows the kind without it.
 
-        Its kind is left out if it is the only one allowed, or if the field has its name and no other kind has these keys.
+        It does if one kind is allowed, or if the field has the kind's name, as `section`, and the keys fit no other kind.
         """
-        kinds = self.kinds_by_name()
-        if type(value) not in kinds.values():
+        kinds, kind = self.kinds_by_name(), type(value)
+        if kind not in kinds.values():
             raise nameless(name, value)
         content = fields_written(name, value)
-        is_only_kind = list(kinds) == [type(value).__name__]
-        field_has_name_of_kind = name.rpartition(".")[2] == type(value).__name__.lower()
-        if is_only_kind or (field_has_name_of_kind and _list_fitting(content, kinds) == [type(value)]):
+        field_has_name_of_kind = name.rpartition(".")[2] == kind.__name__.lower()
+        if len(kinds) == 1 or (field_has_name_of_kind and _list_fitting(content, kinds) == [kind]):
             return content
-        return {"kind": type(value).__name__, **content}
+        return {"kind": kind.__name__, **content}
 
     def schema(self) -> Schema:
         """Return the JSON schema: references to the schemas of the kinds."""
@@ -117,10 +116,10 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
             raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
     try:
         return kind(**values)
-    except RefusalError as error:
-        place = dot + error.place  # `error.place` is the path below the table
+    except RefusalError as error:  # of a part that contradicts others; `error.place` is its path below the table
+        place = dot + error.place
         raise ValueError(f"{place}: {error}" if place else str(error)) from None
-    except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other
+    except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other, or of a user's class
         message = " ".join(str(error).split())
         first_word = re.match(r"\w+", message)
         begins_with_field = first_word is not None and first_word[0] in values

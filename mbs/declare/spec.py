@@ -23,7 +23,7 @@ TEXT_OF_NUMBER = r"^\s*[-+(]*[\w.]"
 
 
 class Spec:
-    """Specification of the values of a field, here of any values."""
+    """Specification of the values of a field; this base class takes any value as it is."""
 
     unit: str = ""
     """Unit of a quantity."""
@@ -34,15 +34,15 @@ class Spec:
     metavar: str = "VALUE"
     """Placeholder of a value in the help of the command line."""
     json: Mapping[str, Any] = {}
-    """JSON schema, where it is the same for all specifications of the class. Schemas describe the usual raw values, not all."""
+    """JSON schema, if it does not depend on other specifications. Schemas describe the usual raw values, not all."""
 
     def fits(self, raw: object) -> bool:
         """Return True if a raw or stored value has the right type; `read` may still refuse it, with a better message."""
-        raise NotImplementedError
+        return True
 
     def read(self, name: str, raw: object) -> Any:
         """Return the value as it is stored; ValueError in one line if it is not allowed."""
-        raise NotImplementedError
+        return raw
 
     def write(self, name: str, value: Any) -> Any:
         """Return a stored value in the form of documents: a dictionary, list, text, number or truth value."""
@@ -96,7 +96,7 @@ class Quantity(Spec):
     def read(self, name: str, raw: object) -> float:
         """Return a number in SI units, within its bounds."""
         if type(raw) is float and self.low < raw < self.high and 1 / LARGEST < abs(raw) < LARGEST:
-            return raw  # the usual case, fast
+            return raw  # the usual case, fast; 0, open or infinite bounds and very large or small numbers are left to `number`
         if not isinstance(raw, str | Real) or isinstance(raw, bool):
             raise self.refusal(name, raw)
         if isinstance(raw, str):
@@ -105,8 +105,8 @@ class Quantity(Spec):
             except ValueError as error:
                 raise self.refusal(name, raw, f"{error}; ") from None
         try:
-            may_have_any_unit = isinstance(raw, Measured) and not self.unit
-            value = float(raw) if may_have_any_unit else raw  # SI; `number` compares the unit of a Measured with `self.unit`
+            may_have_any_unit = not self.unit and isinstance(raw, Measured)
+            value = float(raw) if may_have_any_unit else raw  # a plain float has no unit that `number` would compare
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -115,7 +115,7 @@ class Quantity(Spec):
         return found
 
     def write(self, name: str, value: Any) -> float:
-        """Return the number in SI units as a float; an int, as of a value that did not pass `read`, stays an int."""
+        """Return the number in SI units; an int in a user's own dataclass, which need not pass `read`, stays an int."""
         return int(value) if isinstance(value, Integral) else float(value)
 
     def schema(self) -> Schema:
@@ -139,6 +139,7 @@ class Whole(Spec):
 
     def __post_init__(self) -> None:
         self.allowed = f"{self.low} to {self.high}"
+        self.json = {"type": "integer", "minimum": self.low, "maximum": self.high}
 
     def fits(self, raw: object) -> bool:
         """Return True for a whole number, or a text of one."""
@@ -149,10 +150,6 @@ class Whole(Spec):
     def read(self, name: str, raw: object) -> int:
         """Return a whole number within its bounds."""
         return whole(name, int(raw) if isinstance(raw, str) and self.fits(raw) else raw, self.low, self.high)
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of a whole number."""
-        return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
 class Flag(Spec):
@@ -207,16 +204,13 @@ class Choice(Name):
 
     def __post_init__(self) -> None:
         self.words, self.allowed = f"one of {', '.join(map(repr, self.options))}", ", ".join(self.options)
+        self.json = {"enum": list(self.options)}
 
     def read(self, name: str, raw: object) -> str:
         """Return one of the options."""
         if not isinstance(raw, str) or raw.strip() not in self.options:
             raise self.refusal(name, raw)
         return raw.strip()
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of the options."""
-        return {"enum": list(self.options)}
 
 
 class Nothing(Spec):
@@ -236,18 +230,6 @@ class Nothing(Spec):
     def write(self, name: str, value: Any) -> str:
         """Return 'none'."""
         return "none"
-
-
-class Anything(Spec):
-    """Any value, for fields without a declaration."""
-
-    def fits(self, raw: object) -> bool:
-        """Return True."""
-        return True
-
-    def read(self, name: str, raw: object) -> Any:
-        """Return the raw value."""
-        return raw
 
 
 def did_you_mean(raw: str, names: Iterable[str]) -> str:

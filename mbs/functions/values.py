@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
-from ..declare.spec import Anything
+from ..declare.spec import Spec
 from .edge_memory import EdgeMemory, current_memory
 from .formulas import function_of, names_in, parse
 
@@ -250,7 +250,7 @@ class TableIntegral(Integral):
 class Components(UserFunction, Declared):
     """A function with several values, such as the two components of a force."""
 
-    parts: Sequence[float | Callable[..., Any]] = field(Several(Anything()), "each a number or a function of the same variables")
+    parts: Sequence[float | Callable[..., Any]] = field(Several(Spec()), "each a number or a function of the same variables")
 
     def agree(self) -> None:
         """Raise a ValueError unless parts are numbers or functions."""

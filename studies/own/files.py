@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from buckler.mbs.declare import Declaration, Quantity, Spec, Whole, declarations
-from buckler.mbs.declare.spec import Anything
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
 from buckler.mbs.documents.shorthand import expand, free_parameters
@@ -98,7 +97,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
     return found
 
 
-class TomlValue(Anything):
+class TomlValue(Spec):
     """Any TOML value or text, for an entry that is no number."""
 
     allowed = "what the file takes there"

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from buckler.mbs.accuracy.demand import key_of
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, read_signals, write_signals
 from buckler.mbs.declare import Declaration, Flag, Name, Quantity, Spec, declarations, declared, field
-from buckler.mbs.declare.spec import Anything, Choice, Text
+from buckler.mbs.declare.spec import Choice, Text
 from buckler.mbs.documents.document import change
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
@@ -162,7 +162,7 @@ class Parameters(StudyParameters):
         Repeated(Text()), "a reading, as 'max(B.contact_force)'; default the peaks of all forces", default=(), group=GROUP
     )
     solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
-    changes: Sequence[tuple[str, Any]] = field(Anything(), "paths in the document with their new values", default=())
+    changes: Sequence[tuple[str, Any]] = field(Spec(), "paths in the document with their new values", default=())
     timeout: float | None = field(
         Quantity("s", 0, open_low=True), "longest time of computing; then the best so far is the result, TIMED_OUT",
         default=None, group=GROUP,

@@ -1,7 +1,7 @@
 """What a class declares of its fields is what it refuses: every number of every kind, on both sides of its range."""
 
+import dataclasses
 import re
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -32,12 +32,12 @@ def test_ranges_name_their_open_ends():
     assert Quantity("1", high=1.0, open_high=True).allowed == "< 1"
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Tabled:
     """A user's class with two tables, which may be None."""
 
     first: dict[str, float] | None = None
-    second: dict[str, float] | None = field(default_factory=dict)
+    second: dict[str, float] | None = dataclasses.field(default_factory=dict)
 
 
 def test_a_table_differs_from_none():
