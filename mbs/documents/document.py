@@ -1,13 +1,15 @@
 """Documents: read from TOML and JSON files, written to them, and changed by path.
 
 A document is a dictionary whose values are texts, numbers, truth values, lists, and again dictionaries; these are called tables.
-An entry is an item of a list. A path, such as `links.coupler.body.section.thickness` or `joints[1].gap`, leads to a value; its
-words are those between dots.
+An entry is an item of a list. A path, such as `links.coupler.body.section.thickness` or `joints[1].gap`, leads to a value. Its
+words are keys of tables, the number of an entry in brackets, or a name that the entry has as a value, as in `joints.A.gap`.
 """
 
 import json
 import re
 from collections.abc import Mapping
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +91,7 @@ ADVICE = {
     "after a statement": QUOTES, "Unclosed": f"a bracket or a comma is missing, or {QUOTES}", "Invalid value": QUOTES,
     "Cannot overwrite": "a name stands twice there; give each once", "Cannot declare": "a table stands twice; give each once",
 }  # fmt: skip
-"""Advice on mistakes in TOML, by words of the parser's message. TOML gives a key or a table only once."""
+"""Advice on mistakes in TOML, by words of the parser's message: "Unclosed" also for a list with `0.3 mm` without quotes."""
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -126,9 +128,7 @@ def _without_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 def get(content: Any, path: str) -> Any:
     """Return the value at a path; ValueError for an unknown path, KeyError if only its last key, in a table, is unknown."""
-    for key in resolve(content, path):
-        content = content[key]
-    return content
+    return reduce(getitem, resolve(content, path), content)
 
 
 def change(content: object, changes: Mapping[str, object]) -> Any:
@@ -136,15 +136,12 @@ def change(content: object, changes: Mapping[str, object]) -> Any:
     changed = json.loads(json.dumps(content))  # a deep copy, in which tuples are lists
     for path, value in changes.items():
         *keys, last = resolve(changed, path)
-        table = changed
-        for key in keys:
-            table = table[key]
-        table[last] = value
+        reduce(getitem, keys, changed)[last] = value
     return changed
 
 
 def resolve(content: Any, path: str) -> list[str | int]:
-    """Return the keys of tables and numbers of entries along a path; the last key may be a new one."""
+    """Return the keys of tables and numbers of entries along a path; the last key may be new, except of a parameter."""
     words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
     if not words:
         raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..declare import declarations, known_kinds
 from ..declare.spec import Schema, did_you_mean, show
-from ..functions.formulas import CONSTANTS, FUNCTIONS, function_of, names_in, parse
+from ..functions.formulas import CONSTANTS, FUNCTIONS, NoFormulaError, function_of, names_in, parse
 from ..functions.values import SIGNATURES
 from ..units import is_measured, measured
 from ..validate import LARGEST
@@ -91,9 +91,12 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> A
 
 
 def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
-    """Return the value of a text: a parameter as written, a number, or a formula with the values of parameters."""
+    """Return the value of a text with parameters put in; a text that is no formula, or has no parameters, is unchanged.
+
+    The name of a parameter gives its value as written, a formula of parameters a number, one of variables, too, a formula.
+    """
     if text.strip() in values:
-        return values[text.strip()]  # a number, or a text with a unit as written
+        return values[text.strip()]
     is_parameter = path.startswith(PARAMETERS)
     uses_parameters = bool(set(WORD.findall(text)) & set(values))
     if not is_parameter and not uses_parameters:
@@ -103,11 +106,10 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     states = re.findall(r"\bstate\d+\b", formula)
     try:
         used = names_in(parse(formula, {*values, *VARIABLES, *states}))
-    except ValueError as error:
-        has_wrong_syntax = "is no formula" in str(error)  # says `parse`, also of plain words, which the field checks
-        if has_wrong_syntax:
-            return text
-        raise ValueError(f"{path} = {show(text)}: {error}") from None  # such as a name that is not known
+    except NoFormulaError:
+        return text  # such as plain words; the reader of the field checks them
+    except ValueError as error:  # such as a name that is not known
+        raise ValueError(f"{path} = {show(text)}: {error}") from None
     numbers = {name: _number(values[name], path) for name in used & set(values)}
     if used - set(numbers):  # a function of variables: its parameters become numbers
         return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)

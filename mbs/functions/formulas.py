@@ -49,6 +49,10 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
 OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)  # + - * / **
 
 
+class NoFormulaError(ValueError):
+    """Error of a text that is no formula at all."""
+
+
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
     """Parse a formula; a ValueError names the part that is not allowed.
 
@@ -62,7 +66,7 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] =
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise ValueError(f"'{text}' is no formula{_syntax(text, error)}") from None
+        raise NoFormulaError(f"'{text}' is no formula{_syntax(text, error)}") from None
     _check(tree, {*variables, *CONSTANTS}, functions, 0)
     return tree
 
