@@ -146,10 +146,7 @@ class Strip:
 
     @cached_property
     def finer(self) -> Strip:
-        """Copy of the strip with 1.5 times (chosen) as many points, at most 200, at which the residual is evaluated.
-
-        With 200 points itself a strip has no finer copy: its residual then shows the convergence of Newton's method alone.
-        """
+        """Copy with 1.5 times as many points, for the residual, but at most 200: there it shows Newton's convergence alone."""
         return replace(self, nodes=min(3 * self.nodes // 2, 200))
 
     @cached_property
@@ -222,10 +219,8 @@ class Strip:
         return np.concatenate((balance, ends))
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4).
-
-        Each array below has the derivatives of a field: rows are points, columns theta, b, nx(0), ny(0) and load factor.
-        """
+        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
+        # arrays below are derivatives of fields: rows are points, columns theta, b, nx(0), ny(0) and load factor
         f, J, count = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # count: of angles
         b_column, nx_column, ny_column, factor_column = range(count, count + 4)
         x_prime, y_prime = _differentiate_slopes(self, f, load)

@@ -99,11 +99,9 @@ class _Bar:
         return omega, self.p @ c, self.dp @ c
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
-        """Compute frequencies, deflections and rotations of bending modes with shear, by polynomials for each of the two.
-
-        The polynomials are divided by `a` and `b`, so that the mass matrix is the unit matrix.
-        """
+        """Compute frequencies, deflections and rotations of bending modes with shear, by polynomials for each of the two."""
         section = self.section
+        # divisors of the polynomials, so that the mass matrix is the unit matrix
         a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)
         shear, bend = np.hstack([self.dp / a, -self.p / b]), np.hstack([np.zeros_like(self.p), self.dp / b])
         stiffness = section.shear_stiffness * self._gram(shear, shear) + section.bending_stiffness * self._gram(bend, bend)

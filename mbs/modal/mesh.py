@@ -196,10 +196,7 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
 
 
 def _find_overlaps(grid: Any) -> Array:
-    """Return the mask of cells that lie on the same side of a shared face as their neighbour, (cells,).
-
-    Of two such cells the one with the larger share of bad faces is marked, both if the shares are equal.
-    """
+    """Return the mask of cells that lie on the same side of a shared face as their neighbour, (cells,)."""
     shared = np.flatnonzero(grid.f2t[1] >= 0)
     pairs, corners = grid.f2t[:, shared], grid.p[:, grid.facets[:, shared]]  # cells (2, faces); (dim, corners, faces)
     edge = corners[:, 1] - corners[:, 0]
@@ -211,6 +208,7 @@ def _find_overlaps(grid: Any) -> Array:
     overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > lowest)]
     count = grid.t.shape[1]  # of cells
     bad_faces, faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
+    # of two overlapping cells the one with the larger share of bad faces is marked, or both
     first_share, second_share = (bad_faces / faces.clip(1))[overlapping]
     is_marked = np.zeros(count, dtype=bool)
     is_marked[overlapping[0, first_share >= second_share]] = True
@@ -219,10 +217,7 @@ def _find_overlaps(grid: Any) -> Array:
 
 
 def find_hanging_nodes(grid: Any) -> Array:
-    """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming.
-
-    A face is divided into simplices with corners c_i. A place c_0 + sum s_i (c_i - c_0) is inside if s_i >= 0, sum s_i <= 1.
-    """
+    """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming."""
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
     simplices = np.concatenate([faces[:, list(each)] for each in combinations(range(faces.shape[1]), dim)])
@@ -236,6 +231,7 @@ def find_hanging_nodes(grid: Any) -> Array:
     node = nodes[np.concatenate([np.asarray(found, dtype=int) for found in near])]
     is_no_corner = (face_of_simplex[simplex] != node[:, None]).all(axis=1)
     simplex, node = simplex[is_no_corner], node[is_no_corner]
+    # the place c_0 + sum s_i (c_i - c_0) is inside the simplex with corners c_i if s_i >= 0 and sum s_i <= 1
     edges = (places[simplex, 1:] - places[simplex, :1]).transpose(0, 2, 1)
     offset = grid.p.T[node] - places[simplex, 0]
     s = np.einsum("pij,pj->pi", np.linalg.pinv(edges), offset)

@@ -116,11 +116,6 @@ class PlanarModel:
             q_tt[:, 2] + q_tt[:, 3:] @ shape[2],
         )
 
-    def points(self, q: Array) -> Array:
-        """Compute the positions of the points of `line` [m], shape (times, p, 2)."""
-        local = self.line + np.einsum("pam,tm->tpa", self.line_shapes, q[:, 3:])
-        return q[:, None, :2] + rotate(q[:, 2:3], local)
-
 
 class ModalStrain(NamedTuple):
     """Strain energy of the modes [J] and power lost to their damping [W], each (times,)."""
@@ -133,8 +128,7 @@ class ModalStrain(NamedTuple):
 class ModalHistory:
     """Recorded motion of a modal link, with the same methods as recorded strips.
 
-    `q`, `q_t`, `q_tt` are (times, 3 + m). `stations` maps points of the mechanism to `STATIONS`; `direction` is the angle of the
-    link at t = 0 [rad].
+    `stations` maps points of the mechanism to `STATIONS`; `direction` is the angle of the link at t = 0 [rad].
     """
 
     model: PlanarModel
@@ -176,8 +170,9 @@ class ModalHistory:
         return [ModalStrain(self.model.strain(self.q), self.model.damping_power(self.q_t))]
 
     def line(self, _per_element: int = 4) -> Array:
-        """Return the positions [m] of p points between the joints, (times, p, 2); the argument has an effect for strips alone."""
-        return self.model.points(self.q)
+        """Compute the positions [m] of the points of the model's `line`, (times, p, 2); only strips use the argument."""
+        local = self.model.line + np.einsum("pam,tm->tpa", self.model.line_shapes, self.q[:, 3:])
+        return self.q[:, None, :2] + rotate(self.q[:, 2:3], local)
 
     def deflection(self) -> Array:
         """Compute the distance of the middle from the chord of the joints [m], positive to its left, shape (times,)."""

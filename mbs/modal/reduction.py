@@ -124,10 +124,8 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
 
 
 def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number.
-
-    The eigensolver, ARPACK, does not find all modes of a matrix; here it is asked for all but 2 at most.
-    """
+    """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number."""
+    # `most`: the eigensolver, ARPACK, does not find all modes of a matrix; it is asked for all but 2
     if isinstance(choice, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if choice.fixed > most:

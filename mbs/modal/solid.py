@@ -18,7 +18,7 @@ from .mesh import skfem
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of cross-sections by which modes are classified; the first two are in the plane of motion."""
 SLABS = 24
-"""Number of slices, normal to the link, whose rigid motions classify a mode: some four in a half-wave of the sixth bending mode."""
+"""Number of slices, normal to the link, whose rigid motions classify a mode: four in a half-wave of the sixth bending mode."""
 SECOND_ORDER = {"MeshTet": "ElementTetP2", "MeshHex": "ElementHex2", "MeshTri": "ElementTriP2", "MeshQuad": "ElementQuad2"}
 """Names of scikit-fem's elements of second order, by the name of a mesh less its degree."""
 IN_PLANE = 1e-6
@@ -139,8 +139,7 @@ def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -
     """Compute eigenvalues next to a shift, and eigenvectors; `factors` is the LU decomposition of K - shift M."""
     inverse = scipy.sparse.linalg.LinearOperator(stiffness.shape, factors.solve)
     start = np.cos(np.arange(mass.shape[0]))  # not random: the same modes in each run
-    pairs: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
-    return pairs
+    return scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
 
 
 def participation(solid: Solid, shapes: Array) -> Array:
