@@ -43,10 +43,6 @@ class PlacedBlock(EngineBody):
         """Return the only node, the number of its coordinates, and its position at t = 0 [m]."""
         return self.nodes[0], 1, np.array(self.origin)
 
-    def error_scales(self) -> Array:
-        """Return 1: the coordinate is a displacement."""
-        return np.ones((1, 1))
-
 
 def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     """Add the block of a guide, with its initial speed [m/s] along the guide."""
@@ -57,15 +53,13 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
     body = scene.system.AddObject(item)
     markers = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
-    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), markers, origin=(x, y))
+    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), markers, np.ones((1, 1)), (x, y))
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
-    """Pin each block to its link, and add friction.
-
-    A strut, a force element without coordinates, pushes the block instead: then the block is a body of its own, with mass.
-    """
+    """Pin each block to its link, and add friction."""
     for name, guide in guides.items():
+        # a strut, a force element without coordinates, pushes the block instead: then the block is a body of its own
         if guide.link not in scene.strut_links:
             markers = [
                 scene.position_marker(guide.point, guide.point),
@@ -134,7 +128,6 @@ class ReactionFriction:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
         self.memory = np.zeros((1, len(MEMORY)))
         self.updates_memory = isinstance(guide.friction, BristleLaw)
-        self.column, self.rows = 0, np.zeros(2, dtype=int)
         # state of the iteration in `normal`: time of its step [s], last reaction, its relaxed value, their last difference [N]
         self.time = -1.0
         self.reaction = self.relaxed = self.last_residual = 0.0
@@ -144,8 +137,7 @@ class ReactionFriction:
         """Return the normal force [N] by Aitken's relaxation (doi 10.1007/s00466-008-0255-5), once for each Newton iteration.
 
         The engine's Jacobian lacks the derivative of friction by the multipliers. Without relaxation the iteration converges only
-        if the reaction depends weakly on friction, and slowly near self-locking. A new value of the reaction shows a new Newton
-        iteration, in which relaxed += factor (reaction - relaxed).
+        if the reaction depends weakly on friction. A new value of the reaction shows a new Newton iteration.
         """
         if t != self.time:
             self.time, self.reaction, self.relaxed, self.last_residual = t, reaction, reaction, 0.0
@@ -167,12 +159,10 @@ class ReactionFriction:
         self.weight = _compute_weight(self.scene.mechanism, self.guide)
 
     def bristle(self, t: float, travel: float, speed: float) -> float:
-        """Return the deflection of the bristle [m], by the mean speed since the last accepted step.
-
-        With the mean speed, a block that returns to its place also returns to the same deflection.
-        """
+        """Return the deflection of the bristle [m], by the mean speed since the last accepted step."""
         deflection, last_travel, last_time = self.memory[0, [BRISTLE, TRAVEL, SINCE]]
         h = t - last_time
+        # with it a block that returns to its place also returns to the same deflection
         mean_speed = (travel - last_travel) / h if h > 0 else speed
         return float(self.law.after(deflection, mean_speed, max(h, 0.0)))
 

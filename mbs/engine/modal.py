@@ -13,7 +13,7 @@ import numpy as np
 
 from ..elements import Link, Modal
 from ..elements.element import Pair
-from ..geometry import Array
+from ..geometry import Array, rotate_left
 from ..modal.planar import STATIONS, ModalHistory, PlanarModel
 from . import System
 from .placed import EngineBody, EngineStates
@@ -38,23 +38,17 @@ class PlacedModal(EngineBody):
     for joints that act on nodes.
     """
 
-    model: PlanarModel = field(kw_only=True)
-    velocity: Array = field(kw_only=True)
-    stations: dict[str, str] = field(kw_only=True)
-    places: dict[str, Array] = field(kw_only=True)
-    anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
+    model: PlanarModel
+    velocity: Array
+    stations: dict[str, str]
+    places: dict[str, Array]
+    anchors: dict[str, int] = field(default_factory=dict)
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape (1, 3 + m)."""
         frame = self.system.GetNodeODE2Index(self.nodes[0])
         modal = self.system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
-
-    def error_scales(self) -> Array:
-        """Return the largest displacement of the link per unit of each coordinate [m], shape (1, 3 + m)."""
-        sizes = np.linalg.norm(self.model.line_shapes, axis=1)  # of the modes at points of the link, (points, m)
-        modes = sizes.max(axis=0, initial=0.0)
-        return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
     def motion(self, states: EngineStates) -> ModalHistory:
         """Return the motion of the link from the engine's coordinates."""
@@ -82,9 +76,9 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
         raise ValueError(f"links.{link.name}: modes: none moves in the plane; use Rigid, or Spectral()")
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)
-    arm = model.centre[0] * along + model.centre[1] * np.array([-along[1], along[0]])
+    arm = model.centre[0] * along + model.centre[1] * rotate_left(along)
     reference = np.array([*(start + arm), np.arctan2(along[1], along[0]), *np.zeros(len(model))])
-    velocity = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
+    velocity = np.array([*(rates[:2] + rates[2] * rotate_left(arm)), rates[2]])
     nodes, body = _add_flexible(system, model, reference, velocity)
     stations = {link.start: "start", link.end: "end"}
     markers = {}
@@ -92,8 +86,10 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
         middle = len(CROSS) * ENDS.index(station)  # number of the first virtual point of the joint's cross
         item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[middle], weightingFactors=[1.0])
         markers[point] = int(system.AddMarker(item))
+    sizes = np.linalg.norm(model.line_shapes, axis=1).max(axis=0, initial=0.0)  # of the modes, (m,)
+    scales = np.array([1.0, 1.0, model.length / 2, *sizes])
     return PlacedModal(
-        system, link.name, link.body, nodes, (body,), reference[None], markers,
+        system, link.name, link.body, nodes, (body,), reference[None], markers, scales[None],
         model=model, velocity=velocity, stations=stations, places={link.start: start, link.end: end},
     )  # fmt: skip
 

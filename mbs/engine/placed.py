@@ -13,10 +13,7 @@ from . import System
 
 
 class EngineStates(NamedTuple):
-    """The engine's coordinates over time: displacements from the reference configuration, velocities, accelerations.
-
-    Each is an array (times, coordinates).
-    """
+    """The engine's displacements from the reference, velocities and accelerations over time, each (times, coordinates)."""
 
     q: Array
     q_t: Array
@@ -28,7 +25,8 @@ class EngineBody:
     """A link or block in the engine, with the engine's numbers of its `nodes` and `objects`.
 
     `markers` maps all points of the body to position markers. `body` is the link's body or the guide. `reference` (nodes,
-    coordinates of a node) has the undeformed coordinates at t = 0.
+    coordinates of a node) has the undeformed coordinates at t = 0. `scales`, of the same shape, say how far the body moves per
+    unit of each coordinate [m]: so errors of steps become displacements.
     """
 
     system: System
@@ -38,6 +36,7 @@ class EngineBody:
     objects: tuple[int, ...]
     reference: Array
     markers: dict[str, int]
+    scales: Array
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape as `reference`."""
@@ -51,10 +50,6 @@ class EngineBody:
 
     def motion(self, states: EngineStates) -> MovingBody:
         """Return the motion for the record."""
-        raise NotImplementedError
-
-    def error_scales(self) -> Array:
-        """Return how far the body moves per unit of each coordinate [m], shape as `columns`, for errors of steps in m."""
         raise NotImplementedError
 
     def add_burden(self, point: str, mass: float, inertia: float, gravity: Pair) -> None:

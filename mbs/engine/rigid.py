@@ -19,13 +19,12 @@ class PlacedRigid(EngineBody):
 
     `mass` [kg], `inertia` [kg m^2] and the centre of mass are recorded without added masses. `arms` lead from this centre to all
     points of the mechanism [m], as a point of another body may touch this link. `to_centre` leads from the node to this centre
-    [m]. Both are in axes of the ground at t = 0. `half_length` is in m.
+    [m]. Both are in axes of the ground at t = 0.
     """
 
     mass: float
     inertia: float
     arms: dict[str, Array]
-    half_length: float
     to_centre: Array
 
     def motion(self, states: EngineStates) -> RigidMotion:
@@ -35,17 +34,11 @@ class PlacedRigid(EngineBody):
         # the engine's coordinates are 0 at t = 0; of the record's, the angle alone is
         q = states.q[:, columns] + np.array([x, y, 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
-        if self.to_centre.any():
-            arm = rotate(q[:, 2], self.to_centre)
-            spin, spin_t = q_t[:, 2:3], q_tt[:, 2:3]
-            q = np.column_stack([q[:, :2] + arm, q[:, 2]])
-            q_tt = np.column_stack([q_tt[:, :2] + spin_t * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
-            q_t = np.column_stack([q_t[:, :2] + spin * rotate_left(arm), q_t[:, 2]])
+        arm, spin, spin_t = rotate(q[:, 2], self.to_centre), q_t[:, 2:3], q_tt[:, 2:3]
+        q = np.column_stack([q[:, :2] + arm, q[:, 2]])
+        q_tt = np.column_stack([q_tt[:, :2] + spin_t * rotate_left(arm) - spin**2 * arm, q_tt[:, 2]])
+        q_t = np.column_stack([q_t[:, :2] + spin * rotate_left(arm), q_t[:, 2]])
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
-
-    def error_scales(self) -> Array:
-        """Return 1 for x and y, and half the length [m] of the link for the angle: displacements by a unit of each."""
-        return np.array([[1.0, 1.0, self.half_length]])
 
     def add_burden(self, _point: str, _mass: float, _inertia: float, _gravity: Pair) -> None:
         """Do nothing: the link was built with all added masses."""
@@ -68,10 +61,10 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
     (dx, dy), along = end - start, (end - start) / length
     direction = float(np.arctan2(dy, dx))
     mass, inertia, centre = link.body.mass_properties(length)
-    own_centre = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
+    own_centre = start + centre[0] * along + centre[1] * rotate_left(along)
     total, moment, common_centre = _with_burdens(scene, link, mass, inertia, own_centre)
     arm = common_centre - start
-    rates = [velocity[0] - velocity[2] * arm[1], velocity[1] + velocity[2] * arm[0], velocity[2]]
+    rates = [*(velocity[:2] + velocity[2] * rotate_left(arm)), velocity[2]]
     reference = np.array([[*common_centre, direction]])
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*reference[0]], initialVelocities=rates))
     body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
@@ -82,18 +75,18 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
         position = [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0]  # from the node, in axes of the link
         markers[point] = system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
     return PlacedRigid(
-        system, link.name, link.body, (node,), (body,), reference, markers,
-        mass=mass, inertia=inertia, arms=arms, half_length=length / 2, to_centre=own_centre - common_centre,
+        system, link.name, link.body, (node,), (body,), reference, markers, scales=np.array([[1.0, 1.0, length / 2]]),
+        mass=mass, inertia=inertia, arms=arms, to_centre=own_centre - common_centre,
     )  # fmt: skip
 
 
 def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
     """Compute mass, moment of inertia and centre of mass of a link with its added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
-    for burden in scene.source.burdens:
-        body, point = place(burden.at)
+    for at, added_mass, added_inertia in scene.source.burdens:
+        body, point = place(at)
         if body == link.name:
-            parts.append((burden.mass, burden.inertia, np.array(scene.mechanism.points[point])))
+            parts.append((added_mass, added_inertia, np.array(scene.mechanism.points[point])))
     if len(parts) == 1:
         return parts[0]
     total = sum(m for m, _, _ in parts)

@@ -48,9 +48,9 @@ class StepControl(Recorder):
         steps = cast(Controlled, solver.steps)
         self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
-        self.scales = np.zeros(self.data.ODE2Size())  # displacement [m] by a unit of each coordinate
+        self.scales = np.zeros(self.data.ODE2Size())  # displacement [m] per unit of each coordinate
         for placed in scene.placed.values():
-            self.scales[placed.columns()] = placed.error_scales()
+            self.scales[placed.columns()] = placed.scales
         self.limit = position_error(scene.source, steps.tolerance)
         self.max_step = steps.longest(duration)
         stops = [_StopSteps(contact, steps) for contact in self.stops]
@@ -162,11 +162,8 @@ class _StrutSteps:
         self.half_period = np.pi * np.sqrt(mass / spring.rigidity)  # of the axial vibration [s]; rigidity E A/L [N/m]
 
     def step_limit(self, _places: Array, _q_t: Array, step: float) -> float:
-        """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration.
-
-        The engine calls it after an accepted step, whose elongation is stored.
-        """
-        self.accepted = self.spring.elongation
+        """Return the limit of a step [s]: short before the strut becomes straight, then to resolve its axial vibration."""
+        self.accepted = self.spring.elongation  # the last step has just been accepted
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         shortest = self.half_period / self.resolution
         if gap > 0:
@@ -175,14 +172,11 @@ class _StrutSteps:
         return min(step, shortest) if vibrates else step
 
     def excess(self, h: float, _errors: Array, _places: Array) -> float:
-        """Return the change of a straight strut's force in the step, over its limit, the Euler load: a convention.
-
-        A straight strut's force is proportional to its elongation; at the elongation `kink` < 0 it is the Euler load.
-        """
+        """Return the change of a straight strut's force in the step, over its limit, chosen as the Euler load."""
         before, after = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, after) < self.spring.kink:
             return 0.0
-        return abs(after - before) / -self.spring.kink
+        return abs(after - before) / -self.spring.kink  # force in proportion to elongation, the Euler load at `kink` < 0
 
 
 def _limit_approach(gap: float, speed: float, shortest: float, step: float) -> float:

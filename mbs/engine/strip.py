@@ -6,7 +6,7 @@ Nodal coordinates are (x, y, theta) for beams, (x, y, dx/ds, dy/ds) for cables, 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from ..elements import Link, Profile, Section
 from ..elements.beam import Flexible
 from ..elements.element import Pair
-from ..geometry import Array
+from ..geometry import Array, rotate_left
 from ..record.strips import BeamMotion, CableMotion
 from . import System
 from .placed import EngineBody, EngineStates
@@ -37,12 +37,6 @@ class PlacedStrip(EngineBody):
         """Return the motion of the strip from the engine's coordinates."""
         motion = BeamMotion if self.body.has_angles else CableMotion
         return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
-
-    def error_scales(self) -> Array:
-        """Return 1 for x and y, 0 for angles and slopes: steps are judged by the error of the nodes' places."""
-        scales = np.zeros_like(self.reference)
-        scales[:, :2] = 1.0
-        return scales
 
     def find_angle_node(self, point: str) -> tuple[int, Array]:
         """Return the node of a beam; of a cable, which has slopes, a node without mass that turns with it, added at first."""
@@ -87,8 +81,7 @@ def _add_anchor(system: System, node: int, marker: int, reference: Array) -> int
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * slope_x + s * slope_y)]])
 
     def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
-        """Return the residual, or its rate if the engine solves for velocities."""
-        if velocity_level:
+        if velocity_level:  # the engine solves for velocities: the rate of the residual
             return [float((gradient(q) @ np.array(q_t))[0])]
         slope_x, slope_y, theta = q[2], q[3], q[6]
         return [np.cos(theta) * slope_y - np.sin(theta) * slope_x]
@@ -102,8 +95,7 @@ def _add_anchor(system: System, node: int, marker: int, reference: Array) -> int
     return int(anchor)
 
 
-@dataclass(frozen=True)
-class Mesh:
+class Mesh(NamedTuple):
     """Nodes of a stress-free strip in axes of its chord: places (nodes, 2) [m] and directions of the tangent (nodes,) [rad].
 
     `pieces` are the lengths of the elements [m], `at` maps points to nodes.
@@ -189,12 +181,9 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     along = (end - start) / chord
     grid = mesh(link, chord)
     x, y = grid.places.T
-    places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
+    places = start + np.outer(x, along) + np.outer(y, rotate_left(along))
     directions = grid.directions + np.arctan2(along[1], along[0])
-    arms = places - start
-    speeds = np.column_stack(
-        [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
-    )
+    speeds = np.column_stack([velocity[:2] + velocity[2] * rotate_left(places - start), np.full(len(x), velocity[2])])
     if scene.start:
         # velocities of bending at t = 0 [m/s, rad/s], interpolated over x, or its largest value so far if the strip doubles back
         chordwise = np.maximum.accumulate(x)
@@ -216,7 +205,9 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         part = slice(e * body.node_stride, (e + 1) * body.node_stride + 1)  # nodes of the element
         objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
     markers = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
-    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, markers, pieces=grid.pieces, at=grid.at)
+    scales = np.zeros_like(reference)
+    scales[:, :2] = 1.0  # not of angles and slopes: steps are judged by the error of the nodes' places
+    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, markers, scales, grid.pieces, grid.at)
 
 
 def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:

@@ -62,7 +62,7 @@ class Run:
     def deform(self, placed, seed=1):
         """Initial modal amplitudes of some tenths of a millimetre, with rates to match."""
         rng, model = np.random.default_rng(seed), placed.model
-        size = 3e-4 / placed.error_scales()[0, 3:] / (1 + np.arange(len(model))) ** 3
+        size = 3e-4 / placed.scales[0, 3:] / (1 + np.arange(len(model))) ** 3
         columns = placed.columns()[0, 3:]
         data, start = self.system.systemData, exu.ConfigurationType.Initial
         q, q_t = data.GetODE2Coordinates(start), data.GetODE2Coordinates_t(start)
