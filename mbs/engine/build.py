@@ -1,6 +1,7 @@
 """Assembly of an Exudyn system from a `Mechanism`: bodies, blocks, added masses, then all other elements."""
 
 from collections.abc import Callable
+from itertools import chain
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -67,10 +68,7 @@ def connect(scene: EngineScene) -> None:
 
 
 def build(mechanism: Mechanism) -> EngineScene:
-    """Assemble a mechanism in Exudyn; the system has not yet been integrated.
-
-    A ValueError says that an end of a strut is on no body with mass, a KinematicsError that a drive cannot move the linkage.
-    """
+    """Assemble a mechanism; ValueError if a strut's end is on no body with mass, KinematicsError if a drive cannot move it."""
     container = exu.SystemContainer()
     system = container.AddSystem()
     scene = EngineScene(mechanism, system, container)
@@ -85,24 +83,17 @@ def build(mechanism: Mechanism) -> EngineScene:
     for at, mass, inertia in scene.source.burdens:
         body, point = place(at)
         scene.placed[body].add_burden(point, mass, inertia, mechanism.gravity)
-    node = scene.system.AddNode(eii.NodePointGround())
-    scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    node = system.AddNode(eii.NodePointGround())
+    scene.ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     connect(scene)
-    _add_gravity(scene)
-    scene.system.Assemble()
+    gx, gy = mechanism.gravity
+    if gx or gy:
+        for number in chain.from_iterable(placed.objects for placed in scene.placed.values()):
+            marker = system.AddMarker(eii.MarkerBodyMass(bodyNumber=number))
+            system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
+    system.Assemble()
     for force in scene.with_memory:  # only the assembled system has indices of coordinates
-        force.locate(scene.system)
+        force.locate(system)
     for contact in scene.stops.values():
-        contact.locate(scene.system, scene.placed)
+        contact.locate(system, scene.placed)
     return scene
-
-
-def _add_gravity(scene: EngineScene) -> None:
-    """Add the weight of all bodies, if there is gravity in the plane."""
-    gx, gy = scene.mechanism.gravity
-    if gx == gy == 0:
-        return
-    for placed in scene.placed.values():
-        for body in placed.objects:
-            marker = scene.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
-            scene.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))

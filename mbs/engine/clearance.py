@@ -50,7 +50,6 @@ class ClearanceGroup:
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
-        self.indices = np.empty(0, dtype=int)
         depth, rate = 1e-6, 0.1  # [m], [m/s]: in compression, where all laws that use the onset speed depend on it
         depends_on_onset = law.force(depth, rate, 1.0) != law.force(depth, rate, 2.0)  # onset speeds [m/s]
         self.updates_memory = isinstance(friction, BristleLaw) or depends_on_onset
@@ -98,15 +97,14 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in alike]
         group = ClearanceGroup(alike, ends, nodes)
         scene.add_with_memory(group, names)
+        size = 3 * len(nodes)
+        forces = user_function(group, np.zeros(size))
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in alike)
             scene.notes.append(
                 f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
                 "it is no plain arithmetic, or Numba is missing"
             )
-        size = 3 * len(nodes)
-        forces = user_function(group, np.zeros(size))
-        if not group.kernel.compiled:
             forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)

@@ -7,7 +7,7 @@ from math import cos, sin
 import numpy as np
 
 from ..elements.stop import Striking
-from ..elements.strut import Strut, StrutLaw
+from ..elements.strut import StrutLaw
 from ..geometry import Array
 from . import System
 from .placed import EngineBody
@@ -15,13 +15,11 @@ from .placed import EngineBody
 
 @dataclass
 class StopContact(Striking):
-    """Contact with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
+    """Contact of a guide's block with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
 
-    In this class a guide's block strikes the stop. The contact closes at the travel `face` [m] along the guide; `side` is +1 if
-    the face lies in the positive direction, else -1. `FreeContact` is the contact of a point that no guide holds. `mass` [kg] is
-    the effective mass that the point would have if its body had no joints: a lower bound, from which the duration of impacts is
-    estimated. `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N] are of the last
-    accepted step.
+    The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
+    `mass` [kg] is the effective mass of the point as if its body had no joints: a lower bound, for the duration of impacts.
+    `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N] are of the last step.
     """
 
     face: float = 0.0
@@ -39,6 +37,10 @@ class StopContact(Striking):
         """Return depth [m], positive in contact, and its rate [m/s], from all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
+
+    def force_along(self, _system: System, _time: float, travel: float, speed: float) -> float:
+        """Return the force on the block along the guide [N]; the engine calls it."""
+        return -self.side * self.force(self.side * (travel - self.face), self.side * speed)
 
     def step(self, q: Array, q_t: Array) -> float:
         """Update the contact and its speed at onset after an accepted step; return the contact force [N]."""
@@ -136,9 +138,7 @@ class FreeContact(StopContact):
 class StrutSpring(StrutLaw):
     """Force law of a strut as a callback; `elongation` [m] and `rate` [m/s] are those of the engine's last call."""
 
-    def __init__(self, strut: Strut, length: float) -> None:
-        super().__init__(strut, length)
-        self.elongation = self.rate = 0.0
+    elongation = rate = 0.0
 
     def __call__(self, _system: System, _time: float, _item: int, elongation: float, rate: float, *_: float) -> float:
         """Return the tension [N]."""

@@ -35,13 +35,13 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         point = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.position_marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
+        force = _make_force(scene, name, load, follows)
         if callable(load.value) or follows is not None:
-            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_make_force(scene, name, load, follows))
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=force)
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
-            force = _make_force(scene, name, load, follows)
             add_coordinate_force(scene, scene.angle_marker(*point), _make_moment(scene, point, load.through, force))
 
 
@@ -58,7 +58,9 @@ def _make_moment(
 
     def moment(_time: float, t: float, *_: float) -> float:
         fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
-        x, y = scene.position(*point)
+        body, name = point
+        positions, _velocities = scene.present_motion(body).point(name)
+        x, y = positions[0]
         return (through[0] - x) * fy - (through[1] - y) * fx
 
     return moment
@@ -72,7 +74,8 @@ def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None)
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
-        angle = scene.angle(*place(follows))  # since t = 0
+        body, point = place(follows)
+        (angle,), _rates = scene.present_motion(body).turn(point)  # since t = 0
         c, s = cos(angle), sin(angle)
         return [c * fx - s * fy, s * fx + c * fy, 0.0]
 
@@ -141,14 +144,12 @@ def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
 
 
 def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | TorsionSpring, free: float = 0.0) -> dict[str, Any]:
-    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value - free, rate).
-
-    The engine gives the elongation of a spring, for which `free` is 0, and the angle of a torsion spring, `free` without torque.
-    """
+    """Return the engine's parameters of a spring: stiffness and damping, or a callback for a law of (value - free, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
 
+    # the value is the elongation of a spring, where `free` is 0, or the angle of a torsion spring, `free` without torque
     def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
         return law(t, value - free, rate)
 
@@ -171,34 +172,33 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
     for name, link in links.items():
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
         scene.struts[name] = spring
+        # the bodies at its ends: blocks, other links or the ground
+        ends = [(holder(scene.mechanism, f"{name}:{point}"), point) for point in (link.start, link.end)]
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(
-            markerNumbers=[_find_end_marker(scene, link, link.start), _find_end_marker(scene, link, link.end)],
-            referenceLength=spring.length,
+            markerNumbers=[scene.position_marker(*end) for end in ends], referenceLength=spring.length,
             springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
         ))  # fmt: skip
 
 
-def _find_end_marker(scene: EngineScene, link: Link, point: str) -> int:
-    """Return the position marker of the block, the link or the ground on which the end of a strut acts."""
-    return int(scene.position_marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
-
-
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
-    """Prescribe each driven coordinate by a constraint.
-
-    With the explicit integrator, which has no constraints, a huge inertia keeps the initial speed of the driven link.
-    """
+    """Prescribe each driven coordinate by a constraint; a constant velocity needs no callbacks."""
     for name, drive in drives.items():
-        has_no_constraints = scene.source.is_explicit_in_exudyn
-        if has_no_constraints:
+        if scene.source.is_explicit_in_exudyn:  # the explicit integrator has no constraints: a huge inertia keeps the initial speed
             (rigid_body,) = scene.placed[drive.target].objects
             scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)
             scene.readers[name, "effort"] = partial(_compute_effort, drive)
+            continue
+        is_block = drive.target in scene.mechanism.points  # a block has the name of its point
+        number = 0 if is_block else 2  # of the travel of a block, of the angle of a link
+        markers = [scene.ground, scene.coordinate_marker(drive.target, number)]
+        if isinstance(drive.speed, int | float):
+            item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
         else:
-            is_block = drive.target in scene.mechanism.points  # a block has the name of its point
-            coordinate = scene.coordinate_marker(drive.target, 0 if is_block else 2)  # travel of a block, angle of a link
-            scene.constraints[name] = _add_drive(scene, drive, coordinate)
-            scene.readers[name, "effort"] = partial(_read_effort, scene, name)
+            functions, what = (drive.motion.position, drive.motion.speed), f"the motion of the drive of '{drive.target}'"
+            position, speed = (watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in functions)
+            item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=position, offsetUserFunction_t=speed)
+        scene.constraints[name] = int(scene.system.AddObject(item))
+        scene.readers[name, "effort"] = partial(_read_effort, scene, name)
 
 
 def _read_effort(scene: EngineScene, name: str, run: History, _record: Record) -> Array:
@@ -216,15 +216,3 @@ def _compute_effort(drive: Drive, _run: History, record: Record) -> Array:
                 position, _velocity = record.point(point)
                 total = total - cross(position - centre, force) - torque
     return total[:, None]
-
-
-def _add_drive(scene: EngineScene, drive: Drive, coordinate: int) -> int:
-    """Prescribe a coordinate: by its velocity, without callbacks, if the velocity is constant, else by position and velocity."""
-    markers = [scene.ground, coordinate]
-    if isinstance(drive.speed, int | float):
-        item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
-    else:
-        functions, what = (drive.motion.position, drive.motion.speed), f"the motion of the drive of '{drive.target}'"
-        position, speed = (watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in functions)
-        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=position, offsetUserFunction_t=speed)
-    return int(scene.system.AddObject(item))

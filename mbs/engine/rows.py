@@ -20,14 +20,11 @@ from .scene import EngineScene
 
 
 def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
-    """Add the rows of each element, and the channels that its method `reactions` makes from their multipliers.
-
-    A strut has no coordinates and acts directly on the bodies at its ends: rows with a strut are left out.
-    """
+    """Add the rows of each element, and the channels that its method `reactions` makes from their multipliers."""
     for name, element in elements.items():
         rows = list(element.rows(scene.mechanism))
         if any(row.bodies & scene.strut_links for row in rows):
-            continue
+            continue  # a strut has no coordinates: it acts directly on the bodies at its ends
         constraints = {f"{name}: {k}" if k else name: item for k, item in enumerate(_add(scene, rows))}
         scene.constraints |= constraints
         no_samples = np.zeros((0, len(rows)))  # for the names of the channels
@@ -36,13 +33,11 @@ def connect(scene: EngineScene, elements: dict[str, Element]) -> None:
 
 
 def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
-    """Add rows as native constraints, one for a pin and one for each turn, if possible, else as one item; return item numbers.
-
-    A measure is first end less second; the constraint of the engine is second marker less first. Hence the order of markers.
-    """
+    """Add rows as native constraints, one for a pin and one for each turn, if possible, else as one item; return item numbers."""
     pin = find_pin(rows)
     if pin is None:
         return [_add_rows(scene, rows)]
+    # a measure is first end less second, a constraint of the engine second marker less first
     markers = [scene.position_marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns

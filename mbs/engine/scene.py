@@ -92,18 +92,8 @@ class EngineScene:
         node, _position = self.placed[body].find_angle_node(point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))  # of (x, y, theta)
 
-    def angle(self, body: str, point: str) -> float:
-        """Return the angle [rad] that a body turned at a point since t = 0, in the engine's current state."""
-        angles, _rates = self._motion(body).turn(point)
-        return float(angles[0])
-
-    def position(self, body: str, point: str) -> Array:
-        """Return the position of a point of a body [m], (2,), in the engine's current state."""
-        places, _velocities = self._motion(body).point(point)
-        return np.asarray(places[0])
-
-    def _motion(self, body: str) -> MovingBody:
-        """Return the motion of a body at the present time alone, as if it was at rest."""
+    def present_motion(self, body: str) -> MovingBody:
+        """Return the motion of a body at one time, the engine's current one, as if it was at rest."""
         q = self.system.systemData.GetODE2Coordinates()[None]
         rest = np.zeros_like(q)
         return self.placed[body].motion(EngineStates(q=q, q_t=rest, q_tt=rest))

@@ -99,7 +99,9 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
     integration.newton.relativeTolerance = NEWTON
-    integration.newton.absoluteTolerance = solver.newton_absolute or _find_reachable_residual(scene)
+    strips = [link.body for link in scene.mechanism.links if link.body.force_rounding]  # rounding of the axial force over E A
+    reachable = max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in strips)])  # [N]; 1e-8 is chosen
+    integration.newton.absoluteTolerance = solver.newton_absolute or reachable
     integration.discontinuous.useRecommendedStepSize = True  # a rejected step is repeated with that of `StepControl`
     if scene.source.redundant:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
@@ -107,12 +109,6 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
-
-
-def _find_reachable_residual(scene: EngineScene) -> float:
-    """Return the residual [N] that Newton's method can reach: the largest rounding of a strip's axial force, at least 1e-8 N."""
-    bodies = [link.body for link in scene.mechanism.links if link.body.force_rounding]  # rounding of a force over E A
-    return max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in bodies)])  # 1e-8: chosen
 
 
 def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:

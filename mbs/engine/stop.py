@@ -7,7 +7,6 @@ import numpy as np
 
 from ..elements.element import GROUND, place
 from ..elements.stop import Stop
-from . import System
 from .forces import FreeContact, StopContact, StopEnd
 from .guarded import watch
 from .loads import add_coordinate_force
@@ -43,29 +42,15 @@ def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:
     """Add stops, and their forces as channels."""
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene, stop)
+        what = f"the law of the stop of '{stop.point}'"  # for the message if it raises an exception
         if isinstance(contact, FreeContact):
-            _add_free(scene, contact)
+            ends = [end for end in (contact.first, contact.second) if end.size]
+            size = sum(end.size for end in ends)
+            forces = watch(scene, what, contact.forces)
+            nodes, no_mass = [end.node for end in ends], np.zeros((size, size))
+            scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=no_mass, forceUserFunction=forces))
         else:
-            _add_guided(scene, contact)
+            force = watch(scene, what, contact.force_along)
+            add_coordinate_force(scene, scene.coordinate_marker(stop.point, 0), force)
         # `run.contact` has one column for each of `scene.stops`
         scene.readers[name, "force"] = lambda run, _record, k=k: run.contact[:, k : k + 1]  # type: ignore[misc]
-
-
-def _add_guided(scene: EngineScene, contact: StopContact) -> None:
-    """Add a stop on the coordinate of its guide's block."""
-
-    def force_along(_system: System, _time: float, travel: float, speed: float) -> float:
-        return -contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
-
-    # an exception of the law ends the run with a message about this text
-    force = watch(scene, f"the law of the stop of '{contact.stop.point}'", force_along)
-    add_coordinate_force(scene, scene.coordinate_marker(contact.stop.point, 0), force)
-
-
-def _add_free(scene: EngineScene, contact: FreeContact) -> None:
-    """Add a stop as a user element without mass."""
-    nodes = [end.node for end in (contact.first, contact.second) if end.size]
-    size = contact.first.size + contact.second.size
-    forces = watch(scene, f"the law of the stop of '{contact.stop.point}'", contact.forces)
-    item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
-    scene.system.AddObject(item)
