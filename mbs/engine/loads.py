@@ -183,7 +183,7 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
 def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     """Prescribe each driven coordinate by a constraint; a constant velocity needs no callbacks."""
     for name, drive in drives.items():
-        if scene.source.is_explicit_in_exudyn:  # the explicit integrator has no constraints: a huge inertia keeps the initial speed
+        if scene.source.is_explicit_in_exudyn:  # it has no constraints: a huge inertia keeps the initial speed
             (rigid_body,) = scene.placed[drive.target].objects
             scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)
             scene.readers[name, "effort"] = partial(_compute_effort, drive)
