@@ -199,10 +199,7 @@ class PinContact(NamedTuple):
 
 
 def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
-    """Compute the contact of pin and bush at many times, from the equations of `buckler.mbs.laws.journal`.
-
-    `memory` (times, 4) has the columns of `journal.MEMORY` at the last accepted step before each time.
-    """
+    """Compute the contact at many times by `laws.journal`; `memory` (times, 4) has the columns `journal.MEMORY`."""
     place, velocity = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
     depth, rate, sliding, nx, ny = locate_contact(joint.pin, joint.gap, place, velocity, (pin.spin, bush.spin))
     inside = depth > 0

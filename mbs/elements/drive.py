@@ -97,10 +97,7 @@ class Motion(Declared):
                 )
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
-        """Compute central differences of the position with three steps, and return the one that is closest to the speed.
-
-        Short steps resolve fast oscillations; long steps lose fewer digits.
-        """
+        """Return that of three central differences of the position, with different steps, which is closest to the speed."""
         quotients = []
         for h in (step, step / 10, step / 100):
             before, after = (_evaluate(f"{where}: position", self.position, at) for at in (t - h, t + h))
@@ -110,8 +107,7 @@ class Motion(Declared):
     def acceleration(self, t: float, last: float = inf) -> float:
         """Compute the derivative of the speed by Richardson extrapolation of differences with the steps h and h/2.
 
-        All evaluations lie between the kink at or before t, or 0, and the next kink, or `last` [s]; h is `STEP`, or less
-        if they are close.
+        All evaluations lie between neighbouring kinks, 0 or `last` [s], so that h is `STEP` or less.
         """
         kinks = self.kinks(last)
         start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)

@@ -77,12 +77,9 @@ class Element(Declared):
     point of this reference, and `{a:body}` for its text before the colon, or all of it. `{kind}` is the name of the class.
     """
 
-    title: ClassVar[str] = ""
-    """Template of `where`."""
-    label: ClassVar[str] = ""
-    """Template of `key`."""
-    sense: ClassVar[float] = 1.0
-    """Sign of the force signal relative to the Lagrange multiplier of the constraint."""
+    title: ClassVar[str] = ""  # template of `where`
+    label: ClassVar[str] = ""  # template of `key`
+    sense: ClassVar[float] = 1.0  # sign of the force signal relative to the multiplier of the constraint
 
     @property
     def where(self) -> str:
@@ -160,26 +157,18 @@ class Body(Declared):
     """Base of the bodies of links."""
 
     section: Any
-    flexible: ClassVar[bool] = True
-    """True if the ends can move relative to each other."""
-    meshed: ClassVar[bool] = False
-    """True for a strip of finite elements, a `Beam` or `Cable`."""
-    massless: ClassVar[bool] = False
-    """True for a `Strut`, a mere force between the bodies at its ends; the force has kinks."""
-    has_angles: ClassVar[bool] = True
-    """True if its nodes have an angle as coordinate; those of a `Cable` have a slope, a `Strut` has none of its own."""
-    linear: ClassVar[bool] = False
-    """True if the model, such as modes, holds for small deformations only; a check warns of runs with large ones."""
+    flexible: ClassVar[bool] = True  # the ends can move relative to each other
+    meshed: ClassVar[bool] = False  # a strip of finite elements, a `Beam` or `Cable`
+    massless: ClassVar[bool] = False  # a `Strut`, a mere force between the bodies at its ends; the force has kinks
+    has_angles: ClassVar[bool] = True  # nodes have an angle as coordinate; those of a `Cable` have a slope instead
+    linear: ClassVar[bool] = False  # the model holds for small deformations only; a check warns of runs with large ones
+    # forms of points other than the ends: a "fraction" of the length, a "place" in the link's frame
     carried_point_forms: ClassVar[tuple[str, ...]] = ()
-    """Forms in which a link may give its points other than the ends: a "fraction" of the length, a "place" in its frame."""
+    # rounding error of the internal force over E A: no residual of Newton's method can be smaller
     force_rounding: ClassVar[float] = 0.0
-    """Rounding error of the internal force over the axial stiffness E A: no residual of Newton's method can be smaller."""
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Return mass [kg], inertia about the centre of mass [kg m^2], and centre of mass in the undeformed link's frame [m].
-
-        A link of a section is a uniform bar.
-        """
+        """Return mass [kg], inertia about the centre [kg m^2], centre of mass [m] in the link's frame; here of a uniform bar."""
         mass, section = self.section.mass_per_length * length, self.section
         return mass, mass * length**2 / 12 + section.inertia_per_length * length, (length / 2, 0.0)
 
@@ -201,9 +190,7 @@ class Body(Declared):
 class JointBase(Element):
     """Base of joints: the fields that other elements use."""
 
-    ideal: ClassVar[bool] = True
-    """True for a joint of constraints, false for one with clearance, whose contact is a force."""
-
+    ideal: ClassVar[bool] = True  # False for a joint with clearance, whose contact is a force and no constraint
     point: str
     first: str
     second: str
@@ -296,17 +283,11 @@ class Recorded:
         return (np.zeros_like(self.time),) * 2 if motion is None else motion.turn(place(at).point)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
-        """Return the work since t = 0 [J] of a power [W], each (times,).
-
-        For a power that jumps at samples, `sides` are the powers just before and just after each sample.
-        """
+        """Return the work [J] of a power [W] that may jump at samples; `sides` are the powers just before and after them."""
         raise NotImplementedError
 
     def _motion_at(self, at: str) -> MovingBody | None:
-        """Return the motion of the body at a point reference; None on the ground.
-
-        A strut has no motion: another body at the point gives its place. No element needs the angle of a strut.
-        """
+        """Return the motion of the body at a point reference, at the end of a strut that of another body; None on the ground."""
         body, point = place(at)
         if body == GROUND:
             return None

@@ -176,14 +176,11 @@ class Guide(GuideBase):
         return np.asarray(as_bristle_law(self.friction).coefficient(speed, bristle) * normal)
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
-        """Return True if the travel is negligible and steps are too long for the vibration on the bristles.
-
-        The period is 2 pi sqrt(m/k), with the stiffness k = force/deflection of the bristles. The mass m is that of the block
-        without its link, so that this period is a lower bound.
-        """
+        """Return True if the travel is negligible and steps are long compared with the period of the block on its bristles."""
         longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)
         force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
+        # of the stiffness force/deflection and the mass of the block without its link: a lower bound
         period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
         return bool(np.ptp(block.travel) < STUCK * longest and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
 

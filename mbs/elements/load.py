@@ -162,10 +162,7 @@ class Stateful(Load):
         return columns[:count], columns[count:]
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
-        """Yield the functions, each with its arguments after the time, for the search of edges in a run.
-
-        A function of time alone is left out, as its edges are found before the run. A formula ignores arguments that it has not.
-        """
+        """Yield the functions, except those of time alone, with their arguments after the time, for the search of edges."""
         variables = tuple(getattr(self.value, "variables", self.variables))  # a formula may have fewer than the load
         is_of_time_alone = isinstance(self.value, Table) or variables == ("t",)
         if not callable(self.value) or (is_of_time_alone and self.states is None):

@@ -186,10 +186,7 @@ class Modal(Body):
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:
-        """Return the natural frequencies [Hz] of the chosen modes that move in the plane, for a length of the link [m].
-
-        The link is unsupported, for every choice of modes. `buckler.mbs.modal.reduced` returns the modes out of the plane, too.
-        """
+        """Return the frequencies [Hz] of the chosen modes in the plane, for an unsupported link of a length [m]."""
         return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
     def planar(self, length: float) -> Any:

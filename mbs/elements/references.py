@@ -18,10 +18,7 @@ class UnknownError(ValueError):
         self.name = name
 
     def field_of(self, element: Element) -> str:
-        """Return the field of an element that holds the unknown name, for the message; '' if none does.
-
-        A field holds it as its text, or as body or point of a reference.
-        """
+        """Return the field of an element that holds the unknown name, alone or in a point reference; '' if none does."""
         texts = {key: value for key in declarations(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 

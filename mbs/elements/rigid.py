@@ -45,10 +45,7 @@ class Rigid(Body):
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
-        """Return a rigid link of given mass [kg], inertia about its centre of mass [kg m^2], and centre of mass [m].
-
-        The frame of the link has its origin at the start and x towards the end. By default the centre is half-way between them.
-        """
+        """Return a link of given mass [kg], inertia about its centre [kg m^2] and centre of mass [m], by default half-way."""
         return cls(None, mass, inertia, centre)
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:

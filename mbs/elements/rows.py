@@ -95,10 +95,7 @@ def yield_pin(point: str, first: str, second: str, *, start_only: bool = False) 
 
 
 def find_pin(rows: Sequence[Row]) -> Along | None:
-    """Return the first measure of rows that are a pin, or a pin and constant angles; None for other rows.
-
-    A solver with a joint of its own for a pin needs both places of this measure.
-    """
+    """Return the first measure, with both places, of rows that are a pin, or a pin and constant angles; None for other rows."""
     pin = next((measure for row in rows for _, measure in row.terms), None)
     if not isinstance(pin, Along) or pin.first.point != pin.second.point:
         return None

@@ -134,10 +134,7 @@ class Section(SlenderSection, Declared):
         return self.material.density * self.second_moment
 
     def damped(self, ratio: float, length: float) -> Section:
-        """Return the section with the bending damping that gives the first mode of the pinned strip a damping ratio.
-
-        The retardation time is 2 ratio / omega_1; mode n then has n^2 times the ratio.
-        """
+        """Return the section with the bending damping that gives mode n of the pinned strip the damping ratio n^2 `ratio`."""
         non_negative("ratio", ratio, "1")
         retardation = 2 * ratio / self.first_frequency(length)
         return replace(self, material=replace(self.material, bending_damping=retardation))

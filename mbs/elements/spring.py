@@ -22,10 +22,7 @@ PIECES = 400
 
 
 def potential(law: Law, values: Array) -> Array:
-    """Integrate the force of a law at rest from 0 to each value, (times,) [J], by Gauss quadrature.
-
-    Pieces end at the edges of the law, where it jumps or has a kink. The last piece before each value is cut at the value.
-    """
+    """Integrate the force of a law at rest from 0 to each value, (times,) [J], by Gauss quadrature between its edges."""
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     if not high > low:
         return np.zeros_like(values)

@@ -115,10 +115,7 @@ class Stop(Element):
         return str(names[0]) if names else ""
 
     def origin(self, mechanism: Parts) -> str:
-        """Return the reference of a point fixed in the face's body; on the ground, the place of `point` at t = 0.
-
-        On a flexible link it is the point of the section that has the face, on a rigid link the start.
-        """
+        """Return the reference of a point fixed in the face's body: at the face on a flexible link, the start of a rigid link."""
         if self.carrier == GROUND:
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"

@@ -209,10 +209,12 @@ class EdgeMemory:
         """Compare the edges found in a run with those of the run before; without edges if they are more than `MOST_EDGES`."""
         every, limit = _merge(found, time), CLOSE * float(time[-1])
         edges = every if len(every) <= MOST_EDGES else np.empty(0)
-        distances = np.minimum(_spacings(edges), limit)
-        is_close = distances < limit
-        shift = _shift(edges, self.edges, distances)[is_close].max(initial=0.0)
-        return _Comparison(float(shift), edges, distances)
+        gaps = np.diff(edges, prepend=-np.inf, append=np.inf)
+        distances = np.minimum(np.minimum(gaps[:-1], gaps[1:]), limit)
+        before = np.concatenate([[-np.inf], self.edges, [np.inf]])
+        place = np.searchsorted(before, edges)
+        shifts = np.minimum(edges - before[place - 1], before[place] - edges) / distances
+        return _Comparison(float(shifts[distances < limit].max(initial=0.0)), edges, distances)
 
 
 _MEMORY: ContextVar[EdgeMemory | None] = ContextVar("edge_memory", default=None)
@@ -243,19 +245,6 @@ def _merge(found: Sequence[Array], time: Array) -> Array:
     """Join edges [s] in order, each once."""
     every = np.sort(np.concatenate([np.empty(0), *found]))
     return every[np.diff(every, prepend=-np.inf) > SAME_EDGE * float(time[-1])]
-
-
-def _spacings(edges: Array) -> Array:
-    """Return the distance of each edge from the nearest other edge."""
-    gaps = np.diff(edges, prepend=-np.inf, append=np.inf)
-    return np.minimum(gaps[:-1], gaps[1:])
-
-
-def _shift(edges: Array, before: Array, spacings: Array) -> Array:
-    """Return the distances of edges from the nearest edges of the run before, over their `spacings`."""
-    known = np.concatenate([[-np.inf], before, [np.inf]])
-    place = np.searchsorted(known, edges)
-    return np.asarray(np.minimum(edges - known[place - 1], known[place] - edges) / spacings)
 
 
 def _between(edges: Array, time: Array, near: float) -> Array:

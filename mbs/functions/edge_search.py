@@ -75,10 +75,7 @@ def find_edges_between(low: float, high: float, values_at: Values, width: float 
 
 
 def find_edges(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
-    """Find the edges in (0, duration) [s] of a function of an array of times; none if it fails or is not finite.
-
-    `width` is the distance of samples over the duration.
-    """
+    """Find the edges in (0, duration) [s] of a function of times, sampled at each `width` of it; none if the function fails."""
     try:
         return _find_edges(values_at, duration, width)
     except (Exception, SystemExit):  # a function may raise anything: the run reports it

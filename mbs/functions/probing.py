@@ -71,10 +71,7 @@ def find_state_of_edges(function: Callable[..., object], time: Array, curves: Se
 
 
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
-    """Return True if all edges [s] lie at values of the first state, whatever the other states are.
-
-    The second difference across each edge is as large as at a kink, along the run and with the other arguments zero.
-    """
+    """Return True if a function has kinks at these values of the first state, whatever time and other states are."""
     states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
     values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))
     size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))

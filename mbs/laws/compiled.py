@@ -31,10 +31,7 @@ class Pointer(NamedTuple):
 
 
 def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
-    """Compile a method of a law; its `self` becomes a named tuple of the numbers and methods that it uses.
-
-    A method that does more than arithmetic raises NumbaError, AttributeError, TypeError or RecursionError.
-    """
+    """Compile a method of a law; its `self` becomes a named tuple of the numbers and compiled methods that it uses."""
     function = inspect.unwrap(getattr(type(law), name))
     # a global with the name of an attribute of the law is in the list, too: its attribute is not used
     used = [name for name in function.__code__.co_names if hasattr(law, name)]

@@ -201,10 +201,7 @@ def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers
 
 
 def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy `_forces` or `_fill_report` with a given report in place of the global `_report`.
-
-    A closure or an argument would do the same, but then Numba does not keep the machine code on disk.
-    """
+    """Copy a function with a given report as its global `_report`; with a closure Numba would keep no machine code on disk."""
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 
 

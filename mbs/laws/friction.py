@@ -5,11 +5,7 @@
 force at rest is zero, so that a body on a slope creeps. The static coefficient is mu_s, the dynamic one mu_d, the speed v.
 STEP(x, x0, h0, x1, h1) is a cubic with zero slopes from h0 at x0 to h1 at x1, constant outside.
 
-References
-----------
-F. Marques, P. Flores, J. C. Pimenta Claro, H. M. Lankarani, "A survey and comparison of several friction force models
-for dynamic analysis of multibody mechanical systems", Nonlinear Dynamics 86 (2016) 1407-1443,
-doi 10.1007/s11071-016-2999-3.
+F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443, doi 10.1007/s11071-016-2999-3, compare friction laws.
 """
 
 from typing import NamedTuple, Protocol, runtime_checkable

@@ -118,10 +118,7 @@ class Impact(PowerLaw, Declared):
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
-    """Return the effective modulus E* [Pa] of two bodies from Young's moduli [Pa] and Poisson's ratios in [0, 0.5].
-
-    Without a second modulus or ratio, both bodies have the first one.
-    """
+    """Return E* [Pa] of two bodies, by default alike, from Young's moduli [Pa] and Poisson's ratios in [0, 0.5]."""
     compliance = 0.0
     second = (young1 if young2 is None else young2, poisson1 if poisson2 is None else poisson2)
     for body, (young, poisson) in ((1, (young1, poisson1)), (2, second)):

@@ -10,9 +10,9 @@ s/(1 + chi s) ds from w to 1. With y = 1 + chi w these two equations give (2).
 
     ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
 
-Here W is the lower branch of Lambert's function. A constant force Q on the mass, towards the stop, adds (Q/S) dx/(1 + chi w) to
-the right side of (1). To first order in Q it increases x^2/2 by I Q/S, with I the integral of s/((1 + chi s)^2 x(s)) ds from w
-to 1. As f is stationary in w, the largest force follows from x and y at the peak:
+Here W is the lower branch of Lambert's function (Corless et al., doi 10.1007/BF02124750). A constant force Q on the mass,
+towards the stop, adds (Q/S) dx/(1 + chi w) to the right side of (1). To first order in Q it increases x^2/2 by I Q/S, with I the
+integral of s/((1 + chi s)^2 x(s)) ds from w to 1. As f is stationary in w, the largest force follows from x and y at the peak:
 
     F = c0 S + c1 Q,     c0 = x y,     c1 = y I/x.                                  (3)
 
@@ -21,7 +21,7 @@ For Q = 0 this is exact; for chi = 0 it is F = Q + sqrt(Q^2 + S^2). Equation (4)
     F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2].                                           (4)
 
 It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, for values of chi with which the law delivers a restitution of 0.2 or
-more (see `rebound.restitution`).
+more (see `rebound.restitution`). The law is that of Hunt and Crossley, doi 10.1115/1.3423596.
 """
 
 from typing import Any
@@ -42,13 +42,7 @@ _WEIGHTS = _GAUSS[1] / 2.0
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
-    """Return c0 and c1 of equation (4) for the largest force on a linear stop, for chi >= 0 [1]; ValueError for others.
-
-    References
-    ----------
-    K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445, doi 10.1115/1.3423596, for the law.
-    R. M. Corless et al., On the Lambert W function, doi 10.1007/BF02124750.
-    """
+    """Return c0 and c1 of equation (4) for the largest force on a linear stop, for chi >= 0 [1]; ValueError for others."""
     from scipy.special import lambertw
 
     chi = np.asarray(chi, dtype=float)

@@ -21,10 +21,7 @@ def saturate(x: Reals) -> Reals:
 
 
 def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
-    """Return the ADAMS function STEP: a cubic from h0 at x0 to h1 at x1, constant outside, with a continuous derivative.
-
-    It is h0 + (h1 - h0) D^2 (3 - 2 D) with D = (x - x0) / (x1 - x0) clipped to [0, 1]; x0 and x1 must differ.
-    """
+    """Return the ADAMS function STEP: h0 + (h1 - h0) D^2 (3 - 2 D) with D = (x - x0) / (x1 - x0) clipped to [0, 1]."""
     fraction = saturate(ramp((x - x0) / (x1 - x0)))
     return h0 + (h1 - h0) * fraction * fraction * (3.0 - 2.0 * fraction)
 

@@ -7,12 +7,8 @@ Separation of the variables d and d' in m d'' = -F gives a relation that does no
 
 The force is positive up to the end (1 - chi e > 0), so clipping it at zero changes nothing in a free impact.
 
-References
-----------
-A. S. Carvalho, J. M. Martins, "Exact restitution and generalizations for the Hunt-Crossley contact model", Mechanism
-and Machine Theory 139 (2019) 174-194, doi 10.1016/j.mechmachtheory.2019.03.028.
-T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9 (2007)
-465-469, doi 10.1007/s10035-007-0065-z.
+The relation is that of A. S. Carvalho, J. M. Martins, doi 10.1016/j.mechmachtheory.2019.03.028. For the linear dashpot see
+T. Schwager, T. Poeschel, doi 10.1007/s10035-007-0065-z.
 """
 
 import math
@@ -49,10 +45,7 @@ def restitution(chi: float) -> float:
 
 
 def chi_exact(e: float) -> float:
-    """Compute the hysteresis factor chi >= 0 that delivers a restitution 0 < e <= 1: the inverse of ``restitution``.
-
-    It tends to 1.5 (1 - e) as e -> 1, and to 1/e as e -> 0.
-    """
+    """Compute the factor chi that delivers 0 < e <= 1, the inverse of ``restitution``: 1.5 (1 - e) as e -> 1, 1/e as e -> 0."""
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     return _root(lambda chi: restitution(chi) - e, 1.001 / e)  # chi e < 1
 
@@ -62,7 +55,6 @@ def restitution_linear(damping_ratio: float) -> float:
 
     Contact ends when the force returns to zero, at a positive depth:
     e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
-    It differs from exp(-pi zeta / sqrt(1 - zeta^2)), with which the dashpot pulls until the depth is zero.
     """
     zeta = non_negative("damping_ratio", damping_ratio, "1")
     if zeta == 1.0:
@@ -117,8 +109,7 @@ def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
 def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the duration of an impact [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
-    It is 2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. For n > 1 it falls with
-    the speed, as v0^-((n - 1)/(n + 1)). Steps that resolve an impact are a fraction of this time. The effective mass is
+    It is 2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. The effective mass is
     m1 m2 / (m1 + m2) [kg], v0 the approach speed [m/s].
     """
     mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
