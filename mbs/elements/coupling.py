@@ -15,7 +15,6 @@ from .signal import Kind, Signal
 class Coupling(Element):
     """Base of couplings of two bodies; angles are relative to a carrier, the link in which the axles are fixed, or 'ground'."""
 
-    # templates, see `Element`
     title: ClassVar[str] = "{kind:lower} of '{first}' and '{second}'"
     label: ClassVar[str] = "{kind:lower}.{first:body}-{second:body}"
     first: str
@@ -113,10 +112,7 @@ class Rack(Coupling):
     first: str = names(doc="the pinion and its centre, such as 'pinion:O'")
     second: str = names(doc="the rack and a point of it, such as 'rack:A'")
     radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
-    along: tuple[float, float] = direction(
-        doc="direction, at t = 0, in which a counter-clockwise pinion moves the rack; need not be a unit vector",
-        default=(1.0, 0.0),
-    )
+    along: tuple[float, float] = direction(doc="direction at t = 0 as a counter-clockwise pinion moves it", default=(1.0, 0.0))
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:

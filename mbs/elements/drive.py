@@ -105,10 +105,7 @@ class Motion(Declared):
         return min(quotients, key=lambda slope: abs(slope - speed))
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Compute the derivative of the speed by Richardson extrapolation of differences with the steps h and h/2.
-
-        All evaluations lie between neighbouring kinks, 0 or `last` [s], so that h is `STEP` or less.
-        """
+        """Compute the derivative of the speed by Richardson extrapolation of differences that pass no kink, 0 or `last` [s]."""
         kinks = self.kinks(last)
         start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)
         h = min(STEP, (end - start) / 4) if end > start else STEP  # one-sided quotients reach 2 h from t

@@ -77,18 +77,13 @@ class Guide(GuideBase):
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link that the point belongs to, as an end or a carried point")
-    along: tuple[float, float] = direction(
-        doc="direction of the line, of any length; stored as a unit vector", default=(1.0, 0.0)
-    )
+    along: tuple[float, float] = direction(doc="direction of the line, a vector of any length", default=(1.0, 0.0))
     mass: float = quantity("kg", low=0, doc="mass of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
-    through: str | None = names(
-        doc="another point of the line; with it `points` may leave out the guided point, whose place is then solved for",
-        default=None,
-    )
+    through: str | None = names(doc="another point of the line, if the guided point's place is to be solved for", default=None)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the link has the point, no other guide guides it, and `through` is on the line."""
@@ -136,14 +131,18 @@ class Guide(GuideBase):
         block = record.blocks[self.point]
         yield Energy("stored", "kinetic", block.kinetic())
         yield from weight(block, record)
-        if self.friction is not None:
-            stored = self._bristle_energy(name, record)
-            yield Energy("stored", "contact", stored)
-            if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
-                yield Energy("dissipated", "friction", np.zeros_like(stored))
-            else:
-                work = record.work(self._drag(name, record) * block.speed)
-                yield Energy("dissipated", "friction", work - (stored - stored[0]))
+        if self.friction is None:
+            return
+        stored = np.zeros_like(record.time)  # elastic energy of the bristles
+        if isinstance(self.friction, BristleLaw):
+            normal, bristle = self._reaction_and_bristle(name, record)
+            stored = np.asarray(normal * self.friction.stored(bristle))
+        yield Energy("stored", "contact", stored)
+        if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
+            yield Energy("dissipated", "friction", np.zeros_like(stored))
+        else:
+            work = record.work(self._drag(name, record) * block.speed)
+            yield Energy("dissipated", "friction", work - (stored - stored[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""
@@ -183,10 +182,3 @@ class Guide(GuideBase):
         # of the stiffness force/deflection and the mass of the block without its link: a lower bound
         period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
         return bool(np.ptp(block.travel) < STUCK * longest and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
-
-    def _bristle_energy(self, name: str, record: Recorded) -> Array:
-        """Compute the elastic energy of the bristles [J], (times,)."""
-        if not isinstance(self.friction, BristleLaw):
-            return np.zeros_like(record.time)
-        normal, bristle = self._reaction_and_bristle(name, record)
-        return np.asarray(normal * self.friction.stored(bristle))

@@ -95,9 +95,7 @@ class Link(LinkBase):
         "(x, y), m, in the link's frame, from its start with x towards its end (rigid links only)",
         default=(),
     )
-    length: float | None = quantity(
-        "m", above=0, default=None, doc="distance of the ends; if it is given, `points` may leave out one end"
-    )
+    length: float | None = quantity("m", above=0, default=None, doc="distance of the ends; then `points` may leave out one end")
     angle: float | None = field(
         Quantity("rad", -2 * pi, 2 * pi, hint="a number without a unit is in rad; write degrees as '60 deg'"),
         "from the x-axis to the direction from start to end, at t = 0",

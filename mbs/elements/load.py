@@ -46,7 +46,7 @@ def sample(function: Callable[..., object], *columns: Array) -> Array:
 
 @declared
 class States(Declared):
-    """States of a load's law: each has a rate and an initial value. Formulas call them state1, state2 and so on.
+    """States of a load's law, with rates and initial values. Formulas call them state1, state2 and so on.
 
     Examples
     --------

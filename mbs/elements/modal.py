@@ -58,11 +58,9 @@ Interface = Callable[[Array, Array], Array]
 
 @declared
 class Box(Declared):
-    """Mesh of a straight bar of the section, between the joints' centres."""
+    """Mesh of a straight bar of the section between the joints' centres, by elements of second order."""
 
-    elements: tuple[int, int, int] = field(
-        Several(Whole(1, 1000), 3, 3), "along length, thickness and width, of second order", default=(16, 2, 1)
-    )
+    elements: tuple[int, int, int] = field(Several(Whole(1, 1000), 3, 3), "along length, thickness, width", default=(16, 2, 1))
 
 
 @declared

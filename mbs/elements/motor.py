@@ -38,17 +38,13 @@ class Motor(Load):
 
     link: str = names(doc="any but a Strut; on a flexible link the motor acts at the start; 'beam:B' names another point")
     voltage: float | Callable[[float], float] = field(
-        Either((Quantity("V"), Function("t", "V"))), "at its terminals, or a function of the time t [s] that returns it"
+        Either((Quantity("V"), Function("t", "V"))), "constant, or a function of t [s]"
     )
     resistance: float = quantity("Ohm", above=0, doc="of the winding")
     constant: float = quantity("N m/A", above=0, doc="torque constant, which is the voltage constant in V s/rad")
     inertia: float = quantity("kg m^2", low=0, doc="of the rotor", default=0.0)
-    gear: float = quantity(
-        "1", nonzero=True, doc="turns of the rotor per turn of the link; negative if they turn in opposite senses", default=1.0
-    )
-    friction: float = quantity(
-        "N m", low=0, doc="torque against the rotation of the rotor; below 1e-3 rad/s it falls linearly to zero", default=0.0
-    )
+    gear: float = quantity("1", nonzero=True, doc="turns of the rotor per turn of the link; negative if opposite", default=1.0)
+    friction: float = quantity("N m", low=0, doc="against the turning rotor; below 1e-3 rad/s linear to zero", default=0.0)
     dead_band: float = quantity("V", low=0, doc="subtracted from the magnitude of the voltage, down to zero", default=0.0)
 
     def kinks(self, duration: float) -> tuple[float, ...]:

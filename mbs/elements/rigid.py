@@ -30,9 +30,7 @@ class Rigid(Body):
     section: Section | None = part(Section, doc="of a uniform bar; omitted where mass and inertia are given", default=None)
     mass: float | None = quantity("kg", above=0, doc="of a link without a section", default=None)
     inertia: float | None = quantity("kg m^2", above=0, doc="moment of inertia about the centre of mass", default=None)
-    centre: tuple[float, float] | None = vector(
-        "m", doc="centre of mass from the link's start, x towards its end; half-way between the ends by default", default=None
-    )
+    centre: tuple[float, float] | None = vector("m", doc="of mass, in the link's frame; half-way by default", default=None)
 
     flexible: ClassVar[bool] = False
     carried_point_forms: ClassVar[tuple[str, ...]] = ("place", "fraction")  # in its frame, or of its length

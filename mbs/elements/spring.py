@@ -171,7 +171,7 @@ class TorsionSpring(Elastic):
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
     free_angle: float | None = quantity(
-        "rad", doc="turn of `second` relative to `first` from t = 0 to the pose without torque; 0 by default", default=None
+        "rad", doc="turn of `second` less turn of `first` without torque; 0 by default", default=None
     )
     law: Law | None = field(
         Function("x, v", "N m"),

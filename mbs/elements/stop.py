@@ -36,18 +36,11 @@ class Stop(Element):
     label: ClassVar[str] = "{point}"
 
     point: str = names(doc="a guided point, or any point of a link")
-    at: float = quantity(
-        "m", low=-1e6, high=1e6, doc="place of the face along its normal; the point stays on the side where it starts"
-    )
+    at: float = quantity("m", low=-1e6, high=1e6, doc="place along the normal; the point stays on the side where it starts")
     law: NormalLaw = part(NormalLaw, example="CarvalhoMartins(...)", doc="contact law of `buckler.mbs.laws`")
-    along: tuple[float, float] | None = direction(
-        doc="normal to the face at t = 0, stored as a unit vector; by default the direction of the point's guide", default=None
-    )
+    along: tuple[float, float] | None = direction(doc="normal at t = 0; by default along the point's guide", default=None)
     link: str | None = names(doc="link of the point; by default the guided link, or the first that has the point", default=None)
-    on: str = names(
-        doc="body with the face: 'ground', a rigid link, or the section at a point of a flexible link as 'link:point'",
-        default=GROUND,
-    )
+    on: str = names(doc="body with the face: 'ground', a rigid link, or 'link:point' on a flexible link", default=GROUND)
     friction: FrictionLaw = part(
         FrictionLaw, example="Coulomb(0.1)", default_factory=NoFriction,
         doc="of the face, of `buckler.mbs.laws`, without memory; none by default",
@@ -77,11 +70,9 @@ class Stop(Element):
         if isinstance(self.friction, BristleLaw):
             kind = type(self.friction).__name__
             raise ValueError(f"{where}: friction = {kind}: a face keeps no bristle; give a law without memory, as Coulomb")
+        if self.is_in_guide and self.friction_at:
+            raise ValueError(f"{where}: friction: the point cannot slide along the face; give it to the guide, or give `along`")
         if self.is_in_guide:
-            if self.friction_at:
-                raise ValueError(
-                    f"{where}: friction: the point cannot slide along the face; give it to the guide, or give `along`"
-                )
             return
         check_point_of(mechanism, self.body(mechanism), self.point, where)
         check_no_strut(mechanism, (self.body(mechanism), self.carrier), where)
@@ -194,9 +185,8 @@ class Stop(Element):
         lengths = [mechanism.length(link.name) for link in mechanism.links]
         extents = np.ptp(list(mechanism.points.values()), axis=0)
         longest = max(abs(self.distance_to_face(mechanism)), *lengths, *extents)
-        yield DepthLimit(
-            f"{name}.penetration", PIERCED * longest, f"'{name}'", "inside its stop; the stop is too soft for this motion"
-        )
+        where = "inside its stop; the stop is too soft for this motion"
+        yield DepthLimit(f"{name}.penetration", PIERCED * longest, f"'{name}'", where)
 
     def unilateral_forces(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield the name of the contact force, which must not be negative, and the name of its depth."""

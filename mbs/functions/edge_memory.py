@@ -23,10 +23,8 @@ CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
 STOP_DISTANCE = 1e-5
-"""Distance from an edge to the ends of steps before and after the edge, over the distance of two edges.
-
-A short step crosses the edge. The distance is halved after each run whose edges have settled, so that the difference of two runs
-contains the effect of the distance."""
+"""Distance from an edge to the ends of steps before and after the edge, over the distance of two edges: a short step crosses it.
+After a run with settled edges it is halved, so that the difference of two runs contains its effect."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
 SAME_EDGE = 1e-12

@@ -45,13 +45,10 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
-"""Half width, over the duration, of the interval in which a predicted or named jump is located.
-
-It is more than the rounding of thousands of periods. A tenfold width could hold the next jump as well."""
+"""Half width, over the duration, of the interval in which a predicted or named jump is located. It is more than the rounding of
+thousands of periods. A tenfold width could hold the next jump as well."""
 RECURRING = 20
-"""Least number of jumps from which a period is detected, and largest number of jumps in a period; chosen.
-
-Half as many must lead upwards."""
+"""Least number of jumps, half of them upwards, from which a period is detected; largest number of jumps in a period; chosen."""
 
 Values = Callable[[Array], Array]
 """Function from times (times,) [s] to values (times, components)."""

@@ -56,8 +56,7 @@ class NoFormulaError(ValueError):
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
     """Parse a formula; a ValueError names the part that is not allowed.
 
-    `functions` has, for each name, the pair (function, number of arguments). In place of the function may stand a text about its
-    use, for the message.
+    `functions` has, for each name, the function, or a text about its use for the message, and the number of arguments.
     """
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")

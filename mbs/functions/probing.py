@@ -19,9 +19,8 @@ MISFIT = 0.1
 MISFIT_SHARE = 0.01
 """Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
 MOST_EDGES = 200
-"""Most edges along a run on which the next run steps: friction with sticking has an edge at each sample.
-
-Where more are found along one state, none of them is used."""
+"""Most edges along a run on which the next run steps, as friction with sticking has an edge at each sample. If a search along one
+state finds more, none is used."""
 SCANNED = 1e-4
 """Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
 PROBE_DISTANCE = 1e-6

@@ -1,7 +1,6 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). In this file kinks include jumps and changes that are quick
-compared with a run.
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). In this file kinks include jumps and quick changes in a run.
 """
 
 from __future__ import annotations

@@ -184,9 +184,7 @@ class Stribeck(Declared):
     dynamic: float = quantity("1", low=0, doc="mu_d")
     v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic")
     exponent: float = quantity("1", above=0, doc="delta; 2 is usual, 0.5 to 1 for some materials", default=2.0)
-    v_reg: float = quantity(
-        "m/s", above=0, doc="speed below which the jump at rest is replaced by a line; well below v_stribeck", default=1e-3
-    )
+    v_reg: float = quantity("m/s", above=0, doc="speed, well below v_stribeck, below which mu is linear", default=1e-3)
     viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def coefficient(self, speed: Reals) -> Reals:

@@ -81,10 +81,9 @@ def _root(function: Callable[[float], float], highest: float) -> float:
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
-    """Compute the restitution that a law delivers in a free impact.
+    """Compute the restitution that a law delivers, by its method ``delivered(mass, speed)`` or by integration of the impact.
 
-    The method ``delivered(mass, speed)`` of the law returns it; if the law has none, the impact is integrated. A law whose
-    restitution depends on the effective mass m1 m2 / (m1 + m2) [kg] or the approach speed [m/s] raises ValueError without it.
+    Effective mass m1 m2 / (m1 + m2) [kg] and approach speed [m/s] must be given where the restitution depends on them.
     """
     closed_form = getattr(law, "delivered", None)
     if closed_form is not None:
@@ -120,9 +119,8 @@ def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
 def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the restitution by integrating m d'' = -F, for a mass [kg] and an approach speed [m/s], until the depth is zero.
 
-    The equation is scaled by ``elastic_depth`` and the speed, and solved by LSODA; the relative error is about 1e-8. The scaled
-    depth starts at 1e-13 and not at the onset, where a law may jump; 0 or 1e-10 changes the restitution by some 1e-10. A body
-    that is still in contact after `_LONGEST` raises RuntimeError.
+    LSODA solves the equation scaled by ``elastic_depth`` and speed, with a relative error of about 1e-8. The scaled depth starts
+    at 1e-13: at 0 a law may jump. A body that is still in contact after `_LONGEST` raises RuntimeError.
     """
     from scipy.integrate import solve_ivp
 

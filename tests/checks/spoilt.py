@@ -93,7 +93,8 @@ def bent(way):
     channels = dict(run.record.channels) | {"guide A": {"reaction": np.full((len(time), 1), normal), "memory": memory}}
     run = replace(run, record=replace(run.record, channels=channels))
     result = Result(Status.OK, "", time, run.values, run.units, run.work)
-    held = float(mechanism.guide("A")._bristle_energy("guide A", run.record)[0])
+    energies = {(each.kind, each.name): each.values for each in mechanism.guide("A").energies("guide A", run.record)}
+    held = float(energies["stored", "contact"][0])
     assert held == pytest.approx(push * way / 2) and result.signals["A.friction_force"].max() == pytest.approx(push)
     nothing = np.zeros_like(time)
     return said("ENERGY", run, replace(result, energy={"error": nothing + held, "throughput": nothing + held}))
