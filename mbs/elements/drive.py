@@ -138,8 +138,9 @@ class SpeedField(Either):
 
     def write(self, name: str, value: object) -> Any:
         """Return the form of a speed in files."""
-        is_made_by_drive = isinstance(value, Motion) and isinstance(value.position, Integral)
-        return super().write(name, value.speed if is_made_by_drive else value)
+        if isinstance(value, Motion) and isinstance(value.position, Integral):  # made by `Drive`
+            value = value.speed
+        return super().write(name, value)
 
 
 @declared

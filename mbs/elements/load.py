@@ -22,7 +22,11 @@ SIDE = 1e-9
 
 
 class Load(Element):
-    """Base of loads, whose `pushes` the motion always gives."""
+    """Base of loads."""
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the loads on bodies other than the ground, which always follow from the motion."""
+        raise NotImplementedError
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:

@@ -18,15 +18,12 @@ AXES = ((1.0, 0.0), (0.0, 1.0))
 
 @dataclass(frozen=True)
 class Along:
-    """Relative position along a direction: direction . (r1 - r2) [m], r1 and r2 the positions of the points `first` and `second`.
-
-    `direction` is given in the pose at t = 0; if `turns` is true, it turns with the second body.
-    """
+    """Relative position along a direction, direction . (r1 - r2) [m], of the points `first` at r1 and `second` at r2."""
 
     first: Place
     second: Place
-    direction: tuple[float, float]
-    turns: bool = False
+    direction: tuple[float, float]  # at t = 0
+    turns: bool = False  # True if the direction turns with the second body
 
 
 @dataclass(frozen=True)
@@ -50,14 +47,11 @@ Measure = Along | Turn | Distance
 
 @dataclass(frozen=True)
 class Row:
-    """One equation; `terms` are pairs of coefficient and measure, `motion` is the `Motion` or `Ramp` of a drive.
+    """One equation: a sum of coefficients times measures is constant, or follows the motion of a drive."""
 
-    With `start_only` it holds at t = 0 only, as for a pin that is centred in its bush at the start.
-    """
-
-    terms: tuple[tuple[float, Measure], ...]
-    motion: Any = None
-    start_only: bool = False
+    terms: tuple[tuple[float, Measure], ...]  # each a coefficient and its measure
+    motion: Any = None  # `Motion` or `Ramp` of the drive
+    start_only: bool = False  # True if it holds at t = 0 only, as for a pin that is centred in its bush at the start
 
     @property
     def bodies(self) -> set[str]:

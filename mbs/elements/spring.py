@@ -45,14 +45,11 @@ def potential(law: Law, values: Array) -> Array:
 
 
 class Elastic(Load):
-    """Base of springs, whose coordinate is a distance or an angle, less the distance or angle without force.
-
-    The force is given by stiffness and damping, or by a law of the coordinate and its rate.
-    """
+    """Base of springs. Their coordinate is a distance or an angle, less the distance or angle without force."""
 
     stiffness: float
     damping: float
-    law: Law | None
+    law: Law | None  # replaces stiffness and damping
 
     def state(self, record: Recorded) -> tuple[Array, Array]:
         """Return the coordinate and its rate, each (times,)."""

@@ -155,9 +155,7 @@ class HuGuo(HysteresisLaw):
 
 
 class CarvalhoMartins(HysteresisLaw):
-    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Carvalho and Martins 2019, doi 10.1016/j.mechmachtheory.2019.03.028.
-
-    It delivers e with an error of at most 2e-4 for 0.5 <= e <= 1.
+    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Delivers e to 2e-4 for e >= 0.5; doi 10.1016/j.mechmachtheory.2019.03.028.
 
     Examples
     --------

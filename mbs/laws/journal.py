@@ -42,14 +42,11 @@ TINY = 1e-300
 
 @dataclass(frozen=True)
 class End:
-    """One side of a joint: the coordinates (x, y, theta) of its body begin at the index `offset`, -1 for the ground.
+    """One side of a joint."""
 
-    `place` [m] is the body's node, or the point on the ground, at t = 0; `arm` [m] leads from `place` to the joint's centre.
-    """
-
-    offset: int
-    place: tuple[float, float]
-    arm: tuple[float, float]
+    offset: int  # index at which the coordinates (x, y, theta) of its body begin; -1 for the ground
+    place: tuple[float, float]  # of the body's node, or the point on the ground, at t = 0 [m]
+    arm: tuple[float, float]  # from `place` to the joint's centre [m]
 
 
 EndState = namedtuple("EndState", "x y vx vy arm_x arm_y spin")

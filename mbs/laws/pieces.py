@@ -28,10 +28,7 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
 
 @runtime_checkable
 class NormalLaw(Protocol):
-    """Protocol of normal contact laws for stops and clearance joints.
-
-    Methods take floats or arrays that broadcast, and return the same.
-    """
+    """Protocol of normal contact laws for stops and clearance joints; methods take floats, or arrays that broadcast."""
 
     @property
     def stiffness(self) -> float:
