@@ -26,9 +26,10 @@ from .work import ENGINE, KNOWN, ONCE, Work
 from .works import WORKS
 
 ORDER = 4
-"""Order of convergence of the strip's load over the length of its three-node elements, in which strains converge with order 2."""
+"""Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains, which is 2."""
 MOST_UNCERTAIN = 1e-2
-"""Largest relative difference of the two references of a work, by convention: above it one of the two codes counts as wrong."""
+"""Largest relative difference of a work's references, one by the engine and one by the compiled solver, chosen: above it one of
+the two codes counts as wrong."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -61,7 +62,7 @@ class MeasuredWork:
         return [point for (name, _), point in self.points.items() if name == series]
 
     def metrics(self) -> dict[str, Metric]:
-        """Compute the error of the tuned run, the smallest error of each other series, and its ratio of times.
+        """Compute the error of the tuned run, and the smallest error and a ratio of times for each other series.
 
         The ratio is the tuned run's time over that of the fastest run in the series that is as accurate, nan without one.
         """
@@ -85,6 +86,7 @@ def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = 
     by_series = [[key for key in work.runs if key[0] == series] for series in MARKERS]  # a key is (series, setting)
     quick = {(ENGINE, work.tuned)}.union(*(keys[:2] for keys in by_series))
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in quick}
+    # each series has its own reference, made by another code
     errors = {(series, setting): work.difference(run(), work.references[series]()) for (series, setting), run in runs.items()}
     return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
 

@@ -1,4 +1,4 @@
-"""Ingredients of a run of a work (`works`): objects and unknowns of its scene, kernels that it compiles, modules that it loads.
+"""Ingredients of a run of a benchmark (`work.Work`): objects and unknowns of its scene, compiled kernels, loaded modules.
 
 They show that a run has nothing that it does not need. The run is made in a new process, by `python -m
 buckler.studies.error_against_run_time.ingredients WORK SOLVER`, so that only this run has loaded modules there.

@@ -225,8 +225,8 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
 
     def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
         depth, depth_rate = face - x, -v
-        pressure = max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0
-        return -pressure  # the force of a spring is positive where it pulls the slider to negative x
+        push = max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0  # to positive x [N]
+        return -push  # the engine counts the force of a spring positive where it pulls the slider to negative x
 
     return force
 

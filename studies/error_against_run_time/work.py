@@ -1,7 +1,7 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series. Those of `engine` are written for Exudyn by hand. Those of `once` are single runs of the
-compiled solver; only for the buckled strip they solve Buckler's statics with Exudyn. Those of `known` are asked for an accuracy.
+The runs of one code are a series. The series `engine` is written for Exudyn by hand. The series `once` has single runs of the
+compiled solver, or Buckler's beams on Exudyn for the statics of a strip. Runs of the series `known` are asked for an accuracy.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,11 +19,9 @@ Run = Callable[[], Array]
 Runs = dict[tuple[str, str], Run]
 """Runs by series and setting."""
 ENGINE = "engine"
-"""Name of the series of runs written for the engine by hand."""
 ONCE = "once"
-"""Name of the series of single runs of the compiled solver, by tolerance and degree."""
 KNOWN = "known"
-"""Name of the series of runs with an error estimate, by accuracy."""
+"""Names of the series."""
 STEPS = 100_000_000
 """Largest number of steps of a run: fine runs take more than the default."""
 
@@ -59,7 +57,7 @@ class ComparedMotion:
 
     def simulate(self, **options: Any) -> Array:
         """Simulate the motion; return the signals, shape (times, signals), nan after the end of the run."""
-        result = simulate(self.mechanism, self.duration, timeout=300.0, **options)  # [s]
+        result = simulate(self.mechanism, self.duration, timeout=300.0, **options)  # 300 s, chosen
         return np.stack([result.at(name, self.times, outside=np.nan) for name in self.signals], axis=1)
 
     def run_compiled(self, tolerance: float, degree: int) -> Array:
@@ -89,7 +87,7 @@ class Work:
     motion: ComparedMotion | None = None  # motion that Buckler simulates; None for statics
 
     def difference(self, found: Array, exact: Array) -> float:
-        """Compute the difference of two results, as the largest relative one or a root mean square over its scale, or nan."""
+        """Compute the difference of two results, largest relative one or root mean square over the scale; nan for failed runs."""
         if self.largest:
             return float(np.abs(found / exact - 1).max())
         return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))

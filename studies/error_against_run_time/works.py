@@ -3,9 +3,11 @@
 A reference shares no code with the runs that are compared with it. For loads of the buckled strip it is the boundary value
 problem of the element's theory, for a chain of bars the solution of Lagrange's equations. Other motions have no exact solution:
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
-the result, as the difference of the two. Arguments `hand` and `once` are the settings of the series `engine` and `once`, coarse
-to fine; `fine` has those of the two references. `tuned` names the setting of `engine` with whose time other times are compared.
-Runs by an accuracy are the series `known`, which the strip, a work of statics, does not have.
+the result, as the difference of the two.
+
+Arguments `hand` and `once` are the settings of the series `engine`, hand-written scripts, and `once`, single runs of the compiled
+solver, coarse to fine; `fine` has those of the two references. `tuned` names the setting of `engine` with whose time other times
+are compared.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,20 +30,8 @@ from buckler.mbs.library import BAR, PAPER, RATTLING, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
-from .work import (
-    ENGINE,
-    KNOWN,
-    ONCE,
-    STEPS,
-    ComparedMotion,
-    HandSetting,
-    OnceSetting,
-    Runs,
-    Work,
-    cross_references,
-    engine_runs,
-    power,
-)
+from . import work
+from .work import ENGINE, KNOWN, ONCE, ComparedMotion, HandSetting, OnceSetting, Runs, Work
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -72,7 +62,10 @@ def _import_plain() -> ModuleType:
 
 
 def strip() -> Work:
-    """Define the work of static loads of the buckled strip; only Buckler's beam shears, and both beam and cable extend."""
+    """Define the work of static loads of the buckled strip, without a series `known`; its series `once` has Buckler's beams.
+
+    Only these beams shear; both beams and the cables of the series `engine` extend.
+    """
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
@@ -106,8 +99,8 @@ def slider_work(
         numbers = setting.steps, setting.relative, setting.absolute
         return _import_plain().slider_crank(build(cable), motion.times, *numbers)[:, None]
 
-    runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
-    references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
+    runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
+    references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
     return Work(about, "error of the deflection [1]", runs, tuned, references, motion=motion)
 
 
@@ -117,7 +110,7 @@ def smooth() -> Work:
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
         hand=[HandSetting(4, 400, 1e-5, 1e-8), HandSetting(4, 800, 1e-5, 1e-8), HandSetting(8, 3200, 1e-6, 1e-9)],
-        once=[OnceSetting(1e-3, 5), OnceSetting(1e-4, 5), OnceSetting(1e-5, 6)],
+        once=[OnceSetting(1e-3, degree=5), OnceSetting(1e-4, degree=5), OnceSetting(1e-5, degree=6)],
         fine=(HandSetting(16, 25_600, 1e-8, 1e-10), OnceSetting(1e-10, 12)), tuned="4 x 800",
     )  # fmt: skip
 
@@ -157,9 +150,9 @@ def chain_work(
     def run_engine(setting: HandSetting) -> Array:
         return _import_plain().chain(build(setting.elements), motion.times, setting.steps, setting.relative, setting.absolute)
 
-    runs = engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
+    runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     if fine:
-        references = cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
+        references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
     else:
         references = dict.fromkeys((ENGINE, ONCE, KNOWN), cache(partial(pendulum, motion.mechanism, motion.times)))
     return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
@@ -217,16 +210,16 @@ def rattling(
 
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
-    signals = tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy")
+    motion = ComparedMotion(build(), 0.01, tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy"))
 
     def run_engine(elements: int, tolerance: float) -> Array:
-        solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=STEPS))
+        solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=work.STEPS))
         return replace(motion, mechanism=build(elements)).simulate(solver=solver)
 
-    motion = ComparedMotion(build(), 0.01, signals)
-    runs: Runs = {(ENGINE, f"{n} x {power(x)}" if rocker == "beam" else power(x)): partial(run_engine, n, x) for n, x in hand}
+    names = [f"{n} x {work.power(x)}" if rocker == "beam" else work.power(x) for n, x in hand]
+    runs: Runs = {(ENGINE, name): partial(run_engine, *setting) for name, setting in zip(names, hand, strict=True)}
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
-    references = cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))
+    references = work.cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
     return Work(about, measure, runs, tuned, references, scale=GAP, motion=motion)
 

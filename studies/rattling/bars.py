@@ -1,17 +1,18 @@
 """Crank-rocker with clearance in its joints: the mechanism, the modes of its rocker, and the parameters of all its studies.
 
-The published paper, of unknown authors, does not give clearance, pins, friction speeds and the plane in which the bars bend: each
-is a parameter. The largest contact damping c_max is printed as 253 "N×S/m", and its unit decides the physics (`damping_unit`):
-in N.s/m the joints rattle, in N.s/mm they stay closed. The paper recommends 0.1 % of the stiffness for c_max: it compares plain
-numbers in the units N.s/mm and N/mm^1.5.
+Authors and title of the published paper are unknown; `kit.published` has its numbers. The paper does not give clearance, pins,
+friction speeds and the plane in which the bars bend: each is a parameter. The largest contact damping c_max is printed as
+253 "N×S/m". Its unit decides the physics (`damping_unit`): in N.s/m the joints rattle, in N.s/mm they stay closed. The paper
+recommends for c_max 0.1 % of the stiffness K. Its numbers are then those of c_max in N.s/mm and of K in N/mm^1.5.
 
 The paper's "modes four, five and six" of the rocker may be counted in four ways: among the modes of a free body, the first six
 of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
 """
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,27 +35,35 @@ LENGTH = STEEL_CRANK_ROCKER.rocker
 MESH = Box((24, 2, 1))
 """Mesh of the solid rocker: elements along its length, its depth in the plane, and its width. The study `modes` compares its
 frequencies with Timoshenko's."""
-COUNTED = 40
+MODE_COUNT = 40
 """Number of flexible modes of the solid rocker that are computed; all modes of `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
-LETTERS = {"b": BENDING, "a": AXIAL}
-"""Kinds of modes by the letter of `SETS`."""
-SETS: dict[str, Any] = {
-    "none": (),
-    "bending_1": ("b1",),
-    "bending_1_2": ("b1", "b2"),
-    "bending_1_3": ("b1", "b2", "b3"),
-    "axial_1": ("a1",),
-    "bending_1_3_axial_1": ("b1", "b2", "b3", "a1"),
-    "bending_1_6_axial_1_3": ("b1", "b2", "b3", "b4", "b5", "b6", "a1", "a2", "a3"),
-    "bending_1_8_axial_1_4": ("b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8", "a1", "a2", "a3", "a4"),
+"""Kinds of modes in the plane."""
+
+
+class PlaneModes(NamedTuple):
+    """Modes in the plane by their numbers: 2 among `bending` is the second bending mode."""
+
+    bending: Sequence[int] = ()
+    axial: Sequence[int] = ()
+
+
+SETS: dict[str, PlaneModes | FreeModes | CraigBampton] = {
+    "none": PlaneModes(),
+    "bending_1": PlaneModes([1]),
+    "bending_1_2": PlaneModes([1, 2]),
+    "bending_1_3": PlaneModes([1, 2, 3]),
+    "axial_1": PlaneModes(axial=[1]),
+    "bending_1_3_axial_1": PlaneModes([1, 2, 3], [1]),
+    "bending_1_6_axial_1_3": PlaneModes(range(1, 7), range(1, 4)),
+    "bending_1_8_axial_1_4": PlaneModes(range(1, 9), range(1, 5)),
     "456_free": FreeModes((4, 5, 6), "free"),
     "456_flexible": FreeModes((4, 5, 6), "flexible"),
     "456_in_plane": FreeModes((4, 5, 6), "in-plane"),
-    "456_bending": ("b4", "b5", "b6"),
+    "456_bending": PlaneModes([4, 5, 6]),
     "craig_bampton": CraigBampton(),
 }
-"""Sets of modes of the solid rocker: b2 is the second bending mode in the plane, a1 the first axial one."""
+"""Sets of modes of the solid rocker."""
 NAMES = {
     "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
     "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
@@ -71,8 +80,8 @@ def section(depth: float) -> Section:
 
 
 def solid_modes(depth: float) -> ReducedModel:
-    """Compute the `COUNTED` lowest flexible modes in space of the free rocker, meshed by solid elements."""
-    return reduced(Modal(section(depth), FreeModes(tuple(range(1, COUNTED + 1))), mesh=MESH), LENGTH)
+    """Compute the `MODE_COUNT` lowest flexible modes in space of the free rocker, meshed by solid elements."""
+    return reduced(Modal(section(depth), FreeModes(tuple(range(1, MODE_COUNT + 1))), mesh=MESH), LENGTH)
 
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
@@ -84,43 +93,31 @@ def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
 def planar_modes(depth: float, name: str) -> tuple[int, ...]:
     """Return the numbers of the flexible modes of a set that move in the plane, which alone a planar mechanism excites."""
     modes = SETS[name]
-    if isinstance(modes, FreeModes):
-        return tuple(int(n) for n in reduced(Modal(section(depth), modes, mesh=MESH), LENGTH).plane.numbers)
-    table = [(number, kind) for number, _frequency, kind, *_ in solid_modes(depth).table()]
-    by_letter = {letter: [number for number, each in table if each == kind] for letter, kind in LETTERS.items()}
-    return tuple(by_letter[mode[0]][int(mode[1:]) - 1] for mode in modes)
+    if isinstance(modes, PlaneModes):
+        table = [(number, kind) for number, _hertz, kind, *_ in solid_modes(depth).table()]
+        bending, axial = ([number for number, each in table if each == kind] for kind in (BENDING, AXIAL))
+        return tuple([bending[n - 1] for n in modes.bending] + [axial[n - 1] for n in modes.axial])
+    return tuple(int(n) for n in reduced(Modal(section(depth), modes, mesh=MESH), LENGTH).plane.numbers)
 
 
-def solid_rocker(depth: float, name: str, damping: float) -> Modal | None:
+def make_rocker_of_set(depth: float, name: str, damping: float) -> Modal | None:
     """Make a modal rocker of the modes of a set that move in the plane, by rising frequency; None if none does.
 
     The set "craig_bampton" gives its default modes instead.
     """
-    if isinstance(SETS[name], CraigBampton):
-        return Modal(section(depth), SETS[name], damping, MESH)
+    craig_bampton = SETS[name]
+    if isinstance(craig_bampton, CraigBampton):
+        return Modal(section(depth), craig_bampton, damping, MESH)
     modes = tuple(sorted(planar_modes(depth, name)))
     return Modal(section(depth), FreeModes(modes), damping, MESH) if modes else None
-
-
-def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
-    """Make a modal rocker without damping, with modes of one of the `assumptions.KINDS`.
-
-    Of a bar, the first `bending` and `axial` modes are taken; the kind "free" has shear, by Timoshenko's theory, the kind
-    "Euler-Bernoulli" has none. Craig-Bampton has its default modes. `factor` multiplies all frequencies: its square multiplies
-    the modulus, so that static stiffness changes, too.
-    """
-    bar = section(depth)
-    bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
-    if kind == "Craig-Bampton":
-        return Modal(bar, CraigBampton(), 0.0, MESH)
-    return Modal(bar, BarModes(bending, axial, shear=kind == "free"), 0.0)
 
 
 def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
     """Return the rocker with a damping ratio for each mode by one of the `DAMPINGS`, of size `ratio`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
-    is_craig_bampton = isinstance(rocker.modes, CraigBampton)  # it then needs the numbers of the planar modes, one for each ratio
+    # Craig-Bampton modes with a damping ratio for each mode need the numbers of the planar modes.
+    is_craig_bampton = isinstance(rocker.modes, CraigBampton)
     modes = CraigBampton(tuple(model.numbers.tolist())) if is_craig_bampton else rocker.modes
     return replace(rocker, modes=modes, damping=ratios)
 
@@ -155,8 +152,7 @@ class PlayParameters(JointAssumptions):
     @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
-        factor = self.friction_thresholds  # on both speeds, see `JointAssumptions`
-        return factor * self.stiction_speed, factor * self.friction_speed
+        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
     def bars(
         self, *, gap: float | None = None, speed: float | None = None, rocker: Body | None = None, joints: str = JOINTS,
@@ -199,8 +195,8 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
     def agree(self) -> None:
         """Check that parameters of modes are given to a modal rocker only."""
-        defaults = {each.name: each.default for each in fields(self)}
-        changed = [f"{name} = {getattr(self, name)}" for name in MODAL_PARAMETERS if getattr(self, name) != defaults[name]]
+        kind = type(self)  # whose attributes are the defaults
+        changed = [f"{name} = {getattr(self, name)}" for name in MODAL_PARAMETERS if getattr(self, name) != getattr(kind, name)]
         if self.rocker == "rigid" and changed:
             raise ValueError(f"{', '.join(changed)}: only a rocker of modes can have them; choose rocker = modal")
         super().agree()
@@ -208,7 +204,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
     def bars(self, **changes: Any) -> Mechanism:
         """Make the crank-rocker; `changes` are arguments of the base's `bars`, and the default rocker is the study's."""
         if "rocker" not in changes and self.rocker == "modal":
-            changes["rocker"] = modal_rocker(self)
+            changes["rocker"] = make_modal_rocker(self)
         return super().bars(**changes)
 
     def describe(self) -> str:
@@ -216,7 +212,15 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         return ModalAssumptions.describe(self) if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
 
 
-def modal_rocker(p: Any) -> Modal:
-    """Make the modal rocker of a study's `ModalAssumptions`."""
-    rocker = rocker_modes(p.modes_of, p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
+def make_modal_rocker(p: RockerParameters) -> Modal:
+    """Make the modal rocker of a study, with modes of one of the `assumptions.KINDS`; "free" ones are by Timoshenko's theory.
+
+    `frequency_factor` multiplies all frequencies. The modulus has its square as a factor, so that static stiffness changes, too.
+    """
+    bar = section(p.in_plane_depth)
+    bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * p.frequency_factor**2))
+    if p.modes_of == "Craig-Bampton":
+        rocker = Modal(bar, CraigBampton(), 0.0, MESH)
+    else:
+        rocker = Modal(bar, BarModes(p.bending, p.axial, shear=p.modes_of == "free"), 0.0)
     return set_damping(rocker, p.modal_damping, p.rocker_damping)

@@ -39,7 +39,7 @@ from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, GRAVITY
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
-from .bars import RockerParameters, modal_rocker
+from .bars import RockerParameters, make_modal_rocker
 from .claims import CLAIMS, FAILS, HOLDS, READINGS, UNDECIDED, VERDICTS, ideal_motion, ratio
 from .turns import TestedRuns, run_turns
 
@@ -182,7 +182,7 @@ def overall(verdicts: Sequence[str]) -> str:
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run all samples in all cells, and test every claim."""
     samples, cells = p.cases(), p.cells()
-    bodies = [modal_rocker(case) for case in samples]
+    bodies = [make_modal_rocker(case) for case in samples]
     found = np.stack([
         ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
         for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))

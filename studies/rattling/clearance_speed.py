@@ -12,13 +12,11 @@ for each of `section_count` clearances. A motion with the period of a turn gives
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from math import nan
-from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Mechanism, simulate
 from buckler.mbs import ensemble as run_ensemble
+from buckler.mbs import simulate
 from buckler.mbs.ensembles.readings import read_windows
 from buckler.mbs.geometry import Array
 
@@ -27,7 +25,7 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_ta
 from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .bars import RockerParameters
-from .turns import FORCE, period, run_turns, solver
+from .turns import FORCE, Turns, period, run_turns, solver
 
 MEASURES = {
     "peak_force": (FORCE.format(place="B"), "N"),
@@ -43,8 +41,8 @@ IDEAL_FORCE = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"
 """Reading of the largest force in B where the joint is ideal [N]."""
 SECTION = "end(B.vx)"
 """Reading of the bifurcation map: velocity of joint B along x at the end of a turn [m/s]."""
-LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
-"""Labels of the figure's panels."""
+LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]")
+"""Labels of `MEASURES` in figures, in their order."""
 
 
 @dataclass(frozen=True)
@@ -65,27 +63,11 @@ class Parameters(RockerParameters):
             self.bars(gap=clearance)
 
 
-class SpeedPoint(NamedTuple):
-    """Results of the turns at a point of the grid."""
-
-    mean: Array  # of each of `MEASURES`, in its unit
-    error: Array  # their standard errors, in the same units
-    depth: float = nan  # largest penetration over the clearance
-    impacts: float = nan  # impacts in B a turn
-    notes: tuple[str, ...] = ()  # faults that make the point invalid: PENETRATION or FAILED
-
-
-def measure(p: Parameters, mechanisms: Sequence[Mechanism], batch: int = 0) -> list[SpeedPoint]:
-    """Compute points of the grid that have the same crank speed, by an ensemble of each mechanism; `batch` selects the starts."""
-    found = []
-    for turns in run_turns(p, mechanisms, (*READINGS, IMPACTS), batch):
-        mean, error = np.array([(turns.means[name].value, turns.means[name].error) for name in READINGS]).T
-        found.append(SpeedPoint(mean, error, turns.depth, turns.means[IMPACTS].value, turns.notes))
-    return found
-
-
 def ideal(p: Parameters, speed: float) -> Array:
-    """Compute the `MEASURES` of a turn with ideal joints and, as one reference for all studies, a rigid rocker."""
+    """Compute the `MEASURES` of ideal joints and a rigid rocker, also in a study of flexible ones, so that studies compare.
+
+    One turn is enough, because with ideal joints the drive determines the motion.
+    """
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)  # None: rigid
     turn = period(mechanism)
     result = simulate(mechanism, turn)
@@ -107,63 +89,65 @@ def compute_sections(p: Parameters, clearances: Array) -> Array:
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the points of the grid, and the point whose numbers are metrics."""
     grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
-    by_speed = [
-        measure(p, [p.bars(gap=clearance, speed=speed) for clearance in p.clearances], k)
-        for k, speed in enumerate(progress(p.speeds, label="speeds"))
+    readings = (*READINGS, IMPACTS)
+    by_speed = [  # `batch` gives each speed its own random starts
+        run_turns(p, [p.bars(gap=clearance, speed=speed) for clearance in p.clearances], readings, batch)
+        for batch, speed in enumerate(progress(p.speeds, label="speeds"))
     ]
     points = [point for row in zip(*by_speed, strict=True) for point in row]
     of_ideal = np.array([ideal(p, speed) for speed in p.speeds])
-    (chosen,) = measure(p, [p.bars()], len(p.speeds))
-    metrics, wrong = _metrics(p, grid, points, chosen)
-    # the depth is nan where a run failed; PENETRATION at a point of the grid makes this point invalid, not the study
-    wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
+    (chosen,) = run_turns(p, [p.bars()], readings, batch=len(p.speeds))
+    metrics = _metrics(grid, points, chosen)
+    faults = [f"at {1e3 * p.clearance:g} mm: {note}" for note in chosen.notes]
+    # A point of the grid with the note PENETRATION is invalid, which is no fault of the study.
+    has_failed = [any(note.startswith("FAILED") for note in x.notes) for x in points]
+    faults += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), failed in zip(grid, has_failed, strict=True) if failed]
     shape = len(p.clearances), len(p.speeds)
     signals = {"clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": of_ideal}
-    for name in ("mean", "error", "depth", "impacts"):
-        values = np.array([getattr(x, name) for x in points])
-        signals[name] = values.reshape(*shape, *values.shape[1:])
+    means = np.array([[x.means[name] for name in readings] for x in points])  # each is (mean, error, members)
+    means = means.reshape(*shape, *means.shape[1:])
+    signals |= {"mean": means[..., :-1, 0], "error": means[..., :-1, 1]}
+    signals |= {"depth": np.array([x.depth for x in points]).reshape(shape), "impacts": means[..., -1, 0]}
     signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
     if p.sections:
         signals["section_clearance"] = np.geomspace(min(p.clearances), max(p.clearances), p.section_count)
         signals["section"] = compute_sections(p, signals["section_clearance"])
     title = f"At {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s; powers over the valid points"
     tables = [_table(p, grid, points, np.tile(of_ideal, (len(p.clearances), 1))), replace(metrics_table(metrics), title=title)]
-    return StudyResult(parameters=p, **status_of(wrong), metrics=metrics, signals=signals, tables=tables)
+    return StudyResult(parameters=p, **status_of(faults), metrics=metrics, signals=signals, tables=tables)
 
 
-def _metrics(
-    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], chosen: SpeedPoint
-) -> tuple[dict[str, Metric], list[str]]:
-    """Return the metrics of the chosen point, with exponents fitted to the valid points; and the faults of the chosen point."""
-    metrics, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in chosen.notes]
+def _metrics(grid: Sequence[tuple[float, float]], points: Sequence[Turns], chosen: Turns) -> dict[str, Metric]:
+    """Return the means of the chosen point, and for each measure the power law fitted to the valid points."""
     is_valid = np.array([not x.notes for x in points])
-    fitted, values = np.array(grid)[is_valid], np.array([x.mean for x in points])[is_valid]
+    fitted = np.array(grid)[is_valid]
     # the law has three parameters; two points more leave two degrees of freedom for its scatter
     can_fit = len(fitted) > 4 and all(len(set(column)) > 1 for column in fitted.T)
-    metrics["valid"] = Metric(float(is_valid.sum()), "1")
-    metrics["invalid"] = Metric(float((~is_valid).sum()), "1")
-    for i, (name, (_, unit)) in enumerate(MEASURES.items()):
-        relative_error = float(chosen.error[i] / chosen.mean[i])
-        metrics[name] = Metric(float(chosen.mean[i]), unit, error=relative_error)
-        metrics |= _powers(name, fitted, values[:, i]) if can_fit else {}
-    return metrics, wrong
+    metrics = {"valid": Metric(float(is_valid.sum()), "1"), "invalid": Metric(float((~is_valid).sum()), "1")}
+    for name, (reading, unit) in MEASURES.items():
+        metrics[name] = chosen.means[reading].metric(unit)
+        values = np.array([x.means[reading].value for x in points])[is_valid]
+        metrics |= _powers(name, fitted, values) if can_fit else {}
+    return metrics
 
 
 def _powers(name: str, points: Array, values: Array) -> dict[str, Metric]:
     """Fit powers of clearance and speed, points (n, 2), with standard errors, and the scatter about the law."""
     fit = power_law(points.T, values)
-    powers = {f"{name}.power_of_{over}": power for over, power in zip(("clearance", "speed"), fit.metrics(), strict=True)}
-    return powers | {f"{name}.scatter": Metric(fit.scatter, "1")}
+    of_clearance, of_speed = fit.metrics()
+    scatter = Metric(fit.scatter, "1")
+    return {f"{name}.power_of_clearance": of_clearance, f"{name}.power_of_speed": of_speed, f"{name}.scatter": scatter}
 
 
-def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], of_ideal: Array) -> Table:
+def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Turns], of_ideal: Array) -> Table:
     rows = []
-    for (clearance, speed), x, reference in zip(grid, points, of_ideal, strict=True):
-        numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
-        peak, ideal_peak = x.mean[0], reference[0]  # the first of `MEASURES`
-        numbers.insert(1, f"{peak / ideal_peak:.1f}")
+    for (clearance, speed), x, (ideal_peak, *_) in zip(grid, points, of_ideal, strict=True):
+        peak, *accelerations = (x.means[reading] for reading in READINGS)
+        numbers = [f"{each.value:.4g} ± {each.error:.2g}" for each in accelerations]
+        forces = [f"{peak.value:.4g} ± {peak.error:.2g}", f"{peak.value / ideal_peak:.1f}"]
         names = ", ".join(note.partition(":")[0] for note in x.notes)
-        rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *numbers, f"{x.depth:.3f}", f"{x.impacts:.0f}", names])
+        impacts = f"{x.means[IMPACTS].value:.0f}"
+        rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *forces, *numbers, f"{x.depth:.3f}", impacts, names])
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, largest contact damping {p.damping:g} {p.damping_unit}; c: radial clearance"
@@ -190,8 +174,9 @@ def _lines(result: StudyResult) -> Figure:
     """Draw each number over the clearance with a curve for each speed; points without a valid law are hollow."""
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
-    values, errors = [*np.moveaxis(s["mean"], -1, 0), s["depth"]], [*np.moveaxis(s["error"], -1, 0), 0 * s["depth"]]
-    for ax, name, value, error in zip(axes.flat, LABELS, values, errors, strict=True):
+    panels = [(label, s["mean"][..., i], s["error"][..., i]) for i, label in enumerate(LABELS)]
+    panels.append(("penetration over clearance", s["depth"], np.full_like(s["depth"], np.nan)))  # without error bars
+    for ax, (name, value, error) in zip(axes.flat, panels, strict=True):
         for k, speed in enumerate(s["speed"]):
             x, colour, valid = 1e3 * s["clearance"], COLOURS[k % len(COLOURS)], s["valid"][:, k]
             ax.errorbar(x, value[:, k], error[:, k], color=colour, linewidth=0.8, capsize=1.5, label=f"{speed:g}")

@@ -20,7 +20,7 @@ from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
-from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, set_damping, solid_modes, solid_rocker
+from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .turns import TestedRuns, Turns, run_turns
 
@@ -75,7 +75,7 @@ class Parameters(Assumptions, TestedRuns):
 
     def damped_rocker(self, depth: float, modes: str) -> Modal | None:
         """Make the rocker with a set of modes and the damping ratios of `modal_damping`; None, the rigid rocker, for no mode."""
-        rocker = solid_rocker(depth, modes, self.rocker_damping)
+        rocker = make_rocker_of_set(depth, modes, self.rocker_damping)
         return None if rocker is None else set_damping(rocker, self.modal_damping, self.rocker_damping)
 
     def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:

@@ -49,7 +49,7 @@ class TestedRuns(Runs):
     """Runs whose means decide on claims."""
 
     level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any verdict of the table is wrong", "statistics")
-    margin: float = quantity(0.05, "1", 0, 0.5, "least difference that counts", "statistics")
+    margin: float = quantity(0.05, "1", 0, 0.5, "least relative difference of two means that counts", "statistics")
 
 
 class Turns(NamedTuple):
@@ -65,7 +65,8 @@ def run_turns(
 ) -> list[Turns]:
     """Run an ensemble of each crank-rocker, all with the same crank speed; return the means of the readings over turns.
 
-    Starts have the seed 10 000 times the study's plus the batch, below 10 000. `curves` are functions of time for readings.
+    `batch` is the number of the call in its study, below 10 000: calls with other numbers draw other starts, with the seed
+    10 000 p.seed + batch. `curves` are functions of time for readings.
     """
     turn, all_readings = period(mechanisms[0]), tuple(dict.fromkeys((*readings, *DEPTHS)))
     with ThreadPoolExecutor(p.workers) as pool:
@@ -108,7 +109,7 @@ def draw_offset(seed: int) -> float:
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Return the force on the second of a joint's `BODIES` [N]; if that body carries the pin, the signal is minus the force."""
+    """Return the force on the second of a joint's `BODIES` [N]; a signal names pin and bush, and is the force on the bush."""
     first, second = BODIES[joint]
-    signals, if_reversed = result.signals, f"{joint}.{second}-{first}.f{axis}"
-    return -signals[if_reversed] if if_reversed in signals else signals[f"{joint}.{first}-{second}.f{axis}"]
+    on_first = f"{joint}.{second}-{first}.f{axis}"  # where the second body carries the pin
+    return -result.signals[on_first] if on_first in result.signals else result.signals[f"{joint}.{first}-{second}.f{axis}"]

@@ -1,10 +1,10 @@
 """Force of the buckled strip on the stop in equilibrium: Table 2 for three thicknesses, and the force over crank angle.
 
-Models of the strip: the published quartic; the closed form, `exact`; the rod with the strip's axial and shear stiffness; and
-geometrically exact beam elements in static equilibrium. There are two stops: the paper describes one that the slider meets at a
-crank angle of 120 degrees, and its Table 2 was computed with another. The second stop is found from the printed force of the
-0.3 mm strip, and predicts the other two forces. In names of metrics they are `e120` and `eTable2`. Positions on the slider's line
-are negative; the metric `stop_eTable2` is the distance from the crank's axis, which is positive. `PAPER_STOP` is the first stop.
+Models of the strip: the published quartic; the closed form, `exact`; the rod, a boundary value problem with the strip's axial and
+shear stiffness; and geometrically exact beam elements in static equilibrium. There are two stops. The paper describes one that
+the slider meets at a crank angle of 120 degrees, `e120` in names of metrics; it is `PAPER_STOP`, or that of `stop_angle`. Table 2
+was computed with another, `eTable2`. It is found from the printed force of the 0.3 mm strip, and predicts the other two forces.
+Positions on the slider's line are negative; the metric `stop_eTable2` is the distance from the crank's axis.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
 force on the stop lies in [max(F - f, 0), F + f], depending on the motion before.
@@ -49,27 +49,13 @@ class Parameters(StudyParameters):
     angles: int = integer(31, 2, 1000, "crank angles from the stop to dead centre", "numerics")
 
 
-@dataclass(frozen=True)
 class Press:
     """Strip of a thickness [m] that presses the slider against a stop, at x = `stop` on the slider's line [m]."""
 
-    thickness: float
-    stop: float
-
-    @property
-    def section(self) -> Section:
-        """Section of the strip."""
-        return Section(STRIP_WIDTH, self.thickness)
-
-    @property
-    def unit(self) -> float:
-        """Unit of the normalised force, E I/L^2 [N]."""
-        return self.section.bending_stiffness / PAPER.coupler**2
-
-    @property
-    def shortening(self) -> float:
-        """Largest end shortening over length, reached at the dead centre."""
-        return float(PAPER.shortening(np.pi, self.stop))
+    def __init__(self, thickness: float, stop: float) -> None:
+        self.stop, self.section = stop, Section(STRIP_WIDTH, thickness)
+        self.unit = self.section.bending_stiffness / PAPER.coupler**2  # of the normalised force, E I/L^2 [N]
+        self.shortening = float(PAPER.shortening(np.pi, stop))  # largest end shortening over length, at the dead centre
 
     @property
     def stress(self) -> float:
@@ -91,7 +77,7 @@ def table_2_stop() -> float:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the force of every strip by every model at the two stops, and the interval of the force with friction."""
-    described = float(PAPER.slider(p.stop_angle))  # the stop of the paper's text, for which forces over the angle are drawn
+    described = float(PAPER.slider(p.stop_angle))  # for which forces over the angle are drawn
     stops = {f"e{np.degrees(p.stop_angle):g}": described, "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
@@ -100,7 +86,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for h in progress(p.thicknesses, label="thicknesses"):
         loads = _models(h, p.elements, failures)
         for name, stop in stops.items():
-            press, key = Press(h, stop), f"h{_mm(h)}_{name}"
+            press, key = Press(h, stop), f"h{_mm(h)}_{name}"  # as in the metric F_h0.3_e120, the force of the beam
             largest = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
             # The printed forces stand at both stops, to show which of them the table was computed with.
             metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
@@ -159,10 +145,11 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
 def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
     """Compute the forces at the stop of the paper's text over the force of the thinnest strip."""
     first, *others = sorted(p.thicknesses)
-    found = {}  # exact ratio: at one stop all strips have the same end shortening, so forces are as E I, that is as h^3
+    found = {}
     for h in others:
         printed = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         force, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
+        # exact: at one stop all strips have the same end shortening, so forces are as E I, that is as h^3
         found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(force / base, "1", published=printed, exact=(h / first) ** 3)
     return found
 
@@ -180,7 +167,7 @@ def figure(result: StudyResult) -> Figure:
     turn = np.linspace(PAPER.contact_angle(last.stop), np.pi, 200)
     left.plot(np.degrees(turn), last.force(pinned.load, turn) / last.unit, "C4--", label="exact, stop of Table 2")
     for name, style in (("exact", "C0-"), ("quartic", "C1:"), ("beam", "C2.")):
-        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(last.thickness)}.{name}"] / last.unit, style, label=name)
+        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(p.thicknesses[-1])}.{name}"] / last.unit, style, label=name)
     left.set(xlabel="crank angle [deg]", ylabel="contact force $F L^2/(E I)$")
     h = np.array(sorted(p.thicknesses))
     units = np.array([Press(x, 0.0).unit for x in h])

@@ -2,9 +2,9 @@
 
 A slow compression reaches Euler's load. In a fast one the strip is still straight, and its force reaches many times that load.
 The beam on the engine has all bending modes and axial vibration; in theory the first mode alone obeys an ordinary differential
-equation (Hoff's problem). The strip has critical load P_E, first frequency w1, radius of gyration r, length L, and free of stress
-the bow a0 sin(pi x/L). Let a be the amplitude of the deflection, bow included, v the speed of approach of the ends, tau = w1 t,
-P the compression and p = P/P_E. The first mode obeys equation (1), in which the rate s is dp/dtau of a straight strip:
+equation (Hoff's problem). The strip has critical load P_E, first frequency w1, radius of gyration r and length L; its stress-free
+shape is the bow a0 sin(pi x/L). Let a be the amplitude of the deflection, bow included, v the speed of approach of the ends, tau
+= w1 t, P the compression and p = P/P_E. The first mode obeys equation (1), in which the rate s is dp/dtau of a straight strip:
 
     a'' = (p - 1) a + a0,        p = s tau - (a^2 - a0^2)/(4 r^2),        s = v/(L w1 (pi r/L)^2).                           (1)
 

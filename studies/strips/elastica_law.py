@@ -60,13 +60,13 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _at(rod: Rod, shortening: float) -> float:
     """Compute the load of a rod; before it buckles, return the critical load, with which the closed form begins."""
-    at_buckling = rod.critical_load / rod.axial  # 0 for an inextensible rod, whose axial stiffness is infinite
-    return rod.at_shortening(shortening).load if shortening > at_buckling else rod.critical_load
+    buckling_shortening = rod.critical_load / rod.axial  # 0 for an inextensible rod, whose axial stiffness is infinite
+    return rod.at_shortening(shortening).load if shortening > buckling_shortening else rod.critical_load
 
 
 def _metrics(u: Array, errors: dict[str, Array], largest: dict[str, float]) -> dict[str, Metric]:
     worst, printed_euler_load = int(np.abs(errors["quartic"]).argmax()), law.QUARTIC[-1]  # coefficient of u^0
-    return {  # `law.quartic` has the published coefficients: only the difference from `exact` is an error of the publication
+    return {  # `law.quartic` has the published coefficients, so it agrees with `published`; its error is that against `exact`
         "euler_load": Metric(float(law.quartic(0.0)), "1", published=printed_euler_load, exact=pinned.LOAD_CRITICAL),
         "load_at_1": Metric(float(law.quartic(1.0)), "1", published=sum(law.QUARTIC), exact=float(pinned.load(1.0))),
         "quartic_error": Metric(largest["quartic"], "1"),

@@ -13,7 +13,7 @@ from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.modal import BarModes
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import buffering
-from buckler.studies.rattling.bars import LENGTH, modal_rocker
+from buckler.studies.rattling.bars import LENGTH, make_modal_rocker
 from buckler.studies.rattling.buffering import FAILS, HOLDS, UNDECIDED, Parameters, judge, overall
 from buckler.studies.rattling.claims import CLAIMS, PLACES, READINGS, ideal_motion, ratio
 from buckler.studies.rattling.turns import Turns, run_turns
@@ -128,7 +128,7 @@ def test_every_assumption_takes_all_its_values_alike_and_alone():
 
 def test_values_reach_the_mechanism():
     for case in Parameters(samples=8).cases():
-        rocker = modal_rocker(case)
+        rocker = make_modal_rocker(case)
         made = case.bars(rocker=rocker)
         joint = {each.point: each for each in made.joints}["A"]
         assert joint.pin == case.pin and joint.gap == case.clearance and joint.law.damping == 253.0
@@ -139,7 +139,7 @@ def test_values_reach_the_mechanism():
         if case.modal_damping == "constant":
             np.testing.assert_allclose(rocker.damping, case.rocker_damping)
     plain, raised, few, euler = (
-        modal_rocker(Parameters(**ONE | given).cases()[0]).frequencies(LENGTH)
+        make_modal_rocker(Parameters(**ONE | given).cases()[0]).frequencies(LENGTH)
         for given in ({}, {"frequency_factor": 1.1}, {"bending": 2}, {"modes_of": "Euler-Bernoulli"})
     )
     assert raised == pytest.approx(1.1 * plain, rel=1e-9) and len(few) == len(plain) - 1
@@ -192,7 +192,7 @@ def test_closed_joints_buffer_forces_not_velocities():
     assert values[PLACE["velocity.coupler"]] > 0.97
     size, (case,) = {"thickness": 0.020, "width": 0.005}, p.cases()
     case = type(case)(**case.plain() | {"damping_unit": "N.s/mm"})
-    soft = modal_rocker(case)
+    soft = make_modal_rocker(case)
     for rocker, modes in ((None, None), (soft, beam_modes(**size, bending=3, axial=1))):
         (found,) = run_turns(p, [case.bars(rocker=rocker)], READINGS, 7, ideal_motion(case.speed))
         bar = FourBar(law=CLOSED, modes=modes, **size)

@@ -14,15 +14,25 @@ from drawing import inked
 from buckler.mbs import Controlled, Exudyn, simulate
 from buckler.mbs.ensembles.readings import read_windows
 from buckler.studies.kit.cli import main
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import clearance_speed
-from buckler.studies.rattling.clearance_speed import MEASURES, READINGS, SpeedPoint, compute_sections, ideal, measure
-from buckler.studies.rattling.turns import period
+from buckler.studies.rattling.clearance_speed import IMPACTS, MEASURES, READINGS, compute_sections, ideal
+from buckler.studies.rattling.turns import Turns, period, run_turns
 
 SMALL = {"clearances": "5um,0.2mm,0.5mm", "speeds": "20,40", "members": 2, "cycles": 1, "settle": 0}
 
 
 def parameters(**changes):
     return clearance_speed.Parameters(**SMALL | changes)
+
+
+def measure(p, mechanism):
+    return run_turns(p, [mechanism], (*READINGS, IMPACTS))[0]
+
+
+def numbers(turns):
+    """Means of the measures and their errors, as arrays."""
+    return np.array([turns.means[reading][:2] for reading in READINGS]).T
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +56,13 @@ def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
     The engine's peaks are those at its steps, 1.4 % below the tops that the compiled solver looks for within steps.
     """
     p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
-    (turn,) = measure(p, [p.bars()])
-    assert turn.notes == () and turn.impacts < 3 and (turn.error < 0.02 * turn.mean).all()
+    turn = measure(p, p.bars())
+    mean, error = numbers(turn)
+    assert turn.notes == () and turn.means[IMPACTS].value < 3 and (error < 0.02 * mean).all()
     made, end = p.bars(), 3 * period(p.bars())
     found = simulate(made, end, solver=Exudyn(Controlled(5e-5, max_step=end / 2160)))
     engine = read_windows(READINGS, found.time, found.signals, np.array([end / 3, 2 * end / 3, end])).mean(axis=0)
-    assert engine == pytest.approx(turn.mean, rel=0.02) and engine[1:] == pytest.approx(turn.mean[1:], rel=8e-3)  # 3.9 to 4.1e-3
+    assert engine == pytest.approx(mean, rel=0.02) and engine[1:] == pytest.approx(mean[1:], rel=8e-3)  # 3.9 to 4.1e-3
 
 
 def test_sections_of_a_motion_that_repeats_are_one_point_near_that_of_ideal_joints():
@@ -88,8 +99,8 @@ def test_a_pin_deeper_than_its_play_carries_a_name_and_enters_no_fit(small):
 def test_points_do_not_depend_on_the_threads_but_on_the_seed(small):
     alone = clearance_speed.run(parameters(workers=1)).signals
     np.testing.assert_array_equal(alone["mean"], small.signals["mean"])
-    (other,) = measure(parameters(seed=5), [parameters().bars(gap=5e-4, speed=40.0)])
-    assert other.mean[0] != small.signals["mean"][2, 1, 0]
+    other = measure(parameters(seed=5), parameters().bars(gap=5e-4, speed=40.0))
+    assert other.means[READINGS[0]].value != small.signals["mean"][2, 1, 0]
 
 
 def test_powers_of_a_made_up_law_and_their_errors():
@@ -112,17 +123,21 @@ def test_powers_of_a_made_up_law_and_their_errors():
 def made_up(p, monkeypatch, points=None):
     """The study with points of a power law instead of ensembles."""
 
-    def made(_, mechanisms, _batch):
-        where = [(made.joints[0].gap, made.drives[0].speed) for made in mechanisms]
-        plain = [SpeedPoint(np.array([1e6 * gap * w, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0) for gap, w in where]
-        return [(points(gap) if points else None) or each for (gap, _), each in zip(where, plain, strict=True)]
+    def point(gap, speed):
+        means = [Mean(1e6 * gap * speed, 10.0, 4), Mean(10.0, 0.1, 4), Mean(20.0, 0.2, 4), Mean(30.0, 1.0, 4)]
+        return Turns(dict(zip((*READINGS, IMPACTS), means, strict=True)), 0.5, ())
 
-    monkeypatch.setattr(clearance_speed, "measure", made)
+    def made(_, mechanisms, _readings, batch):
+        where = [(made.joints[0].gap, made.drives[0].speed) for made in mechanisms]
+        return [(points(gap) if points else None) or point(gap, speed) for gap, speed in where]
+
+    monkeypatch.setattr(clearance_speed, "run_turns", made)
     return clearance_speed.run(p)
 
 
 def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
-    lost = SpeedPoint(np.full(3, np.nan), np.full(3, np.nan), notes=("FAILED: seed 0: no more",))
+    nothing = dict.fromkeys((*READINGS, IMPACTS), Mean(np.nan, np.nan, 4))
+    lost = Turns(nothing, np.nan, ("FAILED: seed 0: no more",))
     result = made_up(parameters(), monkeypatch, lambda gap: lost if gap == 5e-4 else None)
     assert result.status == "SUSPECT"
     assert result.message == "FAILED: 0.5 mm, 20 rad/s; FAILED: 0.5 mm, 40 rad/s"
@@ -160,13 +175,13 @@ def test_command_line(tmp_path, capsys):
 
 def ensemble(**given):
     p = clearance_speed.Parameters(**given)
-    return measure(p, [p.bars()])[0]
+    return measure(p, p.bars())
 
 
 def test_pin_at_the_frame_decides_how_often_the_rocker_strikes():
     """At 0.1 mm, the pin at B on the rocker: with the pin at O on the crank impacts in B fall from some 107 to 63 a turn."""
     few = {"clearance": 1e-4, "members": 3, "cycles": 2}
-    on_ground, on_crank = (ensemble(pin_on=pins, **few).impacts for pins in ("B.rocker", "O.crank,B.rocker"))
+    on_ground, on_crank = (ensemble(pin_on=pins, **few).means[IMPACTS].value for pins in ("B.rocker", "O.crank,B.rocker"))
     assert 0.4 < on_crank / on_ground < 0.75
 
 
@@ -174,9 +189,10 @@ def test_pin_at_the_frame_decides_how_often_the_rocker_strikes():
 def test_thresholds_take_a_fifth_of_the_force_where_the_rocker_carries_the_pin():
     """ADAMS's 0.1 and 1 m/s against 0.01 and 0.1 m/s, at 0.25 mm: 21 % less, within two standard errors."""
     given = {"pin_on": "B.rocker", "members": 10, "cycles": 6, "settle": 2}
-    slow, fast = (ensemble(friction_thresholds=factor, **given) for factor in (0.1, 1.0))
-    ratio = slow.mean[0] / fast.mean[0]
-    error = ratio * np.hypot(slow.error[0] / slow.mean[0], fast.error[0] / fast.mean[0])
+    force = READINGS[0]
+    slow, fast = (ensemble(friction_thresholds=factor, **given).means[force] for factor in (0.1, 1.0))
+    ratio = slow.value / fast.value
+    error = ratio * np.hypot(slow.error / slow.value, fast.error / fast.value)
     assert error < 0.03 and abs(ratio - 0.79) < 2 * error
-    plain = [ensemble(friction_thresholds=factor, **given | {"pin_on": "B.coupler"}) for factor in (0.1, 1.0)]
-    assert 0.79 < plain[0].mean[0] / plain[1].mean[0] < 0.88  # the pin on the coupler: less
+    on_coupler = [ensemble(friction_thresholds=factor, **given | {"pin_on": "B.coupler"}) for factor in (0.1, 1.0)]
+    assert 0.79 < on_coupler[0].means[force].value / on_coupler[1].means[force].value < 0.88  # the pin on the coupler: less
