@@ -28,17 +28,14 @@ TOTALS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", 
 
 @dataclass(frozen=True)
 class Ingredients:
-    """Ingredients of a run and its scene: number of objects by kind, of coordinates and multipliers, compiled functions.
-
-    `packages` and `folders` are those of `PACKAGES` and `FOLDERS` that the run has loaded.
-    """
+    """Ingredients of a run and its scene."""
 
     status: str
-    objects: dict[str, int]
-    unknowns: int
-    kernels: list[str]
-    packages: list[str]
-    folders: list[str]
+    objects: dict[str, int]  # number of objects by kind
+    unknowns: int  # number of coordinates and multipliers
+    kernels: list[str]  # compiled functions
+    packages: list[str]  # those of `PACKAGES` that the run has loaded
+    folders: list[str]  # those of `FOLDERS` that the run has loaded
 
     HEADERS: ClassVar[tuple[str, ...]] = ("objects", "unknowns", "kernels", "packages", "folders of mbs")
 

@@ -24,16 +24,10 @@ from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
 
 exu.config.printToConsole = False
-POSITION = exu.OutputVariableType.Position
-"""Output that sensors of motions record."""
-OPTIONS: dict[str, Any] = {"useReducedOrderIntegration": 2, "strainIsRelativeToReference": 1.0}
-"""Options of cables: integration that does not lock; no stress in the reference configuration, in which nodes are created."""
-STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
-"""Options of sensors: records are kept in memory."""
 
 
 class _System:
-    """System of the engine, with functions that add the items of all mechanisms."""
+    """System of the engine, with functions that add items and return their numbers."""
 
     def __init__(self) -> None:
         self.container = exu.SystemContainer()
@@ -41,28 +35,24 @@ class _System:
         self.ground = self.mark_coordinate(self.system.AddNode(eii.NodePointGround()), 0)
 
     def add(self, item: object) -> int:
-        """Add an item and return its number."""
         return int(self.system.AddObject(item))
 
     def mark_coordinate(self, node: int, coordinate: int) -> int:
-        """Add a marker of a node's coordinate, and return its number."""
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
     def mark_node(self, node: int) -> int:
-        """Add a marker at a node, and return its number."""
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
     def mark_body(self, body: int, x: float) -> int:
-        """Add a marker on a body at its local coordinate x [m], and return its number."""
+        """Add a marker on a body at its local coordinate x [m]."""
         return int(self.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0])))
 
     def fix(self, node: int, coordinate: int, **motion: object) -> int:
-        """Fix a coordinate of a node, or prescribe its motion; return the number of the constraint."""
+        """Fix a coordinate of a node, or prescribe its motion."""
         markers = [self.ground, self.mark_coordinate(node, coordinate)]
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def pin(self, *markers: int) -> None:
-        """Add a revolute joint between two markers."""
         self.add(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
 
     def add_weight(self, body: int, gravity: tuple[float, float]) -> None:
@@ -73,16 +63,18 @@ class _System:
 
     def strip(self, section: Section, length: float, nodes: list[int], gravity: tuple[float, float] = (0.0, 0.0)) -> None:
         """Add cables of equal length between neighbouring nodes."""
-        numbers: dict[str, Any] = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
-        numbers["bendingDamping"] = section.bending_stiffness * section.material.bending_damping
-        numbers |= {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length}
+        options: dict[str, Any] = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
+        options["bendingDamping"] = section.bending_stiffness * section.material.bending_damping
+        options |= {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length}
+        options |= {"useReducedOrderIntegration": 2, "strainIsRelativeToReference": 1.0}  # no locking; no stress as created
         for pair in pairwise(nodes):
-            cable = eii.ObjectANCFCable2D(nodeNumbers=list(pair), **OPTIONS, **numbers)
+            cable = eii.ObjectANCFCable2D(nodeNumbers=list(pair), **options)
             self.add_weight(self.add(cable), gravity)
 
-    def add_sensor(self, node: int) -> int:
-        """Add a sensor of the position of a node, and return its number."""
-        return int(self.system.AddSensor(eii.SensorNode(nodeNumber=node, outputVariableType=POSITION, **STORED)))
+    def add_sensor(self, marker: int) -> int:
+        """Add a sensor of the position of a marker, whose record is kept in memory."""
+        options: dict[str, Any] = {"outputVariableType": exu.OutputVariableType.Position, "storeInternal": True}
+        return int(self.system.AddSensor(eii.SensorMarker(markerNumber=marker, **options, writeToFile=False)))
 
     def solve(self, duration: float, steps: int, relative: float, absolute: float) -> None:
         """Assemble and integrate in equal steps, each of which is recorded; the tolerances are those of Newton's method."""
@@ -170,7 +162,7 @@ def slider_crank(mechanism: Mechanism, times: Array, steps: int, relative: float
     nodes = _moving_strip(job, mechanism, speed)
     _add_crank(job, mechanism.length("crank"), speed, nodes[0])
     _add_slider(job, mechanism, nodes[-1])
-    sensors = [job.add_sensor(nodes[k]) for k in (0, len(nodes) // 2, -1)]
+    sensors = [job.add_sensor(job.mark_node(nodes[k])) for k in (0, len(nodes) // 2, -1)]
     job.solve(float(times[-1]), steps, relative, absolute)
     start, middle, end = (job.read_sensor(sensor, times) for sensor in sensors)
     chord, middle = end - start, middle - start
@@ -252,6 +244,6 @@ def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absol
             sensed = end
         job.pin(previous_end, start)
         previous_end = end
-    sensor = int(job.system.AddSensor(eii.SensorMarker(markerNumber=sensed, outputVariableType=POSITION, **STORED)))
+    sensor = job.add_sensor(sensed)
     job.solve(float(times[-1]), steps, relative, absolute)
     return job.read_sensor(sensor, times)

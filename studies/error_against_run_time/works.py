@@ -62,10 +62,7 @@ def _import_plain() -> ModuleType:
 
 
 def strip() -> Work:
-    """Define the work of static loads of the buckled strip, without a series `known`; its series `once` has Buckler's beams.
-
-    Only these beams shear; both beams and the cables of the series `engine` extend.
-    """
+    """Define the work of static loads of the buckled strip. Beams and cables extend; only the beams, Buckler's, shear."""
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
@@ -131,10 +128,7 @@ def chain_work(
     kind: str, *, hand: Sequence[HandSetting], once: Sequence[OnceSetting],
     fine: tuple[HandSetting, OnceSetting] | None, tuned: str,
 ) -> Work:  # fmt: skip
-    """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end.
-
-    Without `fine` the reference is the solution of Lagrange's equations.
-    """
+    """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
@@ -153,7 +147,7 @@ def chain_work(
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     if fine:
         references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
-    else:
+    else:  # by Lagrange's equations
         references = dict.fromkeys((ENGINE, ONCE, KNOWN), cache(partial(pendulum, motion.mechanism, motion.times)))
     return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 

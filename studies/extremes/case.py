@@ -113,20 +113,16 @@ def compare(found: Measures, right: Measures, scales: Mapping[str, float], repor
 
 
 class Finding(NamedTuple):
-    """Verdict on a case, its largest error over the allowed one, the name of that measure, and the message of the run.
-
-    `wall_s` is the time of the run and its references [s], `price` the time of the run over that of one run of the compiled
-    solver. An `error` or a `price` that is not known is nan.
-    """
+    """Verdict on a case; numbers that are not known are nan."""
 
     family: str
     name: str
     verdict: Verdict
-    error: float
-    worst: str
-    message: str
-    wall_s: float
-    price: float
+    error: float  # largest error over the allowed one
+    worst: str  # measure with this error
+    message: str  # of the run
+    wall_s: float  # time of the run and its references [s]
+    price: float  # time of the run over that of one run of the compiled solver
 
 
 def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Finding:

@@ -28,12 +28,9 @@ THRESHOLDS = 0.1, 1.0
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
-    """Compute the damping ratios of Rayleigh damping, `ratio` at the lowest two frequencies: ratio (f1 f2/f + f)/(f1 + f2).
-
-    With a single frequency f1 = f2, and its damping ratio is `ratio`.
-    """
+    """Compute the damping ratios of Rayleigh damping, `ratio` at the lowest two frequencies: ratio (f1 f2/f + f)/(f1 + f2)."""
     rising = np.sort(hertz)
-    low, high = rising[0], rising[min(1, len(rising) - 1)]
+    low, high = rising[0], rising[min(1, len(rising) - 1)]  # f1 and f2, equal for a single frequency
     return ratio * (low * high / hertz + hertz) / (low + high)
 
 

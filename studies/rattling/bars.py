@@ -41,37 +41,31 @@ BENDING, AXIAL = "in-plane bending", "axial"
 """Kinds of modes in the plane."""
 
 
-class PlaneModes(NamedTuple):
-    """Modes in the plane by their numbers: 2 among `bending` is the second bending mode."""
+class ModeSet(NamedTuple):
+    """Set of modes of the solid rocker: its label, and its modes in the plane by their numbers, or other modes."""
 
+    label: str
     bending: Sequence[int] = ()
     axial: Sequence[int] = ()
+    others: FreeModes | CraigBampton | None = None
 
 
-SETS: dict[str, PlaneModes | FreeModes | CraigBampton] = {
-    "none": PlaneModes(),
-    "bending_1": PlaneModes([1]),
-    "bending_1_2": PlaneModes([1, 2]),
-    "bending_1_3": PlaneModes([1, 2, 3]),
-    "axial_1": PlaneModes(axial=[1]),
-    "bending_1_3_axial_1": PlaneModes([1, 2, 3], [1]),
-    "bending_1_6_axial_1_3": PlaneModes(range(1, 7), range(1, 4)),
-    "bending_1_8_axial_1_4": PlaneModes(range(1, 9), range(1, 5)),
-    "456_free": FreeModes((4, 5, 6), "free"),
-    "456_flexible": FreeModes((4, 5, 6), "flexible"),
-    "456_in_plane": FreeModes((4, 5, 6), "in-plane"),
-    "456_bending": PlaneModes([4, 5, 6]),
-    "craig_bampton": CraigBampton(),
+SETS = {
+    "none": ModeSet("none: rigid"),
+    "bending_1": ModeSet("bending 1", [1]),
+    "bending_1_2": ModeSet("bending 1–2", [1, 2]),
+    "bending_1_3": ModeSet("bending 1–3", [1, 2, 3]),
+    "axial_1": ModeSet("axial 1", axial=[1]),
+    "bending_1_3_axial_1": ModeSet("bending 1–3, axial 1", [1, 2, 3], [1]),
+    "bending_1_6_axial_1_3": ModeSet("bending 1–6, axial 1–3", range(1, 7), range(1, 4)),
+    "bending_1_8_axial_1_4": ModeSet("bending 1–8, axial 1–4", range(1, 9), range(1, 5)),
+    "456_free": ModeSet("4, 5, 6 of a free body", others=FreeModes((4, 5, 6), "free")),
+    "456_flexible": ModeSet("4, 5, 6 flexible", others=FreeModes((4, 5, 6), "flexible")),
+    "456_in_plane": ModeSet("4, 5, 6 in the plane", others=FreeModes((4, 5, 6), "in-plane")),
+    "456_bending": ModeSet("bending 4–6", [4, 5, 6]),
+    "craig_bampton": ModeSet("Craig–Bampton", others=CraigBampton()),
 }
-"""Sets of modes of the solid rocker."""
-NAMES = {
-    "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
-    "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
-    "bending_1_8_axial_1_4": "bending 1–8, axial 1–4", "456_free": "4, 5, 6 of a free body",
-    "456_flexible": "4, 5, 6 flexible", "456_in_plane": "4, 5, 6 in the plane", "456_bending": "bending 4–6",
-    "craig_bampton": "Craig–Bampton",
-}  # fmt: skip
-"""Names of `SETS` in tables and figures."""
+"""Sets of modes by their names in metrics."""
 
 
 def section(depth: float) -> Section:
@@ -93,21 +87,18 @@ def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
 def planar_modes(depth: float, name: str) -> tuple[int, ...]:
     """Return the numbers of the flexible modes of a set that move in the plane, which alone a planar mechanism excites."""
     modes = SETS[name]
-    if isinstance(modes, PlaneModes):
-        table = [(number, kind) for number, _hertz, kind, *_ in solid_modes(depth).table()]
-        bending, axial = ([number for number, each in table if each == kind] for kind in (BENDING, AXIAL))
-        return tuple([bending[n - 1] for n in modes.bending] + [axial[n - 1] for n in modes.axial])
-    return tuple(int(n) for n in reduced(Modal(section(depth), modes, mesh=MESH), LENGTH).plane.numbers)
+    if isinstance(modes.others, FreeModes):
+        return tuple(int(n) for n in reduced(Modal(section(depth), modes.others, mesh=MESH), LENGTH).plane.numbers)
+    table = [(number, kind) for number, _hertz, kind, *_ in solid_modes(depth).table()]
+    bending, axial = ([number for number, each in table if each == kind] for kind in (BENDING, AXIAL))
+    return tuple([bending[n - 1] for n in modes.bending] + [axial[n - 1] for n in modes.axial])
 
 
 def make_rocker_of_set(depth: float, name: str, damping: float) -> Modal | None:
-    """Make a modal rocker of the modes of a set that move in the plane, by rising frequency; None if none does.
-
-    The set "craig_bampton" gives its default modes instead.
-    """
-    craig_bampton = SETS[name]
+    """Make a modal rocker of the modes of a set, but only those in the plane, by rising frequency; None if there is none."""
+    craig_bampton = SETS[name].others
     if isinstance(craig_bampton, CraigBampton):
-        return Modal(section(depth), craig_bampton, damping, MESH)
+        return Modal(section(depth), craig_bampton, damping, MESH)  # with its default modes
     modes = tuple(sorted(planar_modes(depth, name)))
     return Modal(section(depth), FreeModes(modes), damping, MESH) if modes else None
 
@@ -140,16 +131,6 @@ class PlayParameters(JointAssumptions):
     speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
 
     @property
-    def law(self) -> Impact:
-        """Contact law of the joints."""
-        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
-
-    @property
-    def friction(self) -> AdamsFriction:
-        """Friction law of the joints."""
-        return AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
-
-    @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
         return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
@@ -162,11 +143,12 @@ class PlayParameters(JointAssumptions):
 
         Joints other than `joints` are ideal; with a gap of 0 all are. The crank starts at `angle` [rad].
         """
-        law, friction, bar = self.law, self.friction, section(self.in_plane_depth)
+        law = Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
+        friction = AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
+        bar = section(self.in_plane_depth)
         clearance = self.clearance if gap is None else gap
 
         def make_joint(point: str, first: str, second: str) -> Clearance:
-            """Make the joint with clearance at a point, its pin on the first body unless reversed."""
             pin, bush = (second, first) if point in self.reversed_joints else (first, second)
             return Clearance(point, pin, bush, self.pin, clearance, law, friction)
 

@@ -9,11 +9,10 @@ A claim holds in a sample if its number is lower with the flexible rocker by `ma
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
 beyond that. With Student's t distribution the sampling error gives each ratio a 95 % interval.
 
-The share of samples in which a claim holds has an interval, too, made of two of Wilson's intervals. Its lower end is the lower
-end of Wilson's interval for the share of samples whose ratio is below 1 - `margin` in its whole 95 % interval. Its upper end is
-the upper end of Wilson's interval for the share of samples whose 95 % interval is below 1 - `margin` in part or wholly. A claim
-holds if the interval of the share is above one half, does not hold if it is below, else it is undecided. `level` is the
-probability that any verdict of the table is wrong (Bonferroni).
+The share of samples in which a claim holds has an interval, too. Its lower end is that of Wilson's interval for the share of
+samples whose whole 95 % interval is below 1 - `margin`. Its upper end is that of Wilson's interval for the share of samples whose
+95 % interval is below 1 - `margin` in part or wholly. A claim holds if the interval of the share is above one half, does not hold
+if it is below, else it is undecided. `level` is the probability that any verdict of the table is wrong (Bonferroni).
 
 A claim flips in a sample where it holds with the first of the gravities (by default 0 m/s^2) and not with the last one: then the
 claim depends on a gravity that the paper does not give.
@@ -47,8 +46,6 @@ RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "c
 """Assumptions whose two values are ends of a range."""
 CHOSEN = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")
 """Assumptions that take one of the listed values."""
-ONE_END = 0.025
-"""Probability that the true ratio of a sample lies beyond one end of its interval, which has 95 %."""
 OPEN = "left open"
 """Heading, in the help, of what the paper does not give."""
 
@@ -62,7 +59,7 @@ class Parameters(TestedRuns):
     pin_on: tuple[str, ...] = choices(PINS, PINS, "bodies that may carry the pins; a joint not named keeps its default", OPEN)
     pin: tuple[float, ...] = quantities((2.8e-3, 1e-2), "m", 1e-3, 1e-2, "radius of the pins: one, or from, to", OPEN)
     friction_thresholds: tuple[float, ...] = quantities(
-        (0.1, 1.0), "1", 1e-4, 100, "factor on the thresholds of friction, 0.1 and 1 m/s: one, or from, to", OPEN
+        (0.1, 1.0), "1", 1e-4, 100, "factor on both threshold speeds of the friction: one, or from, to", OPEN
     )
     modal_damping: tuple[str, ...] = choices(tuple(DAMPINGS), tuple(DAMPINGS), "damping ratios of modes", OPEN)
     rocker_damping: tuple[float, ...] = quantities((2e-3, 5e-2), "1", 1e-6, 1, "damping ratio: one, or from, to", OPEN)
@@ -96,7 +93,7 @@ class Parameters(TestedRuns):
         return axes
 
     def case(self, point: Sequence[float]) -> RockerParameters:
-        """Return the assumptions at a point of the unit cube, whose coordinates belong to the `axes`, before those of a cell."""
+        """Return the assumptions at a point of the unit cube, in the order of the `axes`; a cell replaces two of them."""
         values: dict[str, Any] = {}
         for x, (name, options) in zip(point, self.axes().items(), strict=True):
             is_range = name in RANGES and len(options) > 1
@@ -127,7 +124,7 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
     """
     rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
-    ideal = ideal_motion(cases[0].speed)  # the speed of the crank is no assumption: all cases have the same
+    ideal = ideal_motion(cases[0].speed)  # the readings have differences from it; all cases have the same speed of the crank
     results = run_turns(p, mechanisms, READINGS, batch, ideal)
     flexible_results, rigid_results = results[: len(cases)], results[len(cases) :]
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)
@@ -136,7 +133,7 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
             continue
         for k, claim in enumerate(CLAIMS):
             quotient = ratio(flexible.means[claim.reading], rigid.means[claim.reading])
-            found[:, i, k] = quotient.value, quotient.error, quotient.half_width(ONE_END)
+            found[:, i, k] = quotient.value, quotient.error, quotient.half_width(0.025)  # 95 %
     return found
 
 
@@ -222,7 +219,7 @@ def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
 
 
 def _verdict(metrics: Mapping[str, Metric], name: str) -> str:
-    """Return the verdict on a claim in a cell, whose number is a metric."""
+    """Find the verdict on a claim in a cell, by the metric `verdict`, its number."""
     return next(verdict for verdict, number in VERDICTS.items() if number == metrics[f"{name}.verdict"].value)
 
 

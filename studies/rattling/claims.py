@@ -40,7 +40,8 @@ class Claim(NamedTuple):
 FAMILIES = {
     "velocity": ("velocity fluctuates less", "rms({place}.vx - ideal.{link}_vx)", "m/s"),
     "acceleration": ("acceleration peaks are lower", "max(abs({place}.ax))", "m/s^2"),
-    "force": ("contact force peaks are lower", FORCE, "N"),  # the largest size of the force vector
+    "force": ("contact force peaks are lower", FORCE, "N"),  # largest size of the force vector in the joint {place}
+    # a velocity is as rough as its derivative, the acceleration
     "smooth_velocity": ("velocity curve is smoother", "rms({place}.ax - ideal.{link}_ax)", "m/s^2"),
     "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }
@@ -70,8 +71,8 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
     """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by their names in readings.
 
-    They are periodic cubic splines over the time since the crank's angle was 0, with a relative error of 1e-6. The linkage is
-    solved in two steps between neighbouring samples.
+    They are periodic cubic splines over the time since the crank's angle was 0. The linkage is solved in two steps between
+    neighbouring samples.
     """
     mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
     result = simulate(mechanism, times[-1], solver=Closure(Equal(2 * (SAMPLES - 1))))
@@ -103,7 +104,7 @@ class Ratio(NamedTuple):
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:
     """Divide two means from independent runs; errors propagate to first order.
 
-    With relative errors e the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)); without errors any will do.
+    With relative errors e the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)), or 1 if both errors are 0.
     """
     e1, e2 = (each.error / each.value for each in (flexible, rigid))
     value, relative_error = flexible.value / rigid.value, hypot(e1, e2)

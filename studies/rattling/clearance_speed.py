@@ -37,10 +37,6 @@ READINGS = tuple(reading for reading, _ in MEASURES.values())
 """Readings of `MEASURES`, in their order."""
 IMPACTS = "onsets(B.normal_force)"
 """Reading of the number of impacts in B."""
-IDEAL_FORCE = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"
-"""Reading of the largest force in B where the joint is ideal [N]."""
-SECTION = "end(B.vx)"
-"""Reading of the bifurcation map: velocity of joint B along x at the end of a turn [m/s]."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]")
 """Labels of `MEASURES` in figures, in their order."""
 
@@ -64,14 +60,12 @@ class Parameters(RockerParameters):
 
 
 def ideal(p: Parameters, speed: float) -> Array:
-    """Compute the `MEASURES` of ideal joints and a rigid rocker, also in a study of flexible ones, so that studies compare.
-
-    One turn is enough, because with ideal joints the drive determines the motion.
-    """
+    """Compute the `MEASURES` of ideal joints and a rigid rocker, also in a study of flexible ones, so that studies compare."""
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)  # None: rigid
     turn = period(mechanism)
-    result = simulate(mechanism, turn)
-    return read_windows((IDEAL_FORCE, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
+    result = simulate(mechanism, turn)  # one turn is enough: with ideal joints the drive determines the motion
+    force = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"  # largest one in B, an ideal joint [N]
+    return read_windows((force, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
 
 
 def compute_sections(p: Parameters, clearances: Array) -> Array:
@@ -80,7 +74,7 @@ def compute_sections(p: Parameters, clearances: Array) -> Array:
     turn = period(mechanisms[0])
     with ThreadPoolExecutor(p.workers) as pool:
         found = run_ensemble(
-            mechanisms, (p.settle + p.sections) * turn, members=1, of=[SECTION], skip=0, each=turn,  # a reading each turn
+            mechanisms, (p.settle + p.sections) * turn, members=1, of=["end(B.vx)"], skip=0, each=turn,  # a reading each turn
             solver=solver(mechanisms[0], p.tolerance), seed=p.seed, executor=pool,
         )  # fmt: skip
     return np.asarray(found.values[:, p.settle :, 0])  # (clearances, turns, readings): of the only reading

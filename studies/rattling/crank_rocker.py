@@ -71,23 +71,23 @@ class Parameters(PlayParameters, Assumptions):
         """Check parameters against each other, and make the mechanisms that will run."""
         if len({ROCKERS[rocker] for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
-        if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
+        is_default = self.modal_damping == "constant" and self.modes_of == "free"
+        if "modal" not in self.rocker and not is_default:
             modal = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
             raise ValueError(f"{modal}: only a rocker of modes can have them; choose rocker = rigid,modal")
         if self.settle >= self.duration:
             raise ValueError(f"settle = {self.settle:g} s: must be less than duration = {self.duration:g} s")
         for rocker in self.rocker:
-            self.mechanism(rocker)
+            self.mechanism(rocker, self.with_play)
 
     @property
     def with_play(self) -> str:
         """Points of the joints with clearance."""
         return WITH_PLAY[self.clearance_joints]
 
-    def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Make the crank-rocker with one of the `ROCKERS`; `with_play` has the joints with clearance, None for the study's."""
-        joints = self.with_play if with_play is None else with_play
-        return self.bars(rocker=self.body(rocker), joints=joints, angle=self.start_angle + draw_offset(self.seed))
+    def mechanism(self, rocker: str, with_play: str) -> Mechanism:
+        """Make the crank-rocker with one of the `ROCKERS`, and with clearance in the joints `with_play`."""
+        return self.bars(rocker=self.body(rocker), joints=with_play, angle=self.start_angle + draw_offset(self.seed))
 
     def body(self, rocker: str) -> Rigid | Beam | Modal:
         """Make one of the `ROCKERS`; a modal one has modes of a mesh of solid elements, or those that `modes_of` names."""
@@ -96,19 +96,19 @@ class Parameters(PlayParameters, Assumptions):
             return Rigid(bar)
         if rocker == "beam":
             return Beam(bar.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
-        modal = Modal(bar, damping=self.rocker_damping)
-        # Three modes of the bar, as many as the solid has by default.
+        # The default modes "free" are those of a mesh of solid elements, two in bending and one axial; the bar has as many.
         others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
+        modal = Modal(bar, damping=self.rocker_damping)
         modal = replace(modal, modes=others[self.modes_of]) if self.modes_of in others else modal
         return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Run of a variant of the mechanism: its name `ideal`, `rigid` or `flexible`, the joints with clearance, the result."""
+    """Run of a variant of the mechanism."""
 
-    name: str
-    with_play: str
+    name: str  # ideal, rigid or flexible
+    with_play: str  # joints with clearance
     result: Result
 
 
@@ -168,13 +168,15 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
     found = [{v.name: read(v, ideal, p.settle) for v in (ideal, *others)} for ideal, *others in runs]
-    metrics: dict[str, Metric] = {}
-    for v in first:
-        for name, metric in found[0][v.name].items():
-            metrics[f"{v.name}.{name}"] = mean(metric.unit, [each[v.name][name].value for each in found])
+    metrics = {
+        f"{v.name}.{name}": mean(metric.unit, [each[v.name][name].value for each in found])
+        for v in first
+        for name, metric in found[0][v.name].items()
+    }
     bands = {name: band for members in zip(*runs, strict=True) for name, band in _bands(members).items()}
     return StudyResult(
-        parameters=p, **worst([(v.name, v.result) for run in runs for v in run]), metrics=metrics,
+        parameters=p, **worst([(v.name, v.result) for run in runs for v in run]),  # status and message of all runs
+        metrics=metrics,
         signals={name: values for v in first for name, values in samples(v).items()} | bands,
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
@@ -198,35 +200,34 @@ def _bands(members: Sequence[Variant]) -> dict[str, Array]:
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
     """Tabulate the numbers, a column for each variant, and the ratio flexible over rigid."""
     rows: list[list[Any]] = []
-    names = [name.partition(".")[2] for name in metrics if name.startswith("ideal.")]
     both = {"rigid", "flexible"} <= set(variants)
-    for name in names:
+    for name in [name.partition(".")[2] for name in metrics if name.startswith("ideal.")]:
         values = [metrics[f"{variant}.{name}"] for variant in variants]
-        row: list[Any] = [name, values[0].unit, *(m.format() for m in values)]
+        rows.append([name, values[0].unit, *(metric.format() for metric in values)])
         if both:
-            rigid, flexible = metrics[f"rigid.{name}"], metrics[f"flexible.{name}"]
-            row.append(_ratio(flexible, rigid) if rigid.value and name != "energy_balance" else None)
-        rows.append(row)
+            rows[-1].append(None if name == "energy_balance" else _ratio(metrics[f"flexible.{name}"], metrics[f"rigid.{name}"]))
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
     title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm clearance, c_max = {p.damping:g} {p.damping_unit}"
     return Table(headers, rows, title, f"{NOTES.format(members=p.members, seed=p.seed)}\n{p.describe()}.")
 
 
-def _ratio(flexible: Metric, rigid: Metric) -> str:
-    ratio = flexible.value / rigid.value
+def _ratio(flexible: Metric, rigid: Metric) -> str | None:
+    if not rigid.value:
+        return None
     relative_error = np.hypot(flexible.error or 0.0, rigid.error or 0.0)  # errors of metrics are relative
+    ratio = flexible.value / rigid.value
     return f"{ratio:.3g}" + (f" ± {ratio * relative_error:.2g}" if relative_error else "")
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw velocities (Figs 5, 6), accelerations (Figs 7, 8), contact forces (Figs 9, 10) and the journals' paths."""
     p = result.of(Parameters)
+    links = ("coupler", "rocker")
+    forces = {f"{signal_prefix(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()}
     figures = {
-        "velocity": _histories(result, {f"{link}.vx": f"{link}, $v_x$ [m/s]" for link in ("coupler", "rocker")}),
-        "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
-        "contact_force": _histories(
-            result, {f"{signal_prefix(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()}
-        ),
+        "velocity": _histories(result, {f"{link}.vx": f"{link}, $v_x$ [m/s]" for link in links}),
+        "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in links}),
+        "contact_force": _histories(result, forces),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})
 

@@ -20,7 +20,7 @@ from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
-from .bars import BENDING, NAMES, SETS, FourBarParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
+from .bars import BENDING, SETS, FourBarParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .turns import TestedRuns, Turns, run_turns
 
@@ -129,10 +129,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
 
 
 def sameness(found: Ratio, one_end: float, margin: float) -> str:
-    """Return = for a confidence interval in 1 ± `margin`, else ≠ if it excludes 1, else ?.
-
-    The probability that the ratio lies beyond one end of the interval is `one_end`.
-    """
+    """Return = for a confidence interval in 1 ± `margin`, else ≠ if it excludes 1, else ?; `one_end` is as in `half_width`."""
     half = found.half_width(one_end)
     if abs(found.value - 1) + half < margin:
         return AGREES
@@ -160,7 +157,7 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: str) -> Table:
     """Tabulate a case, a row for each set and a column for each claim: the ratio to the rigid rocker, and the mark."""
     rows = []
     for name in p.mode_sets:
-        rows.append([NAMES[name], *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in PRINTED)])
+        rows.append([SETS[name].label, *(_cell(metrics, f"{case}.{name}.{claim}", ".3f", ".3f") for claim in PRINTED)])
     notes = (
         f"= within {100 * p.margin:g} % of the largest set's for sure, ≠ for sure not the same, ? undecided; the chance "
         f"that any mark is wrong is below {100 * p.level:g} %. {p.members} runs of {p.cycles} turns a set.\n{p.describe()}."
@@ -181,7 +178,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
         if name == BASE:
             continue
         cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMARISED) for case in p.cases]
-        rows.append([NAMES[name], *cells])
+        rows.append([SETS[name].label, *cells])
     claims = ", ".join(PRINTED[claim] for claim in SUMMARISED)
     heads = [f"{unit}, {1e3 * depth:g} mm: {claims}" for unit, depth in p.cases.values()]
     return Table(["modes", *heads], rows, "All cases: over the rigid rocker's")
@@ -203,7 +200,7 @@ def figure(result: StudyResult) -> Figure:
             heights = np.arange(len(names)) + 0.11 * (2.5 - i)  # the claims of a set one above another
             ax.errorbar(value, heights, xerr=2 * error, label=PRINTED[claim], **style)
         ax.set_title(case)
-        ax.set_yticks(range(len(names)), [NAMES[name] for name in names])
+        ax.set_yticks(range(len(names)), [SETS[name].label for name in names])
         ax.set_xscale("log")
         plain_ticks(ax.xaxis)
     for ax in axes[-1]:

@@ -24,8 +24,6 @@ from .assumptions import BODIES, JOINTS
 LOOSE = 1e-6
 """Tolerance at and above which the solver may choose implicit steps; below it steps are explicit. At these tolerances stability,
 not accuracy, limits explicit steps if damping is stiff."""
-START_OFFSET = 1e-9
-"""Standard deviation of the crank's angle at the start of a run of the study `crank-rocker` [rad]: far below all errors."""
 FORCE = "max(sqrt({place}.normal_force**2 + {place}.friction_force**2))"
 """Reading of the largest force [N] in the joint at the point `place`."""
 DEPTHS = tuple(map("max({}.penetration)".format, JOINTS))
@@ -104,8 +102,8 @@ def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
 
 
 def draw_offset(seed: int) -> float:
-    """Draw the offset of the crank's angle at the start of a run of the study `crank-rocker` [rad]."""
-    return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
+    """Draw the offset of the crank's angle at the start of a run [rad], with a standard deviation far below all errors."""
+    return 1e-9 * float(np.random.default_rng(seed).standard_normal())
 
 
 def force_on_second(result: Result, joint: str, axis: str) -> Array:

@@ -87,7 +87,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {
         "contact_force": Metric(found.force_180, "N", exact=p.contact_force),
         "impact_force": Metric(found.impact_peak, "N", exact=p.impact_force),
-        "contact_angle": Metric(degrees(found.contact_turn), "deg", exact=degrees(p.contact_angle)),
+        "contact_angle": Metric(degrees(found.release_angle - found.contact_angle), "deg", exact=degrees(p.contact_angle)),
         **{name: Metric(getattr(d, name), unit) for name, unit in UNITS.items()},
         "settled": Metric(degrees(found.settled), "deg"),
         "energy_balance": Metric(turn.energy_balance, "1"),

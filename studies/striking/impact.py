@@ -136,11 +136,6 @@ class ModelRun:
     energy_balance: float  # largest error of the energy ledger over the throughput
     work: dict[str, float]  # `wall_s`, the run time [s], and `steps`
 
-    @property
-    def signals(self) -> dict[str, Array]:
-        """Arrays by name, as signals.npz holds them."""
-        return {f"{self.model}.{name}": getattr(self, name) for name in ("time", "angle", "force", "speed", "shortening")}
-
 
 def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
     """Compute the force of the exact elastica on the stop in equilibrium [N], at crank angles in contact [rad]."""
@@ -167,11 +162,6 @@ class TurnReading(NamedTuple):
     shortening: float = nan  # largest end shortening over the length
     early_shortening: float = nan  # change of the end shortening before the first contact, over the length
     buckles_before_stop: bool = False  # the strip buckles before the slider meets the stop
-
-    @property
-    def contact_turn(self) -> float:
-        """Angle that the crank turns from the first contact to the end of the last [rad]."""
-        return self.release_angle - self.contact_angle
 
     @property
     def is_settled(self) -> bool:

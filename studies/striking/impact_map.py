@@ -105,10 +105,7 @@ class Parameters(StrikeAssumptions):
 
 
 class SineStrip:
-    """Slider-crank of a case by equations (1) and (2), with constant crank speed.
-
-    The state y has the slider's position x [m] and velocity, the amplitudes a_n [m], and their rates.
-    """
+    """Slider-crank of a case by equations (1) and (2); the state y is x [m], x', the amplitudes a_n [m], and their rates."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -120,11 +117,9 @@ class SineStrip:
 
     @property
     def duration(self) -> float:
-        """Time after first contact by which the impact is over [s]: a period on the stop, and the strip's time to buckle.
-
-        With t counted from P = P_E, where P rises at the rate s, equation (2) of the first mode is a'' = s w1^3 t a. This Airy
-        equation lets a grow 1e4-fold until w1 t = 6/s^(1/3). Half a vibration, w1 t = 3, is added, by convention.
-        """
+        """Time after first contact by which the impact is over [s]: a period on the stop, and the strip's time to buckle."""
+        # With t from P = P_E, where P rises at the rate s, equation (2) of the first mode is a'' = s w1^3 t a. This Airy equation
+        # lets a grow 1e4-fold until w1 t = 6/s^(1/3). Half a vibration, w1 t = 3, is added, by convention.
         p = self.case
         # s with the stiffness of the stop alone, and cos phi = 1
         rigid_rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)
@@ -136,8 +131,7 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
 
         def distance(t: float, y: Array) -> float:
-            """Return the distance of the slider from the face [m], negative in contact."""
-            return float(y[0] - PAPER_STOP)
+            return float(y[0] - PAPER_STOP)  # of the slider from the face [m], negative in contact
 
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(

@@ -77,10 +77,7 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
 
 
 def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float | Ramp, duration: float) -> ModelRun:
-    """Run one model from crank angle 0, with a crank speed [rad/s], for a duration [s].
-
-    `stop_setting` is the duration of an impact [s] for stitched, the stiffness of the stop [N/m] for strut and beam.
-    """
+    """Run one model from crank angle 0; `stop_setting` is an impact's duration [s] (stitched), or the stop's stiffness [N/m]."""
     if model == "stitched":
         begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
         closed_forms = Stitched(p.mass, p.restitution, p.friction_force, stop_setting, p.section.bending_stiffness)

@@ -77,22 +77,18 @@ class Wish:
 
 @dataclass(frozen=True)
 class Given:
-    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units.
+    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units; most defaults are chosen."""
 
-    `friction` is the force f on the slider [N], `fastest` the largest crank speed of the drive [rad/s]. Width, crank and coupler
-    are the paper's; other defaults are chosen.
-    """
-
-    width: Floats = 0.030
+    width: Floats = 0.030  # the paper's
     mass: Floats = 0.3
     stiffness: Floats = 7.2e4
     restitution: Floats = 0.8
-    friction: Floats = 0.3
+    friction: Floats = 0.3  # force f on the slider
     yield_strength: Floats = 1e9
     modulus: Floats = 210e9
     crank: Floats = PAPER.crank
     coupler: Floats = PAPER.coupler
-    fastest: Floats = 10.0
+    fastest: Floats = 10.0  # largest crank speed of the drive
 
     def __post_init__(self) -> None:
         _require_positive(self)
@@ -112,23 +108,19 @@ class Given:
 
 @dataclass(frozen=True)
 class StrikeDesign:
-    """Slider-crank with the wished forces and angle, if its `limits` allow it; floats, or arrays of one shape, in SI units.
-
-    `stop` is the stop's position on the slider's line, `angle` the crank angle at the impact, `shortening` the largest end
-    shortening over length. `push` is Q and `strength` is S - D in equation (3), or 0 where Q alone exceeds the wished force.
-    """
+    """Slider-crank with the wished forces and angle, if its `limits` allow it; floats, or arrays of one shape, in SI units."""
 
     wish: Wish
     given: Given
     thickness: Floats
-    stop: Floats
+    stop: Floats  # position on the slider's line
     speed: Floats
-    angle: Floats
-    shortening: Floats
+    angle: Floats  # of the crank at the impact
+    shortening: Floats  # largest end shortening over length
     euler_load: Floats
     impact_speed: Floats
-    push: Floats
-    strength: Floats
+    push: Floats  # Q in equation (3)
+    strength: Floats  # S - D in equation (3), or 0 where Q alone exceeds the wished force
 
 
 def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
@@ -182,10 +174,7 @@ class Limit(NamedTuple):
 
 
 def limits(chosen: StrikeDesign) -> list[Limit]:
-    """List the limits of a design, or of an array of designs.
-
-    Only a run shows if the slider rests at the dead centre, as equation (2) assumes.
-    """
+    """List the limits of a design, or of an array; only a run shows if the slider rests at the dead centre, as (2) assumes."""
     u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load
     inertia = chosen.given.mass * chosen.given.lengths.slider_second_rate(chosen.angle) * np.square(chosen.speed)

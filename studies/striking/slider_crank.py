@@ -37,8 +37,6 @@ PLATEAU = np.radians((150.0, 210.0))
 """Crank angles between which the contact force is compared with the elastica [rad]: the slider is at rest by then."""
 REFERENCE_VOLTAGE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times the voltage, and 27 N at that speed."""
-MASSES = (0.01, 10.0)
-"""Range of masses [kg] in which `_heaviest` searches."""
 MOTOR = 1.6
 """Slope of torque over speed of the assumed motor [N m s]: with it the forces are within 0.1 N of the published ones."""
 READ = {
@@ -115,7 +113,8 @@ def _result(
 
 
 def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
-    return {name: values for run in runs for name, values in run.signals.items()}
+    names = ("time", "angle", "force", "speed", "shortening")
+    return {f"{run.model}.{name}": getattr(run, name) for run in runs for name in names}
 
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
@@ -207,18 +206,14 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
 
 
 def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass [kg] with which `stitched` rests at every dead centre, to 1 %.
-
-    It is nan if the slider rests with no mass of `MASSES`, and nearly the largest of them if it rests with all.
-    """
+    """Bisect for the largest mass, 0.01 to 10 kg, with which `stitched` rests at every dead centre, to 1 %; nan if none does."""
 
     def is_resting(mass: float) -> bool:
-        """Return True if a slider of this mass rests at the dead centre of every turn."""
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop_setting, p.ramp, p.duration)
         return all(read(run, turn).is_settled for turn in range(p.turns))
 
-    low, high = MASSES
+    low, high = 0.01, 10.0
     while high / low > 1.01:
         middle = sqrt(low * high)
         low, high = (middle, high) if is_resting(middle) else (low, middle)

@@ -67,18 +67,14 @@ class Rebound(NamedTuple):
 
 @dataclass(frozen=True)
 class Stitched:
-    """Slider-crank with a stop, as published, in SI units.
+    """Slider-crank with a stop, as published, in SI units."""
 
-    `mass` and `friction` are those of the slider. `impact_duration` is dt, `stiffness` is E I of the strip. `stop` is the place
-    of the stop on the slider's line. The function p(u) is `law.quartic`.
-    """
-
-    mass: float
+    mass: float  # of the slider
     restitution: float
-    friction: float
-    impact_duration: float
-    stiffness: float
-    stop: float = PAPER_STOP
+    friction: float  # on the slider
+    impact_duration: float  # dt
+    stiffness: float  # E I of the strip
+    stop: float = PAPER_STOP  # place of the stop on the slider's line
 
     @property
     def contact_angle(self) -> float:

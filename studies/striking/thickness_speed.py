@@ -96,11 +96,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[str, Array]:
-    """Read the rows of the sweep to arrays of shape (cases,), nan where a case has no such number.
-
-    They are: state; force at the dead centre if the slider rests there, and that of the elastica [N]; largest force of the first
-    impact [N]; time [s] and crank angle [rad] from the first contact to the end of the last; energy balance.
-    """
+    """Read the rows of the sweep to arrays of shape (cases,), nan where a case has no such number."""
 
     def column(name: str) -> Array:
         return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(cases, rows, strict=True)])
@@ -112,9 +108,10 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
     conditions = [~is_ok, ~has_contact, column("buckles_before_stop") > 0, is_resting]  # the first that is met counts
     return {
         "state": np.select(conditions, ["SUSPECT", "no contact", "buckled", "pressed"], "in the air"),
-        "force": np.where(has_contact & is_resting, column("contact_force_180"), nan),
-        "exact": np.array([exact_force(case, np.pi) for case in cases]),
-        "impact": np.where(has_contact, column("impact_peak"), nan),
+        "force": np.where(has_contact & is_resting, column("contact_force_180"), nan),  # at the dead centre [N]
+        "exact": np.array([exact_force(case, np.pi) for case in cases]),  # of the elastica there [N]
+        "impact": np.where(has_contact, column("impact_peak"), nan),  # largest force of the first impact [N]
+        # from the first contact to the end of the last [s], and the crank angle between them [rad]
         "duration": turned / np.array([case.speed for case in cases]),
         "turned": turned,
         "energy_balance": column("energy_balance"),

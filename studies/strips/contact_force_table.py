@@ -124,7 +124,6 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
-        """Return the load of the engine's beam, or nan."""
         try:
             return engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         except ArithmeticError as error:
@@ -132,7 +131,6 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
             return np.full(u.shape, np.nan)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        """Return a load, nan below `STRAIGHTEST`."""
         p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
         if is_bent.any():
             p[is_bent] = load(u[is_bent])

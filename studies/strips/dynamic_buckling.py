@@ -60,8 +60,7 @@ class Hoff:
         """Integrate (1) to the first maximum of the force."""
 
         def force_rate(tau: float, y: Array) -> float:
-            """Compute the rate of the force, which is 0 at its maximum."""
-            return float(self.rate - y[0] * y[1] / 2)
+            return float(self.rate - y[0] * y[1] / 2)  # 0 at the maximum of the force
 
         def rates(tau: float, y: Array) -> tuple[float, float]:
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow

@@ -194,7 +194,7 @@ def test_random_wishes_come_true(count):
             right.append(
                 found.force_180 == pytest.approx(d.wish.contact_force, abs=5e-3 * d.wish.contact_force + d.given.friction)
                 and found.impact_peak == pytest.approx(d.wish.impact_force, abs=2e-2 * d.wish.impact_force + d.given.friction)
-                and found.contact_turn == pytest.approx(d.wish.contact_angle, abs=np.radians(1))
+                and found.release_angle - found.contact_angle == pytest.approx(d.wish.contact_angle, abs=np.radians(1))
             )
     assert len(right) >= 0.6 * count and np.mean(right) >= 0.9
 

@@ -95,7 +95,7 @@ def test_every_study_has_them_and_its_defaults_are_what_was(study):
 
 def test_thresholds_of_the_friction_follow_the_factor():
     p = FourBarParameters(friction_thresholds=0.1, stiction_speed=0.2)
-    assert (p.friction.v_s, p.friction.v_d) == pytest.approx((0.02, 0.1))
+    assert p.thresholds == pytest.approx((0.02, 0.1))
 
 
 def test_damping_ratios_by_frequency():

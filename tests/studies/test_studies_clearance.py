@@ -117,7 +117,7 @@ def test_seed_moves_the_start_by_next_to_nothing_and_the_end_by_more():
     one, again, other = (ran(**SHORT, rocker="rigid", seed=seed) for seed in (0, 0, 1))
     for name, values in one.signals.items():
         assert np.array_equal(values, again.signals[name])
-    points = [result.parameters.mechanism("rigid").points["A"] for result in (one, other)]
+    points = [result.parameters.mechanism("rigid", "B").points["A"] for result in (one, other)]
     assert 0 < np.abs(np.subtract(*points)).max() < 1e-9
     assert one.metrics["rigid.rms_ax_coupler"].value != other.metrics["rigid.rms_ax_coupler"].value
 
@@ -127,7 +127,7 @@ def test_depth_in_the_plane_keeps_the_mass(depth):
     p = crank_rocker.Parameters(in_plane_depth=depth)
     bar = p.body("rigid").section
     assert bar.area == pytest.approx(1e-4) and bar.thickness == float(depth[:-2]) * 1e-3
-    assert p.speed == 10 * pi and p.pin == 5e-3 and p.law.stiffness == pytest.approx(8.0006e9, rel=1e-4)
+    assert p.speed == 10 * pi and p.pin == 5e-3 and p.stiffness == pytest.approx(8.0006e9, rel=1e-4)
 
 
 def test_pin_deeper_in_than_it_has_play_is_told_and_no_suspicion():

@@ -70,7 +70,7 @@ def test_force_is_largest_at_dead_centre_and_its_moment_makes_the_stress():
     before, top, after = press.force(pinned.load, np.radians([160, 180, 200]))
     assert before == pytest.approx(after, rel=1e-12) and before < top
     moment = top * PAPER.coupler * pinned.mid_deflection(press.shortening)
-    assert press.stress == pytest.approx(moment * press.thickness / 2 / press.section.second_moment, rel=1e-12)
+    assert press.stress == pytest.approx(moment * press.section.thickness / 2 / press.section.second_moment, rel=1e-12)
     assert press.stress == pytest.approx(376e6, rel=2e-3)
 
 
