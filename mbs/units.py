@@ -66,8 +66,8 @@ NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
 """One factor of a unit: `.` or `/`, symbol, exponent."""
 COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*(?![\s,]*[\d(])[^,()]*")
-"""Single number with a decimal comma and perhaps a unit, such as `0,3 mm`. The lookahead excludes a further number, as in `0,3
-5`. No comma or parenthesis follows either: lists and arguments of functions do not match."""
+"""Single number with a decimal comma and perhaps a unit, such as `0,3 mm`. The lookahead excludes a further number, the class
+behind it commas and parentheses: lists and arguments of functions do not match."""
 
 
 def _symbol(name: str) -> Unit:

@@ -1,7 +1,7 @@
 """Errors by numerical damping, in closed form: two runs that lose the same vibration do not show it by their difference.
 
 A strut is a spring that vibrates with the masses at its ends at a frequency w [rad/s]. A step h multiplies the amplitude by
-|R(i w h)|, R the stability function of the integrator (E. Hairer, G. Wanner, Solving ordinary differential equations II, Springer
+|R(i w h)|, R the stability function of Radau IIA (E. Hairer, G. Wanner, Solving ordinary differential equations II, Springer
 1996, ch. IV.3, doi 10.1007/978-3-642-05221-7). The losses in all steps up to a time add up to a missing amplitude A [N] of the
 force. A force A cos(w t) gives the lighter mass m speeds up to A/(w m) and moves it by up to A/(w^2 m): the errors of speed and
 place. The error of the impulse on m is A/w. The force of an impact errs by the share by which the speed of approach errs.
@@ -10,7 +10,7 @@ The mass m is not known. It is at most half of the mass M of the mechanism, and 
 running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, k the axial stiffness. So w = sqrt(M/m) 2 pi/T.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from math import inf
 
 import numpy as np
@@ -20,38 +20,36 @@ from ..geometry import Array
 from ..record.errors import Key, Norm
 from .trajectory import TINY, Trajectory
 
-Factor = Callable[[Array], Array]
-"""Factor of an amplitude in one step, as a function of the change of phase w h [rad]."""
 MASS_RATIO = 2.0
 """Assumed ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. All errors
 increase with the ratio, so that none is overestimated by this choice."""
 MOST_OVER_DIFFERENCE = 3.0
-"""Largest error by damping that is estimated for strips, over the difference of two runs. Errors of most randomly drawn
-mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
+"""Largest error by damping that is estimated for strips, over the difference of two runs, whose steps damp unequally. Errors of
+most randomly drawn mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
 
 
 def radau(angle: Array) -> Array:
-    """Compute the magnitude of the stability function of Radau IIA with three stages on the imaginary axis."""
+    """Compute |R(i w h)| of Radau IIA with three stages, from the change of phase w h in a step [rad]."""
     z = 1j * angle
     return np.asarray(np.abs((1 + z * (0.4 + 0.05 * z)) / (1 - z * (0.6 - z * (0.15 - z / 60)))))
 
 
-def compute_lost_force(run: Trajectory, forces: Collection[str], factor: Factor) -> Array:
+def compute_lost_force(run: Trajectory, forces: Collection[str]) -> Array:
     """Compute the amplitude [N] that damping removed up to each sample, (times,), from the one of `forces` that lost most."""
     largest = np.zeros(len(run.time))
     for mean in run.signals.values():
         if mean.source in forces:  # the signal is a running mean, and its `source` the force that is averaged
             deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
             amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
-            share_lost = 1 - factor(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)  # in each step
+            share_lost = 1 - radau(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)  # in each step
             largest = np.maximum(largest, np.append(0.0, np.cumsum(share_lost * amplitude[:-1])))
     return largest
 
 
-def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences: Mapping[Key, float]) -> dict[Key, float]:
+def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
     Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much: so errors are then
@@ -62,10 +60,10 @@ def estimate_damping_errors(run: Trajectory, factor: Factor | None, differences:
     has_strips = bool(forces & run.strip_forces)
     period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)  # T [s]
     found = dict[Key, float]()
-    if not period or factor is None:
+    if not period:
         return found
     frequency = 2 * np.pi * np.sqrt(MASS_RATIO) / period  # [rad/s]
-    impulse = compute_lost_force(run, forces, factor) / frequency  # [N s]
+    impulse = compute_lost_force(run, forces) / frequency  # [N s]
     speed = impulse * MASS_RATIO / run.mass  # [m/s]
     displacement = float(speed[-1]) / frequency  # [m]
     for name, signal in run.signals.items():

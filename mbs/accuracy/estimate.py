@@ -19,8 +19,8 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 SEPARATED = 0.1
-"""Difference of places, over their range, beyond which runs are separate: a tenth of the most by which two motions within one
-range can differ."""
+"""Difference of places, over their range, beyond which runs are separate: ten times the usual error allowed, a tenth of the most
+by which two motions within one range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5

@@ -13,7 +13,7 @@ largest deflection of their strip. If errors of places are, their root mean squa
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, log, pi, sqrt
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from ..mechanism import Mechanism
 from ..record.run import Run
 from ..scene.scene import Scene
 from ..solvers import SECOND_LEVEL_STEPS, Closure, Controlled, Exudyn, Spectral, usual_tolerance
-from .damping import Factor, radau
 from .demand import PLACE_ERROR, DeflectionLimits
 from .trajectory import TINY
 
@@ -33,7 +32,7 @@ random mechanisms are within a fifth of a fine run. At 1e-2 runs fail, at 1e-4 o
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
-"""Degree of a strip's first polynomials: chosen. Degree 8 costs 1.5 times as much where 6 is enough."""
+"""Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
 """Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6,
 but a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
@@ -87,8 +86,6 @@ class Levels:
     solver: Any
     place_error: float = PLACE_ERROR  # allowed of a place, over its range; a smaller one makes the first tolerance smaller
 
-    damping: ClassVar[Factor | None] = None
-    """Factor by which a step damps the amplitude of a vibration; None if it is unknown or different in levels."""
     ratio = 8.0
     """Tolerance of a level over that of the next: two runs differ by 0.4 to 0.8 of the coarser's error, at q = 1/4 to 3/4."""
     runs_at_most = 10
@@ -99,6 +96,8 @@ class Levels:
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
     """Degrees that one level has more than the one before."""
+    are_radau = False
+    """True if steps of all levels damp vibrations as Radau IIA does."""
 
     def first(self) -> Level:
         """Return the coarsest level."""
@@ -143,8 +142,7 @@ class Levels:
 class SpectralLevels(Levels):
     """Levels of the compiled solver."""
 
-    degrees = 2
-    damping = staticmethod(radau)
+    degrees, are_radau = 2, True
 
     @property
     def clearance(self) -> float:

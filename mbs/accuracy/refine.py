@@ -254,7 +254,7 @@ class _Refinement:
             return (place if is_place else least), least, largest
 
         gains = estimate_gains(differences, pair.before, (pair.ratio, pair.ratio_before), orders)
-        by_damping = estimate_damping_errors(run, self.levels.damping, differences)
+        by_damping = estimate_damping_errors(run, differences) if self.levels.are_radau else {}
         return {key: error + by_damping.get(key, 0.0) for key, error in estimate_errors(differences, gains).items()}
 
     def finish(self, pair: _Pair) -> CheckedRun:

@@ -57,9 +57,9 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips that stay straight although a small deflection would grow.
+    """Find strips that stay straight although a small deflection would grow under the mean normal force.
 
-    The normal force is the mean over the last quarter of the pinned strip's first period, which removes axial vibrations.
+    The mean is over the last quarter of the pinned strip's first period, which removes axial vibrations.
     """
     record, time, strips = run.record, result.time, _strips(run)
     forces, compressed = dict[str, Array](), dict[str, Array]()  # normal force [N]; mask of samples to check

@@ -48,7 +48,7 @@ class Result:
     film : Film, optional, motion from which `movie` is made
     verified : float
         Largest difference of places from those of the other solver, over their ranges; nan without `verify=True` or if it failed.
-    traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative, whether it is smooth
+    traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative
 
     Examples
     --------
