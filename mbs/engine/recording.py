@@ -22,12 +22,7 @@ CHECK_EVERY = 16
 
 
 class Recorder:
-    """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary.
-
-    The lists have an entry for each step, or none if the system has no such values. Entries of `q`, `q_t` and `q_tt` are
-    (coordinates,), those of `multipliers` (constraints,), of `contact` the force [N] of each stop. An entry of `memory` has an
-    array (joints, 4) for each of `updated`: the forces whose memory changes. `rejected` counts steps in a subclass.
-    """
+    """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary."""
 
     def __init__(
         self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
@@ -36,19 +31,20 @@ class Recorder:
         self.stops = list(scene.stops.values())
         self.updated: list[WithMemory] = [force for force in scene.with_memory if force.updates_memory]
         self.constrained = self.data.AEsize() > 0
+        # entries for each step, or none if the system has no such values
         self.time: list[float] = []
-        self.q: list[Array] = []
+        self.q: list[Array] = []  # displacements (coordinates,), then their rates
         self.q_t: list[Array] = []
         self.q_tt: list[Array] = []
-        self.multipliers: list[Array] = []
-        self.contact: list[list[float]] = []
-        self.memory: list[list[Array]] = []
+        self.multipliers: list[Array] = []  # (constraints,)
+        self.contact: list[list[float]] = []  # force [N] of each stop
+        self.memory: list[list[Array]] = []  # an array (joints, 4) for each of `updated`
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
         self.callback_error: BaseException | None = None
         self.is_interrupted: Callable[[], bool] = lambda: False  # of no Ctrl-C, until `run_engine` begins to listen to it
-        self.rejected = 0
+        self.rejected = 0  # number of rejected steps, which a subclass counts
 
     def after_step(self, _system: System, t: float) -> bool:
         """Record a step; return False to end the run. An exception is stored, to be raised after the engine's return."""

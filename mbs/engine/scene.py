@@ -28,31 +28,24 @@ SPARSE_FROM = 40
 
 @dataclass
 class EngineScene:
-    """An Exudyn system with the numbers of its items, used for one run.
-
-    `ground` is the coordinate marker of the ground. `placed` maps names of links (not struts) to their bodies, and points
-    of guides to their blocks. `constraints` maps elements to object numbers. `with_memory` are joints with clearance, grouped by
-    their laws, and guides with friction proportional to their reaction; their forces depend on the last accepted step.
-    `initial_multipliers_lack_friction` is true if such a guide's friction acts at t = 0: the engine computes the first
-    multipliers without it. A bristle has no deflection then, so that its friction begins at zero. `notes` are sentences for
-    the result, `start` has the velocities at t = 0, `stopped` is the first failure of a user's function. `readers` maps
-    (element, channel) to functions, in the order in which they compute the channels of a record.
-    """
+    """An Exudyn system with the numbers of its items, used for one run."""
 
     mechanism: Mechanism
     system: System
     container: SystemContainer
-    ground: int = -1
-    placed: dict[str, EngineBody] = field(default_factory=dict)
+    ground: int = -1  # marker of a coordinate of the ground
+    placed: dict[str, EngineBody] = field(default_factory=dict)  # links by name, without struts; blocks by the guided point
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
+    # forces that depend on the last accepted step: joints with clearance and the same laws; guides' friction by their reaction
     with_memory: list[WithMemory] = field(default_factory=list)
-    constraints: dict[str, int] = field(default_factory=dict)
-    start: Start | None = None
+    constraints: dict[str, int] = field(default_factory=dict)  # object numbers by names of elements
+    start: Start | None = None  # velocities at t = 0
+    # true if a guide's friction acts at t = 0, which the engine leaves out then; that of a bristle begins at zero
     initial_multipliers_lack_friction: bool = False
-    notes: list[str] = field(default_factory=list)
-    stopped: Failure | None = None
-    readers: dict[tuple[str, str], Reader] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)  # sentences for the result
+    stopped: Failure | None = None  # first failure of a user's function
+    readers: dict[tuple[str, str], Reader] = field(default_factory=dict)  # by element and channel, in the order of computation
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
