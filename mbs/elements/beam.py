@@ -21,7 +21,7 @@ from .section import Profile, Section
 from .signal import Kind, Signal
 
 DEFAULT_ELEMENTS = 8
-"""Default number of finite elements of a strip; chosen."""
+"""Default number of finite elements of a strip; chosen. The spectral solver has none."""
 RULE = np.polynomial.legendre.leggauss(12)
 """Twelve Gauss points and weights for the integral of the tangent over each piece of the arc."""
 PANELS = 64

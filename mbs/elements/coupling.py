@@ -7,7 +7,7 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carrier_place, check_link, check_no_strut, check_reference, distance, holder_reference
+from .references import carrier_reference, check_link, check_no_strut, check_reference, distance, holder_reference
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
@@ -23,7 +23,7 @@ class Coupling(Element):
 
     def place_on_carrier(self, mechanism: Parts, at: Place, direction: tuple[float, float]) -> Along:
         """Return the measure of a point's position relative to the carrier, along a direction that turns with the carrier."""
-        return Along(at, carrier_place(mechanism, self.carrier, at.point), direction, turns=self.carrier != GROUND)
+        return Along(at, carrier_reference(mechanism, self.carrier, at.point), direction, turns=self.carrier != GROUND)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless bodies and carrier differ, have the points, and are no struts."""
@@ -76,7 +76,7 @@ class Gear(Coupling):
         negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
         """
         first, second = place(self.first), place(self.second)
-        base = carrier_place(mechanism, self.carrier)  # for the carrier's angle
+        base = carrier_reference(mechanism, self.carrier)  # for the carrier's angle
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
@@ -121,7 +121,7 @@ class Rack(Coupling):
         The rack's turn adds to its speed there, and the travel of the pinion's centre, which is zero unless the carrier bends.
         """
         pinion, rack = place(self.first), place(self.second)
-        base = carrier_place(mechanism, self.carrier)
+        base = carrier_reference(mechanism, self.carrier)
         dx, dy = self.along  # a unit vector: `direction` normalises
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
@@ -160,7 +160,7 @@ class Belt(Coupling):
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of equal rim speeds: r_1 turn_1 - r_2 turn_2 = 0, or + for crossed spans."""
-        base, sign = carrier_place(mechanism, self.carrier), 1.0 if self.crossed else -1.0
+        base, sign = carrier_reference(mechanism, self.carrier), 1.0 if self.crossed else -1.0
         yield Row(((self.radius, Turn(place(self.first), base)), (sign * self.other_radius, Turn(place(self.second), base))))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

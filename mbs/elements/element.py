@@ -26,7 +26,7 @@ GROUND = "ground"
 
 
 class Place(NamedTuple):
-    """Point reference in two parts; the body is a link, a guide's block, 'ground', or '' for any link with the point."""
+    """Point reference in two parts, not a position; the body is a link, a guide's block, 'ground', or '' for any body."""
 
     body: str
     point: str

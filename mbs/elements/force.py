@@ -109,7 +109,7 @@ class Force(Stateful):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components [N], and the states."""
-        yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, group=name)
+        yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL)
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
@@ -223,7 +223,7 @@ class LineLoad(Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components of the resultant force [N]."""
         for push in self.pushes(name, record):
-            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, group=name)
+            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work of the load: in closed form, or where the force turns from the power."""

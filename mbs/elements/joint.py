@@ -62,7 +62,7 @@ class Revolute(Joint):
         """Yield the force on the second body [N]; none at the end of a strut, which has no coordinates to constrain."""
         force = record.channel(name, "force")
         if force.size:
-            yield from vector(f"{name}.f", force, "N", Kind.REACTION, group=name)
+            yield from vector(f"{name}.f", force, "N", Kind.REACTION)
 
 
 @declared

@@ -107,7 +107,7 @@ def check_turning(mechanism: Parts, at: str, where: str) -> None:
     check_no_strut(mechanism, (body,), where)
 
 
-def carrier_place(mechanism: Parts, carrier: str, point: str = "") -> Place:
+def carrier_reference(mechanism: Parts, carrier: str, point: str = "") -> Place:
     """Return the point reference of a carrier, a link or 'ground', at a point; by default at the start of the link."""
     return Place(carrier, point or ("" if carrier == GROUND else mechanism.link(carrier).start))
 

@@ -83,10 +83,10 @@ class Signal(NamedTuple):
         return Trait(*(getattr(self, name) for name in Trait._fields))
 
 
-def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rate: str = "") -> Iterator[Signal]:
+def vector(name: str, values: Array, unit: str, kind: Kind, rate: str = "") -> Iterator[Signal]:
     """Yield the two components of a vector (times, 2): the name `F.f` gives `F.fx` and `F.fy`, as does the name of the rate."""
     for axis, letter in enumerate("xy"):
-        yield Signal(f"{name}{letter}", values[:, axis], unit, kind, group or name, f"{rate}{letter}" if rate else "")
+        yield Signal(f"{name}{letter}", values[:, axis], unit, kind, name, f"{rate}{letter}" if rate else "")
 
 
 class Energy(NamedTuple):

@@ -125,7 +125,10 @@ class Spring(Elastic):
         return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
-        """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2)."""
+        """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2).
+
+        A point that is given without a body, or at the end of a strut, is taken on the body that carries the load.
+        """
         (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
         length, direction = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * direction).sum(axis=1), direction
