@@ -57,7 +57,7 @@ class Follower:
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         scene = Scene.of(mechanism)
-        self.linkage = scene.linkage.limit_drives(duration)  # their speeds may be known up to the end only
+        self.linkage = scene.linkage.limit_drives(duration)  # a drive may be known up to the end only
         # factors (links, 3), in the order of coordinates, with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.undetermined = scene.undetermined
@@ -98,11 +98,12 @@ class Follower:
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
     def _is_refused(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds differ by 0.3, chosen, from their linear prediction, or if the step passes a singular pose."""
+        """Return True if speeds differ much from their linear prediction in a step, or if it passes a singular pose."""
         h = float(after.time[0] - before.time[0])
         error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         largest = max(slow, self._largest_speed(before), self._largest_speed(after))
-        return error > 0.3 * largest or passes_singularity(self.linkage, before, after)
+        is_inaccurate = error > 0.3 * largest  # 0.3: chosen
+        return is_inaccurate or passes_singularity(self.linkage, before, after)
 
     def _largest_speed(self, course: Course) -> float:
         return float(np.abs(course.q_t * self.lengths).max())  # of start points, and of angles times lengths [m/s]

@@ -248,16 +248,12 @@ def carried_masses(linkage: Linkage) -> Iterator[LinkMass]:
         yield LinkMass(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
 
 
-def mass_matrix(linkage: Linkage, q: Array) -> Array:
-    """Compute the mass matrix of the links, (..., 3 links, 3 links), at coordinates q (..., links, 3) of their start points."""
+def mass_matrix(linkage: Linkage) -> Array:
+    """Compute the mass matrix (3 n, 3 n) of n links at t = 0, for the rates (vx, vy, spin) of their start points."""
     n = len(linkage.index)
-    matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
-    for part in carried_masses(linkage):
-        i = part.link
-        arm = part.arm * np.exp(1j * (q[..., i, 2] - linkage.reference[i, 2]))
-        for axis, lever in ((0, -arm.imag), (1, arm.real)):
-            matrix[..., i, axis, i, axis] += part.mass
-            matrix[..., i, axis, i, 2] += part.mass * lever
-            matrix[..., i, 2, i, axis] += part.mass * lever
-        matrix[..., i, 2, i, 2] += part.inertia + part.mass * np.abs(arm) ** 2
-    return matrix.reshape(*q.shape[:-2], 3 * n, 3 * n)
+    matrix = np.zeros((n, 3, n, 3))
+    for link, mass, inertia, arm in carried_masses(linkage):
+        to_velocity = np.array([[1.0, 0.0, -arm.imag], [0.0, 1.0, arm.real]])  # from rates of the link to those of the mass
+        matrix[link, :, link, :] += mass * to_velocity.T @ to_velocity
+        matrix[link, 2, link, 2] += inertia
+    return matrix.reshape(3 * n, 3 * n)

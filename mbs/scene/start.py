@@ -125,7 +125,7 @@ def start(linkage: Linkage) -> Start:
         too_many = name_surplus_drives(linkage)
         hint = f"; {too_many}" if too_many else ""
         raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {cause}{hint}")
-    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - flexible @ weighted).reshape(-1, 3)
+    rates = _least_energy(mass_matrix(linkage), rigid, right - flexible @ weighted).reshape(-1, 3)
     velocities = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
     additional: dict[str, dict[str, Array]] = {}
     if np.abs(velocities).max(initial=0.0) > EXACT * scale:

@@ -81,8 +81,7 @@ def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[C
     for piece in _pieces(arc, whole, last):
         ahead = piece.step.direction
 
-        def parameter_rate(rest: Rest, ahead: Array = ahead) -> float:
-            """Compute the rate of the parameter along the path, oriented as the piece."""
+        def parameter_rate(rest: Rest, ahead: Array = ahead) -> float:  # along the path, oriented as the piece
             return float(arc.direction(rest, ahead)[-1])
 
         limits = list[Critical]()

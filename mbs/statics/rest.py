@@ -107,7 +107,8 @@ def settle(problem: Problem, rest: Rest) -> Rest:
             if spectrum.stable or displacements > 20:  # 20 is chosen: an unstable equilibrium is then the answer
                 return found
             fastest = int(np.argmax(spectrum.growth))
-            shape = np.real(spectrum.shapes[:, fastest])  # along which the search goes on from an unstable equilibrium
+            # from an unstable equilibrium the search goes on along the fastest growing shape
+            shape = np.real(spectrum.shapes[:, fastest])
             displacement = 1e-2 * shape / np.abs(shape / problem.units).max()  # a tenth of TARGET_MOVE
             new, tau = found._replace(q=found.q + displacement), 1.0 / float(spectrum.growth[fastest]) ** 2
             displacements += 1
@@ -177,9 +178,9 @@ def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
             return rest, ""
     try:
         rest = settle(problem, start)
-    except RunsAwayError:
-        raise
     except StaticsError as error:
+        if isinstance(error, RunsAwayError):
+            raise
         raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
     return rest, "by damped motion from the drawn pose" if is_movable else f"beyond {reached:.4g} of the load by damped motion"
 

@@ -101,8 +101,8 @@ class Shooting:
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         solver = Spectral(steps, method="implicit", contact_tolerance=1e4 * tolerance)  # 1e4: as by default
         ends = None if adapts else self.step_ends * self.period
-        is_repeated = adapts and not self.has_onsets
-        every = 2 if is_repeated else 1  # every second step is a row, from which `ends_of_steps` makes two steps again
+        # if later runs repeat the steps, every second step is a row, from which `ends_of_steps` makes two steps again
+        every = 2 if adapts and not self.has_onsets else 1
         watching.get().step()
         time_left = watching.get().time_left
         out, failure, counts = integrate(self.scene, self.period, solver, time_left, state=state, ends=ends, every=every)

@@ -47,19 +47,19 @@ class Tangent:
     summands: Any
 
     @classmethod
-    def at(cls, scene: CompiledScene, q: Array, lam: Array, v: Array | None = None) -> Self:
-        """Assemble the tangent of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
+    def at(cls, scene: CompiledScene, q: Array, lam: Array) -> Self:
+        """Assemble the tangent of a scene at rest at coordinates q, with multipliers lam."""
         sparse = len(q) >= SPARSE_COORDINATES
-        a = scene.assemble(q, v, lam=lam, sparse=sparse)
+        a = scene.assemble(q, lam=lam, sparse=sparse)
         needs_dense = has_entries(a.cross) or has_entries(a.damping) or not is_symmetric(a.stiffness)
         if sparse and needs_dense:  # Lanczos's method is for symmetric matrices without damping
-            sparse, a = False, scene.assemble(q, v, lam=lam)
+            sparse, a = False, scene.assemble(q, lam=lam)
         basis = sparse_null_space if sparse else null_space
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free  # `a.cross` is X
         large = abs(a.stiffness).diagonal().copy()
         for piece in (piece for strip in scene.strips for piece in strip.pieces):
-            # stiffness across a strip is a difference of numbers as large as its axial stiffness: both get the larger entry
+            # the stiffness across a strip is a difference of numbers as large as its axial stiffness: bound both by that
             x, y = piece.dofs[:2]
             large[x] = large[y] = np.maximum(large[x], large[y])
         summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
