@@ -75,7 +75,8 @@ def _find_failed_load(record: Record) -> Ended | None:
     """Find the first time at which the force of a load is no finite number, as after an error in a function of the user."""
     failed = list[Ended]()
     for name, load in Scene.of(record.mechanism).elements.items():
-        for push in load.pushes(name, record) if isinstance(load, Load) else ():
+        pushes = load.pushes(name, record) if isinstance(load, Load) else None
+        for push in pushes or ():
             fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
             for t in record.time[1:][fails[1:]][:1]:  # not at t = 0, where the mechanism has tried the function
                 reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
