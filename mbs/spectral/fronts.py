@@ -1,14 +1,19 @@
 """Multifrontal LU factors of a mechanism's matrices, compiled (Duff and Reid 1983, doi 10.1145/356044.356047).
 
 A front is a small dense matrix whose first unknowns, the pivots, are eliminated, in the order of `elimination`. Its entries are
-stored row by row in `factors`. The Schur complement S is added to its parent front:
+stored row by row in `factors`. With P those of the pivots, a front is
 
-    [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
-    [ W  S ]
+    [ P  U ]
+    [ W  S ].
 
-Within a front, rows are exchanged for the largest pivot of a column. A constraint whose pivot is small is first exchanged with
-the constraint of the largest: of two nearly redundant constraints the better conditioned one is kept in every pose. A pivot
-below rounding counts as zero, and so does the multiplier of its redundant constraint.
+P is factored as L R, L with a unit diagonal. Then U is replaced by L^-1 U, W by W R^-1, and S by the Schur complement S - W U,
+which is added to the parent front. Within a front, rows are exchanged for the largest pivot of a column. A constraint whose
+pivot is small is first exchanged with that of the largest pivot on the diagonal. So of two nearly redundant constraints the
+better conditioned one is kept in every pose. A pivot below rounding counts as zero, and so does the multiplier of its redundant
+constraint.
+
+Local names: `first` is the index of a front's first unknown in `order.unknowns`, `at` that of its first entry in `factors`. The
+rows of order.fronts have the columns `FrontColumn`.
 """
 
 from typing import NamedTuple
@@ -17,9 +22,10 @@ from .compiling import kernel_function, view
 from .elimination import FrontColumn, Fronts
 
 ROUNDING = 1e-13
-"""Ratio of a constraint's pivot to `magnitude`, the sum of the terms of which it is a difference, below which it is rounding."""
+"""Ratio of a constraint's pivot to its `magnitude` below which the pivot is rounding. A pivot is a difference of terms; the
+magnitude is the sum of their absolute values."""
 SMALL = 1e-4
-"""Ratio of a constraint's pivot to the largest on the diagonal below which they are exchanged: only near singular poses."""
+"""Ratio of a constraint's pivot to the largest on the diagonal below which they are exchanged, near singular poses; chosen."""
 BITS = 32
 """Bits of an entry of `swaps` that hold the row exchanged; those above hold the constraint. A shift is faster than a division."""
 
@@ -55,8 +61,8 @@ def _add_to_parent(order, factors, magnitude, f):
         sums = view(factors, parent_at + target[i] * parent_size, parent_size)
         for j in range(count):
             sums[target[j]] += row[j]
-        # row[i], on the diagonal, is a term of -G M^-1 G^T; all have one sign. Terms from fronts of constraints have the other
-        # sign: they reduce the sum, and are not counted
+        # row[i], on the diagonal, is a term of -G M^-1 G^T, M being the matrix of the coordinates. Terms from fronts of
+        # constraints are subtracted from this sum, so they are not counted
         if has_constraints == 0:
             magnitude[unknowns[i]] += abs(row[i])
 
@@ -76,6 +82,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
         swaps[first + c] = (r << BITS) | p
         if p != c:
             _swap_rows(factors, at, size, c, p)
+        # a redundant constraint gets zeros, also for the reciprocal: then its multiplier is 0
         if has_constraints > 0 and largest <= ROUNDING * magnitude[order.unknowns[first + c]]:
             for j in range(c, size):
                 upper[j] = 0.0
@@ -96,7 +103,7 @@ def _eliminate_pivots(order, factors, swaps, magnitude, f):
 
 @kernel_function
 def _exchange_small(order, factors, magnitude, f, c):
-    """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index."""
+    """Exchange row and column c, if its pivot is small, with those of the largest on the diagonal; return their index, or c."""
     pivots, size, first, at, _, _, _ = order.fronts[f]
     r, pivot = c, abs(factors[at + c * (size + 1)])
     largest = pivot
@@ -125,48 +132,56 @@ def _swap_rows(factors, at, size, c, p):
 
 @kernel_function
 def solve(order, factors, swaps, x, front):
-    """Solve for x (unknowns,) in place, forward then backward; `front` is a work array of the size of the largest front."""
-    single = 0  # fronts of one unknown that meets no other come first
-    while single < order.fronts.shape[0] and order.fronts[single, FrontColumn.SIZE] == 1:
-        x[order.unknowns[order.fronts[single, FrontColumn.UNKNOWNS]]] *= factors[order.fronts[single, FrontColumn.ENTRIES]]
-        single += 1
-    for f in range(single, order.fronts.shape[0]):
-        pivots, size, first, at, _, _, _ = order.fronts[f]
-        unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
-        if pivots == 1:  # most fronts of rigid bodies
-            for i in range(1, size):
-                x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
-            continue
-        for i in range(size):
-            front[i] = x[unknowns[i]]
-        for c in range(pivots):
-            r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)
-            front[c], front[r] = front[r], front[c]
-            front[c], front[p] = front[p], front[c]
+    """Solve for x (unknowns,) in place; `front` is a work array of the size of the largest front."""
+    for f in range(order.fronts.shape[0]):
+        _solve_forward(order, factors, swaps, x, front, f)
+    for f in range(order.fronts.shape[0] - 1, -1, -1):
+        _solve_backward(order, factors, swaps, x, front, f)
+
+
+@kernel_function
+def _solve_forward(order, factors, swaps, x, front, f):
+    """Multiply the right side x by L^-1 at the pivots of front f; subtract W R^-1 times this from its later unknowns."""
+    pivots, size, first, at, _, _, _ = order.fronts[f]
+    unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
+    if pivots == 1:  # most fronts of rigid bodies
         for i in range(1, size):
-            row, total = view(factors, at + i * size, size), front[i]
-            for c in range(min(i, pivots)):
-                total -= row[c] * front[c]
-            front[i] = total
-        for i in range(size):
-            x[unknowns[i]] = front[i]
-    for f in range(order.fronts.shape[0] - 1, single - 1, -1):
-        pivots, size, first, at, _, _, _ = order.fronts[f]
-        unknowns = view(order.unknowns, first, size)
-        if pivots == 1:
-            for j in range(1, size):
-                x[unknowns[0]] -= factors[at + j] * x[unknowns[j]]
-            x[unknowns[0]] *= factors[at]
-            continue
-        for i in range(size):
-            front[i] = x[unknowns[i]]
-        for c in range(pivots - 1, -1, -1):
-            row, total = view(factors, at + c * size, size), front[c]
-            for j in range(c + 1, size):
-                total -= row[j] * front[j]
-            front[c] = total * row[c]
-        for c in range(pivots - 1, -1, -1):  # exchanges of constraints exchanged columns, too, and with them unknowns
-            r = swaps[first + c] >> BITS
-            front[c], front[r] = front[r], front[c]
-        for c in range(pivots):
-            x[unknowns[c]] = front[c]
+            x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
+        return
+    for i in range(size):
+        front[i] = x[unknowns[i]]
+    for c in range(pivots):
+        r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)  # constraint, then row exchanged with c
+        front[c], front[r] = front[r], front[c]
+        front[c], front[p] = front[p], front[c]
+    for i in range(1, size):
+        row, total = view(factors, at + i * size, size), front[i]
+        for c in range(min(i, pivots)):  # columns of L in a row of pivots, all columns of W in the others
+            total -= row[c] * front[c]
+        front[i] = total
+    for i in range(size):
+        x[unknowns[i]] = front[i]
+
+
+@kernel_function
+def _solve_backward(order, factors, swaps, x, front, f):
+    """Solve for the pivots of front f, R x = right side less U times its later unknowns, which are known."""
+    pivots, size, first, at, _, _, _ = order.fronts[f]
+    unknowns = view(order.unknowns, first, size)
+    if pivots == 1:
+        for j in range(1, size):
+            x[unknowns[0]] -= factors[at + j] * x[unknowns[j]]
+        x[unknowns[0]] *= factors[at]
+        return
+    for i in range(size):
+        front[i] = x[unknowns[i]]
+    for c in range(pivots - 1, -1, -1):
+        row, total = view(factors, at + c * size, size), front[c]
+        for j in range(c + 1, size):
+            total -= row[j] * front[j]
+        front[c] = total * row[c]
+    for c in range(pivots - 1, -1, -1):  # exchanging constraints exchanged columns too, so their multipliers change places
+        r = swaps[first + c] >> BITS
+        front[c], front[r] = front[r], front[c]
+    for c in range(pivots):
+        x[unknowns[c]] = front[c]
