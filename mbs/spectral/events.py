@@ -14,31 +14,40 @@ from .samples import write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 FORCE_DECAY = 0.8
-"""Factor of a contact's largest force from step to step: errors of a force are compared with those of recent steps.
+"""Factor of a contact's largest force from step to step, so that errors are compared with the largest force of recent steps.
 The value is chosen: a third of a force is left after five steps."""
 MOST_JUMP = 0.1
 """Longest time of a move past a face or edge, as a share of the last step and of the time left."""
 
 
 @kernel_function
-def _compute_accelerations(model, t):
-    """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there."""
-    tables, orders, work, state = model.tables, model.orders, model.work, model.state
-    n = state.q.size
-    # the strips' forces are B^T times stresses plus B0^T times residuals, see `strips`: with B0 = 0 the stresses alone count
-    work.kept_gradients[:] = 0.0
+def compute_start(model, t):
+    """Compute forces, their reports and the constraints at the start of a step, the present state at time t."""
+    tables, work, state = model.tables, model.work, model.state
+    work.kept_gradients[:] = 0.0  # so that strips have the forces of `state.stress` alone, see `strips`
     copy(state.stress, work.stress)
     since_memory = 0.0  # [s]
     compute_forces(tables, work, Instant(t, since_memory, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
-    compute_changes(tables, work, t, JUST_AFTER, state.change)
+    copy(work.reports, state.start_reports)
+
+
+@kernel_function
+def _compute_accelerations(model, t):
+    """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there.
+
+    Friction by the reaction of a constraint takes lambda from before the jump.
+    """
+    tables, orders, state = model.tables, model.orders, model.state
+    n = state.q.size
+    compute_start(model, t)
+    compute_changes(tables, model.work, t, JUST_AFTER, state.change)
     copy(state.force, state.right_side[:n])
     copy(state.change, state.right_side[n:])
-    factor_saddle(tables, orders, work, state, state.q, state.start_jacobian)
+    factor_saddle(tables, orders, model.work, state, state.q, state.start_jacobian)
     solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
     copy(state.right_side[:n], state.a)
     copy(state.right_side[n:], state.lam)
-    copy(work.reports, state.start_reports)
 
 
 @kernel_function

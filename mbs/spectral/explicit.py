@@ -15,11 +15,11 @@ import numpy as np
 
 from .compiling import copy, inline, jit, kernel_function
 from .contacts import find_first_event, has_smooth_onset, is_contact, update_onset
-from .forces import add_one
+from .forces import add_forces
 from .fronts import factor, solve
 from .kernel import add_modal, compute_changes, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
 from .lawtable import JUST_AFTER, bristle_rate
-from .markers import place_marker
+from .markers import place_markers
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
 from .strips import add_strips
 from .tables import ForceKind, Forces, Instant, Memory, Report
@@ -43,7 +43,7 @@ BRISTLES_ARE_STATES = -1.0
 SHORTEST = 1e-15
 """Shortest step, over the end of the run: rounding of times."""
 MOST_VIOLATION = 1e-4
-"""Violation of constraints, over the tolerance, above which the state is projected onto them."""
+"""Violation of constraints, over the tolerance, above which the state is projected onto them; chosen."""
 SAFETY = 0.9
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 EXPONENT = 1 / 5
@@ -69,20 +69,18 @@ def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, has_free_modes = state.force.size, state.free_modes[0] > 0
-    q, v, gravity_factor = y[:n], y[n : 2 * n], tables.factors[-1]  # of each force, last of gravity, varied in statics
+    q, v = y[:n], y[n : 2 * n]
+    gravity_factor = tables.factors[-1]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
-    for m in range(tables.markers.shape[0]):
-        place_marker(tables, work, m, q, v, with_rates=False)
+    place_markers(tables, work, q, v)
     for i in range(n):
         state.right_side[i] = gravity_factor * tables.weight[i]
     if tables.strips.shape[0] > 0:
         add_strips(tables, work, q, v, state.right_side)
     if tables.modal.shape[0] > 0:
         add_modal(tables, q, v, state.right_side)
-    now = Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory)
-    for k in range(tables.forces.shape[0]):
-        add_one(tables, work, k, now, state.right_side)
+    add_forces(tables, work, Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory), state.right_side)
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
     compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
     copy(state.change, state.right_side[n:])
@@ -137,16 +135,16 @@ def _violates_constraints(tables, state, allowed):
 def _project(tables, order, state):
     """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
     n = state.force.size
-    q, v = state.y_new[:n], state.y_new[n : 2 * n]
-    _subtract_correction(order, state, state.violation, q)
-    for k in range(state.lam.size):
-        state.speed[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
-    _subtract_correction(order, state, state.speed, v)
+    q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation
+    _subtract_correction(order, state, defect, q)
+    for k in range(state.lam.size):  # now the defects of the velocities, in the same array
+        defect[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
+    _subtract_correction(order, state, defect, v)
 
 
 @kernel_function
 def _subtract_correction(order, state, defect, y):
-    """Subtract from y (n,) the vector x of least kinetic energy with G x = defect (r,)."""
+    """Subtract from y (n,) the vector x of least kinetic energy with G x = defect (r,), for r constraints."""
     state.right_side[:] = 0.0
     for k in range(defect.size):
         state.right_side[y.size + k] = defect[k]
@@ -170,7 +168,10 @@ def _compute_stages(model, t, h):
 
 @inline
 def _estimate_error(state, h, tolerance):
-    """Return the embedded error over the tolerance: coordinates in their units, rates in units times the largest rate so far."""
+    """Return the embedded error over the tolerance: coordinates in their units, rates in units times the largest rate so far.
+
+    The deflections of bristles do not count.
+    """
     n, worst = state.force.size, 0.0
     for i in range(2 * n):
         e = 0.0
@@ -216,7 +217,7 @@ def _accept(model, clock, end, step_end, controls, out, counts):
     is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
     if is_projected:
         _project(tables, order, state)
-    if is_projected or is_event or end == step_end:
+    if is_projected or is_event or end == step_end:  # at a kink the last stage has the rates before it
         copy(state.y_new, state.y)
         compute_rates(model, end, state.y, state.stage_rates[0])
     else:
@@ -241,9 +242,9 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
         copy(model.work.reports, state.start_reports)
         _write(state, out, counts, clock.time)
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < out.time.size:
-        while clock.step_end < step_ends.size and step_ends[clock.step_end] <= clock.time + controls.shortest:
-            clock.step_end += 1
-        step_end = min(controls.end, step_ends[clock.step_end]) if clock.step_end < step_ends.size else controls.end
+        while clock.end_index < step_ends.size and step_ends[clock.end_index] <= clock.time + controls.shortest:
+            clock.end_index += 1
+        step_end = min(controls.end, step_ends[clock.end_index]) if clock.end_index < step_ends.size else controls.end
         h = min(clock.next_step, controls.longest)
         reach = 1.0 if clock.resumed_step > 0.0 else STEP_END_REACH  # a step to an onset must not be lengthened past it
         if clock.time + reach * h >= step_end:

@@ -9,9 +9,8 @@ import numpy as np
 
 from . import contacts, samples
 from .compiling import copy, jit, kernel_function
-from .events import restart_past_event, update_memories
+from .events import compute_start, restart_past_event, update_memories
 from .forces import add_forces
-from .kernel import compute_forces, compute_rows
 from .markers import place_markers
 from .newton import SLOW, solve_nodes
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
@@ -49,17 +48,13 @@ def _begin(model, t, tolerance):
     tables, work, state = model.tables, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
     work.strip_form[0] = MIXED  # stresses of strips are unknowns
-    work.kept_gradients[:] = 0.0  # no gradients of strains are kept yet
-    copy(state.stress, work.stress)
-    compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
-    compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
-    copy(work.reports, state.start_reports)
+    compute_start(model, t)
     for i in range(state.q.size):
         state.inverse_error_unit[i] = 1.0 / state.unit[i]
     for k in range(tables.elastic.shape[0]):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
-        if j >= 0:  # a vector of the coordinates i and j, which has units along and across its chord instead
+        if j >= 0:  # a vector, whose error has units along and across the chord: i and j alone do not count
             state.inverse_error_unit[i] = state.inverse_error_unit[j] = 0.0
     update_units(state, tables.elastic, tolerance)
 
@@ -103,10 +98,10 @@ def _complete_step(model, t, h, controls):
 
 @kernel_function
 def _report_shifted_end(model, now, h):
-    """Report the contacts' forces at the end of the step, the instant `now`, plus its error: e_q in q, e_v in v.
+    """Report the contacts' forces at the end of the step, the instant `now`, shifted by its error: by e_q in q, by e_v in v.
 
-    `estimate_error` has the equation e_v = e_q/k1 - d_q, with the defect d_q of the embedded formula and k1 = h over the real
-    eigenvalue. It left e_q in state.real_solution and d_q in state.dq[0].
+    `estimate_error` left e_q in state.real_solution and the defect d_q of the embedded formula in state.dq[0]. Its first equation
+    gives e_v = e_q/k1 - d_q, with k1 = h over the real eigenvalue.
     """
     tables, work, state = model.tables, model.work, model.state
     e_q, d_q = state.real_solution, state.dq[0]
@@ -139,13 +134,13 @@ def _advance(state):
 @kernel_function
 def _find_step_end(model, clock, controls, step_ends, out, counts):
     """Return the next time at which a step must end; at a kink just reached, restart, as accelerations jump there."""
-    while clock.step_end < step_ends.size:
-        step_end = step_ends[clock.step_end]
+    while clock.end_index < step_ends.size:
+        step_end = step_ends[clock.end_index]
         if step_end > clock.time + controls.shortest:
             return min(controls.end, step_end)
         if step_end > clock.time - controls.shortest and not controls.fixed:
             restart_past_event(model, clock, controls, out, counts)
-        clock.step_end += 1
+        clock.end_index += 1
     return controls.end
 
 
@@ -166,9 +161,12 @@ def _choose_length(clock, controls, step_end):
 
 @kernel_function
 def _try_step(model, clock, h, end, controls, counts):
-    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next."""
-    tables, work, state = model.tables, model.work, model.state
-    start, shortest = state.start_reports, controls.shortest
+    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next.
+
+    A step with an onset or edge in it is rejected, too: the next one ends there. With too large an error it is first shortened by
+    the error.
+    """
+    tables, work, state, shortest = model.tables, model.work, model.state, controls.shortest
     renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h  # equal but for rounding
     predict(state, h, clock.previous)
     integrate(state, h)
@@ -180,7 +178,7 @@ def _try_step(model, clock, h, end, controls, counts):
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
     clock.error = _complete_step(model, end, h, controls)
-    fraction = contacts.find_first_event(tables, start, work.reports, h, controls)
+    fraction = contacts.find_first_event(tables, state.start_reports, work.reports, h, controls)
     # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end
     is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
     if is_moved and clock.error <= 1.0:
@@ -201,33 +199,38 @@ def _try_step(model, clock, h, end, controls, counts):
 def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
-    is_event, start = update_memories(tables, work, state, controls, counts), clock.time
+    start_time = clock.time
+    is_event = update_memories(tables, work, state, controls, counts)
     if controls.writes_within_steps:
-        # a contact that closes needs a row just past its face: positive after the step's start, negative before its end, 0: none
+        # time of a row just past the face of a contact: after the step's start or, if negative, before its end; 0: no such row
         face_time = contacts.find_time_past_face(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
         depth_deviation = contacts.compute_depth_deviation(tables, state.start_reports, work.reports, h)
         parts = samples.count_parts(state, tables.elastic, h, controls, depth_deviation)
         is_outermost = abs(face_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
         if is_outermost and face_time > 0.0:
-            samples.write_at_face(state, out, counts, start, h, face_time)
-        samples.write_between(state, out, counts, start, h, parts)
+            samples.write_at_face(state, out, counts, start_time, h, face_time)
+        samples.write_between(state, out, counts, start_time, h, parts)
         if is_outermost and face_time < 0.0:
-            samples.write_at_face(state, out, counts, start, h, face_time)
+            samples.write_at_face(state, out, counts, start_time, h, face_time)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
     counts.steps += 1
     clock.time, clock.previous, clock.reach, clock.skipped = target, h, STEP_END_REACH, clock.skipped + 1
     if clock.skipped >= controls.every or is_event or target >= controls.end - controls.shortest:
-        samples.write(state, out, counts, target, start)
+        samples.write(state, out, counts, target, start_time)
         clock.skipped = 0
     if is_event:
         restart_past_event(model, clock, controls, out, counts)
 
 
 @kernel_function
-def _lengthen(clock, h, shortest):
-    """Set the length of the next step after one of length h, by Gustafsson's rule from the last two errors."""
+def _set_next_step(clock, h, shortest):
+    """Set the length of the next step after one of length h, by Gustafsson's predictive rule.
+
+    With the errors e of this step and e_0 of the last, of length h_0, the next one is h S e^(-1/4) min(1, h/h_0 (e_0/e)^(1/4)), S
+    being `SAFETY`.
+    """
     error = max(clock.error, 1e-8)  # not zero
     factor = min(clock.max_growth, SAFETY * error**-EXPONENT)
     if clock.last_error > 0.0:
@@ -248,7 +251,8 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
     strip_form[0] = MIXED
-    rows = out.time.size - samples.MOST_SAMPLES - 3  # room for a step, with a row at a face, at its end and after an event
+    rows_of_a_step = samples.MOST_SAMPLES + 3  # within the step, at a face, at its end and after an event
+    rows = out.time.size - rows_of_a_step
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
         step_end = _find_step_end(model, clock, controls, step_ends, out, counts)
         h = _choose_length(clock, controls, step_end)
@@ -264,5 +268,5 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            _lengthen(clock, h, controls.shortest)
+            _set_next_step(clock, h, controls.shortest)
     strip_form[0] = PLAIN

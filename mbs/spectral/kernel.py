@@ -1,17 +1,19 @@
-"""Equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
+"""Equations of motion, compiled: M(q) a = f(q, v, lambda, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
 
-The tangents are K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Matrices are sums of blocks: small matrices of constraints, forces,
-strips, modal links and masses, in this order. `tables.block_unknowns` lists the unknowns of all blocks, `tables.slots` the slots
-of their entries in the whole matrix; of one block `width` is the number of unknowns and `entry` the index of its first entry in
-`tables.slots`. The last unknown of a constraint's block is its multiplier; the other entries of this last
-row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for multipliers are not used. Residuals g, G
-and the right sides of G v = speed and G a = change need markers that are placed.
+The friction of guides makes f depend on lambda. The tangents are K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Matrices are sums
+of blocks: small matrices of constraints, forces, strips, modal links and masses, in this order. `tables.block_unknowns` lists the
+unknowns of all blocks, `tables.slots` the slots of their entries in the whole matrix. Of one block `width` is the number of
+unknowns and `entry` the index of its first entry in `tables.slots`. The last unknown of a constraint's block is its multiplier;
+the other entries of this last row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for
+multipliers are not used. Residuals g, G and the right sides of G v = speed and G a = change need markers that are placed.
 
-The mass matrix is constant but for modal links (docs/theory-modal.md). With m modes phi_i of amplitudes eta (m,), `radial` (m,)
-has the integrals of X . phi_i dm, X the position in the frame, `gram` (m, m) those of phi_i . phi_j dm, `gyration` (m, m) those
-of phi_i x phi_j dm. The frame's inertia is I + 2 radial^T eta + eta^T gram eta. Its coupling with the modes is gyration^T eta =
--gyration eta, as gyration is skew-symmetric. Rows of a modal link's block are x, y and angle of the frame, 0 to 2, then the
-amplitudes, from 3 on. Local names: o is the coordinate x of the frame, e the first amplitude.
+The mass matrix is constant but for modal links (docs/theory-modal.md). Their modes phi_i have amplitudes eta (m,) and mass 1.
+Integrals of components in the plane, X being the position in the frame: `radial` (m,) of X . phi_i dm, `gram` (m, m) of
+phi_i . phi_j dm, `gyration` (m, m) of phi_i x phi_j dm. The diagonal of `gram` is 1 less the part of a mode out of the plane. The
+frame is at the centre of mass, and modes have neither linear nor, about the undeformed link, angular momentum. The frame's
+inertia is I + 2 radial^T eta + eta^T gram eta. Only its angle is coupled with the modes, by gyration^T eta = -gyration eta, as
+gyration is skew-symmetric. Rows of a modal link's block are x, y and angle of the frame, 0 to 2, then the amplitudes, from 3 on.
+Local names: o is the coordinate x of the frame, e the first amplitude.
 """
 
 import numpy as np
@@ -95,8 +97,8 @@ def fill_mass(tables, work, q, mass):
         markers.clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia, coupling = _compute_modal_mass(tables, row, q, i)
-            block[2, 2] += inertia * q[e + i]
+            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
+            block[2, 2] += inertia_slope * q[e + i]
             block[2, 3 + i] += coupling
             block[3 + i, 2] += coupling
         markers.add_entries(tables, _find_block(tables, row), block, mass)
@@ -113,8 +115,8 @@ def fill_saddle(tables, work, q, jacobian, saddle):
 def _compute_modal_mass(tables, row, q, i):
     """Return (2 radial + gram eta)_i, which times eta_i is inertia of the frame, and the coupling -(gyration eta)_i of mode i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
-    inertia = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
-    return inertia, -_multiply_matrix_row(tables, gyration, i, m, q, e)
+    inertia_slope = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+    return inertia_slope, -_multiply_matrix_row(tables, gyration, i, m, q, e)
 
 
 @kernel_function
@@ -130,9 +132,9 @@ def couple_modes(tables, work, q, a):
         inertia = tables.mass[tables.slots[entry + 2 * width + 2]]  # entry (2, 2) of the block, of the frame's angle
         moment = inertia * a[o + 2]
         for i in range(m):
-            added, coupling = _compute_modal_mass(tables, row, q, i)
+            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
             moment -= coupling * a[e + i]
-            inertia += added * q[e + i] - coupling * coupling
+            inertia += inertia_slope * q[e + i] - coupling * coupling
             work.scratch[i] = coupling
         a[o + 2] = moment / inertia
         for i in range(m):
@@ -150,8 +152,8 @@ def multiply_mass(tables, q, a, out):
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia, coupling = _compute_modal_mass(tables, row, q, i)
-            out[o + 2] += inertia * q[e + i] * a[o + 2] + coupling * a[e + i]
+            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
+            out[o + 2] += inertia_slope * q[e + i] * a[o + 2] + coupling * a[e + i]
             out[e + i] += coupling * a[o + 2]
 
 
@@ -196,8 +198,9 @@ def compute_tangents(tables, work, now, saddle, damp, stiff):
 @inline
 def compute_rows(tables, work, t, residual, jacobian, speed):
     """Compute residuals g, entries of G and right sides of G v = speed of all constraints at time t."""
+    grad = work.grad  # (6,): by (x, y, angle) of marker a, then of marker b
     for r in range(tables.rows.shape[0]):
-        grad, total = work.grad, 0.0
+        total = 0.0
         next_entry = tables.blocks[r, BlockColumn.FIRST]  # index of the next entry of G in `jacobian`
         first, motion, count = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], tables.rows[r, RowColumn.TERMS]
         travel, rate = evaluate_motion(tables, motion, t) if motion >= 0 else (0.0, 0.0)  # motion of a drive
@@ -256,8 +259,8 @@ def write_rows(tables, jacobian, saddle):
 
 @kernel_function
 def add_multiplier_stiffness(tables, work, q, lam, stiff):
-    """Add d(G^T lambda)/dq to stiff. Markers must be placed."""
-    grad, hess = work.grad, work.hess
+    """Add d(G^T lambda)/dq to stiff. Markers must be placed; work.jacobian has their derivatives, not G."""
+    grad, hess = work.grad, work.hess  # (6,), (6, 6): of a measure by (x, y, angle) of markers a and b
     for r in range(tables.rows.shape[0]):
         markers.clear_block(tables, work, r)
         at, first = 0, tables.rows[r, RowColumn.FIRST]  # at: row and column of the block at which a marker's coordinates begin
@@ -265,7 +268,8 @@ def add_multiplier_stiffness(tables, work, q, lam, stiff):
             a, b = tables.measures[k, Measures.A], tables.measures[k, Measures.B]
             push = lam[r] * tables.measure_numbers[k, MeasureNumber.FACTOR]
             markers.compute_measure(tables, work, k, grad)
-            if markers.compute_hessian(tables, work, k, grad, hess):
+            if markers.is_curved(tables, k):
+                markers.compute_hessian(tables, work, k, grad, hess)
                 markers.add_pair(tables, work, (a, b, at), hess, push, work.jacobian, work.block_stiffness)
             markers.add_geometric(tables, work, a, q, (push * grad[0], push * grad[1], push * grad[2]), work.block_stiffness, at)
             at += tables.markers[a, Markers.COUNT]

@@ -1,11 +1,11 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-The Jacobian J of a marker's x, y and angle by its coordinates is in work.jacobian (3, dofs) from column `first` on, J' =
-dJ/dt in work.jacobian_rate. Their constant entries were written by `allocate_work`. A bias is a second time derivative at zero
-second rates of the coordinates: columns AX, AY, SPIN_BIAS of a marker's state, which follow each other.
+work.jacobian (3, dofs) has J, the derivatives of a marker's x, y and angle by its coordinates, from the marker's column `first`
+on. work.jacobian_rate has J' = dJ/dt. `allocate_work` wrote their constant entries. A bias is a second time derivative at zero
+second rates of the coordinates. The columns AX, AY, SPIN_BIAS of a marker's state are the biases of x, y and angle.
 
-Local names: m a marker, d the index of its first number in tables.data, j and dj for J and J', c and sn for cosine and sine.
-`tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
+Where markers are placed, m is a marker, p its state, d the index of its first number in tables.data, j and dj are J and J', c and
+sn cosine and sine. `tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from .tables import BlockColumn, MarkerKind, Markers, MeasureKind, MeasureNumber
 
 
 @inline
-def _place_frame(tables, work, m, q, v, with_rates):
+def _place_frame(tables, work, m, q, v):
     """Compute a point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k), its rates and derivatives.
 
     (lx, ly) is the point in the frame, (rx, ry) its rate there, `turn` the rate of its angle in the frame; (px, py, pa) a mode
@@ -41,13 +41,11 @@ def _place_frame(tables, work, m, q, v, with_rates):
     p[State.VX], p[State.VY], p[State.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
     p[State.AX], p[State.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
     j[0, first + 2], j[1, first + 2] = -ay, ax
-    if with_rates:
-        dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
+    dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):
         px, py, i = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], first + 3 + k
         j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, tables.data[d + 5 + 3 * k]
-        if with_rates:
-            dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
+        dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
 @inline
@@ -89,37 +87,31 @@ def _place_curve(tables, work, m, q, v):
         dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
 
 
-@inline
-def place_marker(tables, work, m, q, v, with_rates):
-    """Compute the state of marker m at coordinates q and rates v, and J; also J' of a curve and, if `with_rates`, of a frame."""
-    kind = tables.markers[m, Markers.KIND]
-    if kind == MarkerKind.FRAME:
-        _place_frame(tables, work, m, q, v, with_rates)
-    elif kind == MarkerKind.LINEAR:
-        _place_linear(tables, work, m, q, v)
-    elif kind == MarkerKind.CURVE:
-        _place_curve(tables, work, m, q, v)
-
-
 @kernel_function
 def place_markers(tables, work, q, v):
-    """Compute the states of all markers and their derivatives."""
+    """Compute the states of all markers at coordinates q and rates v, with J and J'; those of the ground are constant."""
     for m in range(tables.markers.shape[0]):
-        place_marker(tables, work, m, q, v, True)
+        kind = tables.markers[m, Markers.KIND]
+        if kind == MarkerKind.FRAME:
+            _place_frame(tables, work, m, q, v)
+        elif kind == MarkerKind.LINEAR:
+            _place_linear(tables, work, m, q, v)
+        elif kind == MarkerKind.CURVE:
+            _place_curve(tables, work, m, q, v)
 
 
 @inline
-def add_force(tables, work, m, push_x, push_y, turning, out):
-    """Add the generalised force of a force (x, y) and a torque at a marker."""
+def add_force(tables, work, m, push_x, push_y, torque, out):
+    """Add the generalised force of a force (x, y) and a torque at marker m."""
     first = tables.markers[m, Markers.FIRST]
     for i in range(first, first + tables.markers[m, Markers.COUNT]):
-        out[tables.dofs[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + turning * work.jacobian[2, i]
+        out[tables.dofs[i]] += push_x * work.jacobian[0, i] + push_y * work.jacobian[1, i] + torque * work.jacobian[2, i]
 
 
 @kernel_function
 def add_geometric(tables, work, m, q, push, out, start):
-    """Add the Hessian of push . (x, y, angle) of a marker by its coordinates to `out`, from row and column `start` on."""
-    fx, fy, turning = push
+    """Add the Hessian of push . (x, y, angle) of marker m by its coordinates to `out`, from row and column `start` on."""
+    fx, fy, torque = push
     kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
     d = tables.markers[m, Markers.DATA]
     if kind == MarkerKind.FRAME:
@@ -130,13 +122,13 @@ def add_geometric(tables, work, m, q, push, out, start):
             h = -fx * work.jacobian[1, i] + fy * work.jacobian[0, i]
             out[t, t + 1 + k] += h
             out[t + 1 + k, t] += h
-    elif kind == MarkerKind.CURVE and turning != 0.0:  # only its angle is not linear in the coordinates
+    elif kind == MarkerKind.CURVE and torque != 0.0:  # only its angle is not linear in the coordinates
         tx, ty = 0.0, 0.0  # tangent
         for i in range(size):
             dn = tables.data[d + size + i]
             tx, ty = tx + dn * q[tables.dofs[first + i]], ty + dn * q[tables.dofs[first + size + i]]
         square = tx * tx + ty * ty
-        hxx, hxy = turning * 2.0 * tx * ty / square**2, turning * (ty * ty - tx * tx) / square**2
+        hxx, hxy = torque * 2.0 * tx * ty / square**2, torque * (ty * ty - tx * tx) / square**2
         for i in range(size):
             for k in range(size):
                 dd = tables.data[d + size + i] * tables.data[d + size + k]
@@ -159,7 +151,7 @@ def compute_measure(tables, work, k, grad):
     dx, dy = tables.measure_numbers[k, MeasureNumber.X], tables.measure_numbers[k, MeasureNumber.Y]
     grad[2], grad[5] = 0.0, 0.0
     if kind == MeasureKind.DISTANCE:  # the direction is that from b to a
-        length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
+        length = max(np.sqrt(ex * ex + ey * ey), 1e-300)  # 1e-300: points that coincide have a gradient of 0
         dx, dy = ex / length, ey / length
     elif kind == MeasureKind.TURNING:  # (dx, dy) are components in the axes of b; for FIXED, the last kind, in global axes
         c, sn = np.cos(pb[State.ANGLE]), np.sin(pb[State.ANGLE])
@@ -169,13 +161,23 @@ def compute_measure(tables, work, k, grad):
     return dx * ex + dy * ey, dx * (pa[State.VX] - pb[State.VX]) + dy * (pa[State.VY] - pb[State.VY]) + grad[5] * pb[State.SPIN]
 
 
+@inline
+def is_curved(tables, k):
+    """Return True if measure k is not linear in (x, y, angle) of its markers."""
+    kind = tables.measures[k, Measures.KIND]
+    return kind == MeasureKind.DISTANCE or kind == MeasureKind.TURNING
+
+
 @kernel_function
 def compute_hessian(tables, work, k, grad, hess):
-    """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient; return False if it is zero."""
+    """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient.
+
+    That of a distance is not finite where the points coincide.
+    """
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     hess[:] = 0.0
-    value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])  # the measure, as (dx, dy) is a unit vector
+    value = dx * (pa[State.X] - pb[State.X]) + dy * (pa[State.Y] - pb[State.Y])  # the measure, d . (a - b)
     if kind == MeasureKind.DISTANCE:
         hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
         for a in range(0, 6, 3):
@@ -186,7 +188,6 @@ def compute_hessian(tables, work, k, grad, hess):
     elif kind == MeasureKind.TURNING:
         hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
         hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
-    return kind == MeasureKind.DISTANCE or kind == MeasureKind.TURNING
 
 
 @inline
@@ -194,46 +195,44 @@ def write_gradient(tables, work, k, grad, factor, out, index):
     """Write `factor` times the gradient of measure k by the coordinates of a, then b, to `out`; return the index after it."""
     for side in range(2):
         m = tables.measures[k, Measures.A + side]
-        fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
+        by_x, by_y, by_angle = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
         first = tables.markers[m, Markers.FIRST]
-        for i in range(tables.markers[m, Markers.COUNT]):
-            out[index] = (
-                fx * work.jacobian[0, first + i] + fy * work.jacobian[1, first + i] + turning * work.jacobian[2, first + i]
-            )
+        for i in range(first, first + tables.markers[m, Markers.COUNT]):
+            out[index] = by_x * work.jacobian[0, i] + by_y * work.jacobian[1, i] + by_angle * work.jacobian[2, i]
             index += 1
     return index
 
 
 @kernel_function
 def add_pair(tables, work, pair, matrix, factor, right, out):
-    """Add factor J^T H R to `out`, a block; `matrix` H (6, 6) has derivatives of forces on two markers, `right` R is (3, dofs).
+    """Add factor J^T H R to `out`, the block of a force on two markers.
 
-    R is J or, for forces that depend on the rates of (x, y, angle), J' for derivatives by coordinates. The `pair` is (marker a,
-    marker b, row and column of `out` at which the coordinates of a begin); those of b follow.
+    `matrix` is H (6, 6), derivatives of the force's components by (x, y, angle) of both markers, or by their rates. `right` is R
+    (3, dofs): J, or J' where H has derivatives by rates and `out` by coordinates, as d(J v)/dq = J'. `pair` is marker a, marker
+    b, and the row and column of `out` at which the coordinates of a begin. Those of b follow.
     """
     a, b, start = pair
-    size = tables.markers[a, Markers.COUNT]
+    both, starts = (a, b), (start, start + tables.markers[a, Markers.COUNT])
     for i in range(2):
-        of_row, row = (a, start) if i == 0 else (b, start + size)  # marker of the rows, and the first row
-        first = tables.markers[of_row, Markers.FIRST]
+        row, first = starts[i], tables.markers[both[i], Markers.FIRST]
         for j in range(2):
-            of_column, column = (a, start) if j == 0 else (b, start + size)
-            begin, r, s = tables.markers[of_column, Markers.FIRST], 3 * i, 3 * j  # r, s: row and column of this part of H (3, 3)
-            for m in range(tables.markers[of_row, Markers.COUNT]):
-                k = first + m
+            column, first_right = starts[j], tables.markers[both[j], Markers.FIRST]
+            r, s = 3 * i, 3 * j  # row and column of this part of H, (3, 3)
+            for y in range(tables.markers[both[i], Markers.COUNT]):
+                k = first + y
                 jx, jy, ja = factor * work.jacobian[0, k], factor * work.jacobian[1, k], factor * work.jacobian[2, k]
                 tx = jx * matrix[r, s] + jy * matrix[r + 1, s] + ja * matrix[r + 2, s]  # (tx, ty, ta): row of factor J^T H
                 ty = jx * matrix[r, s + 1] + jy * matrix[r + 1, s + 1] + ja * matrix[r + 2, s + 1]
                 ta = jx * matrix[r, s + 2] + jy * matrix[r + 1, s + 2] + ja * matrix[r + 2, s + 2]
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
-                    for n in range(tables.markers[of_column, Markers.COUNT]):
-                        p = begin + n
-                        out[row + m, column + n] += tx * right[0, p] + ty * right[1, p] + ta * right[2, p]
+                    for x in range(tables.markers[both[j], Markers.COUNT]):
+                        k = first_right + x
+                        out[row + y, column + x] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
 
 
 @kernel_function
 def clear_block(tables, work, block):
-    """Set the entries of a block of K and C, in the work arrays, to zero."""
+    """Set the entries of a block of the stiffness K and the damping C, in the work arrays, to zero."""
     width = tables.blocks[block, BlockColumn.WIDTH]
     for i in range(width):
         for j in range(width):
@@ -243,7 +242,10 @@ def clear_block(tables, work, block):
 
 @kernel_function
 def add_entries(tables, block, entries, values):
-    """Add the entries of a block to `values`, the nonzeros of the whole matrix (slots + 1,)."""
+    """Add the entries of a block to `values`, the nonzeros of the whole matrix, (slots + 1,).
+
+    Entries of the block that are always zero go to the last of `values`, which is never read.
+    """
     _, width, slot = tables.blocks[block]
     for i in range(width):
         for j in range(width):
@@ -263,8 +265,8 @@ def compute_bias(tables, work, k, grad, hess):
     a, b, total = tables.measures[k, Measures.A], tables.measures[k, Measures.B], 0.0
     for i in range(3):
         total += grad[i] * work.state[a, State.AX + i] + grad[3 + i] * work.state[b, State.AX + i]
-    is_curved = tables.measures[k, Measures.KIND] in (MeasureKind.TURNING, MeasureKind.DISTANCE)
-    if is_curved and compute_hessian(tables, work, k, grad, hess):
+    if is_curved(tables, k):
+        compute_hessian(tables, work, k, grad, hess)
         for i in range(6):
             for j in range(6):
                 total += get_rate(work, a, b, i) * hess[i, j] * get_rate(work, a, b, j)

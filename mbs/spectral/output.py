@@ -43,7 +43,7 @@ CLOCK = _record_type(
     last_step="f8",  # length of the step of `last_error` [s]
     max_growth="f8",  # largest ratio of the next step length to this one
     skipped="i8",  # steps since the last row
-    step_end="i8",  # index of the next of `step_ends`, the times at which a step must end
+    end_index="i8",  # index of the next of `step_ends`, the times at which a step must end
     needs_matrix="?",  # the next step needs new Newton matrices
 )
 """State of the step size control, kept from call to call."""
