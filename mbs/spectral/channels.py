@@ -22,7 +22,7 @@ from ..record.lookup import unknown
 from ..record.run import collect
 from .compiling import jit
 from .contacts import get_depth
-from .forces import add_one
+from .forces import apply_force
 from .frame_body import FrameBody
 from .markers import place_markers
 from .output import Output
@@ -45,12 +45,13 @@ def evaluate(tables, work, out, columns, factors, values):
         if source == Source.REPORT or source == Source.DEPTH:
             is_needed[index] = True
     for i in range(out.time.size):
-        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if forces > 0 else 0.0  # the same for all forces
+        # time since the step began, over which bristles deflect; all forces have the same
+        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if forces > 0 else 0.0
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
         for k in range(forces):
             if is_needed[k]:
-                add_one(tables, work, k, now, unused_sum)
+                apply_force(tables, work, k, now, unused_sum)  # for its report
         for c in range(columns.shape[0]):
             source, index, component, transform = columns[c]
             if source == Source.REPORT:
@@ -173,14 +174,14 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     length = scene.mechanism.length(name) if model is None else model.length
     shape = None  # x, y and angle of each mode at the point, (modes, 3); None for zeros
     if station:
-        arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
+        arm = (length / 2, 0.0)  # from the link's start to the point, in its axes [m]
         if model is not None:
             shape = model.shapes[STATIONS.index("middle")].T.copy()
     elif model is None:
-        arm = np.array(scene.mechanism.link(name).body.mass_properties(length)[2])
+        _mass, _inertia, arm = scene.mechanism.link(name).body.mass_properties(length)
     else:
         arm = model.centre
-    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape)
+    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), np.array(arm)), shape)
     scene.refresh()
     if quantity in POINT:
         return Column(Source.MARKER, marker, POINT[quantity])

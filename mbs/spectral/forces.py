@@ -3,8 +3,8 @@
 Let y(q) (6,) be (x, y, angle) of markers a and b, F (6,) the forces on them, J = dy/dq, and J' = dJ/dt. Local names: h = dF/dy
 and c = dF/dy', (6, 6). As f = J^T F and y' = J v, a force adds to the stiffness -df/dq the terms -J^T h J, -J^T c J' and the
 geometric stiffness -F . d2y/dq2, and to the damping -df/dv the term -J^T c J. For a force along a measure see (2) of
-docs/theory-spectral.md. `now` is an `Instant`, `memory` and `since` are fields of it (since < 0: bristles are states of the
-integrator), `mem` is one row of the memory.
+docs/theory-spectral.md. `now` is an `Instant`; `memory` and `since` are fields of it, `mem` is one row of the memory. `since` is
+the time since the step began, over which bristles deflect; below 0 bristles are states of the integrator.
 
 The column `Forces.A` of a force is its measure or marker a, `Forces.B` its marker b or, of friction at a face, the contact that
 presses. tables.factors[k] multiplies force k; statics varies it. tables.data has the force's numbers from index `number` on.
@@ -18,7 +18,7 @@ from ..laws.table import LawColumn, call
 from . import lawtable, markers
 from .compiling import inline, kernel_function
 from .stateful import add_stateful, add_stateful_tangents
-from .tables import ForceKind, Forces, Markers, Measures, Memory, PushData, Report, State
+from .tables import BlockColumn, ForceKind, Forces, Markers, Measures, Memory, PushData, Report, State
 
 JournalData = IntEnum("JournalData", "RADIUS CLEARANCE", start=0)
 """Numbers of a pin in a bush [m]."""
@@ -50,27 +50,32 @@ def _add_along(tables, work, k, now, f):
 
 
 @kernel_function
-def _multiply_hessian(work, a, b):
-    """Fill work.hess_rate with the Hessian of a measure times the rates of its markers a and b."""
+def _differentiate_along(tables, work, k, now, normal_force):
+    """Return the derivatives of force k by its measure and rate; fill grad, hess and hess_rate of `work` for the measure.
+
+    hess_rate is the Hessian times the markers' rates: the derivatives of the measure's rate by (x, y, angle).
+    """
+    measure = tables.forces[k, Forces.A]
+    a, b = tables.measures[measure, Measures.A], tables.measures[measure, Measures.B]
+    value, rate = markers.compute_measure(tables, work, measure, work.grad)
+    markers.compute_hessian(tables, work, measure, work.grad, work.hess)
     for i in range(6):
         total = 0.0
         for j in range(6):
             total += work.hess[i, j] * markers.get_rate(work, a, b, j)
         work.hess_rate[i] = total
+    return lawtable.differentiate_along(tables, k, now, value, rate, normal_force)
 
 
 @kernel_function
 def _add_tangents_along(tables, work, k, now, saddle):
-    """Add derivatives of a force along a measure; of friction also -df/dlambda by its normal force, to `saddle`."""
+    """Add derivatives of force k along a measure. Friction depends on lambda by its normal force: add -df/dlambda to `saddle`."""
     measure, grad, hess = tables.forces[k, Forces.A], work.grad, work.hess
     normal_force = _get_normal_force(tables, work, k, now)
     a, b, factor = tables.measures[measure, Measures.A], tables.measures[measure, Measures.B], tables.factors[k]
     force = work.reports[k, Report.VALUE]
-    value, rate = markers.compute_measure(tables, work, measure, grad)
-    markers.compute_hessian(tables, work, measure, grad, hess)
-    by_value, by_rate = lawtable.differentiate_along(tables, k, now, value, rate, normal_force)
+    by_value, by_rate = _differentiate_along(tables, work, k, now, normal_force)
     h, c = work.by_place, work.by_rate
-    _multiply_hessian(work, a, b)
     for i in range(6):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
@@ -81,8 +86,9 @@ def _add_tangents_along(tables, work, k, now, saddle):
     markers.add_geometric(tables, work, b, now.q, (-force * grad[3], -force * grad[4], -force * grad[5]), stiffness, size)
     if tables.forces[k, Forces.KIND] == ForceKind.FRICTION and normal_force != 0.0:
         if tables.forces[k, Forces.ROW] >= 0:
-            _, width, entry = tables.blocks[tables.rows.shape[0] + k]  # block of the force, first of its entries in `slots`
-            last = width - 1  # its last unknown is the multiplier of the constraint that presses
+            block = tables.blocks[tables.rows.shape[0] + k]  # blocks of constraints come first
+            width, entry = block[BlockColumn.WIDTH], block[BlockColumn.ENTRIES]
+            last = width - 1  # the last unknown of the block is the multiplier of the constraint that presses
             markers.write_gradient(tables, work, measure, grad, -force / normal_force, work.scratch, 0)
             for i in range(last):
                 saddle[tables.slots[entry + i * width + last]] += work.scratch[i]
@@ -93,32 +99,26 @@ def _add_tangents_along(tables, work, k, now, saddle):
 @kernel_function
 def _add_derivatives(tables, work, a, b):
     """Add -J^T h J - J^T c J' to the stiffness and -J^T c J to the damping of a force on markers a and b."""
-    markers.add_pair(tables, work, (a, b, 0), work.by_place, -1.0, work.jacobian, work.block_stiffness)
-    markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian, work.block_damping)
-    markers.add_pair(tables, work, (a, b, 0), work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
+    pair = (a, b, 0)  # 0: the block begins with the coordinates of a
+    markers.add_pair(tables, work, pair, work.by_place, -1.0, work.jacobian, work.block_stiffness)
+    markers.add_pair(tables, work, pair, work.by_rate, -1.0, work.jacobian, work.block_damping)
+    markers.add_pair(tables, work, pair, work.by_rate, -1.0, work.jacobian_rate, work.block_stiffness)
 
 
 @kernel_function
 def _add_contact_friction(tables, work, k, now, ratio):
     """Add derivatives of friction along a face, `ratio` times its contact's force; both are between the same markers."""
     contact, along = tables.forces[k, Forces.B], tables.forces[k, Forces.A]  # force, and measure along the face
-    grad, h, c = work.grad, work.by_place, work.by_rate
-    across, factor = tables.forces[contact, Forces.A], ratio * tables.factors[contact]
-    a, b = tables.measures[across, Measures.A], tables.measures[across, Measures.B]
-    value, rate = markers.compute_measure(tables, work, across, grad)
-    markers.compute_hessian(tables, work, across, grad, work.hess)
-    by_value, by_rate = lawtable.differentiate_along(tables, contact, now, value, rate, 0.0)
-    _multiply_hessian(work, a, b)
-    push_by_place, push_by_rate = work.hess[0], work.hess[1]  # derivatives of the contact's force; the Hessian is used no more
-    for i in range(6):
-        push_by_place[i] = factor * (by_value * grad[i] + by_rate * work.hess_rate[i])
-        push_by_rate[i] = factor * by_rate * grad[i]
-    markers.compute_measure(tables, work, along, grad)
-    for i in range(6):
-        for j in range(6):
-            h[i, j] = grad[i] * push_by_place[j]
-            c[i, j] = grad[i] * push_by_rate[j]
-    _add_derivatives(tables, work, a, b)
+    by_value, by_rate = _differentiate_along(tables, work, contact, now, 0.0)
+    factor, h, c = ratio * tables.factors[contact], work.by_place, work.by_rate
+    across_grad, along_grad = work.grad, work.hess[0]  # the Hessian is not used any more
+    markers.compute_measure(tables, work, along, along_grad)
+    for j in range(6):
+        push_by_place = factor * (by_value * across_grad[j] + by_rate * work.hess_rate[j])  # of the contact's force
+        push_by_rate = factor * by_rate * across_grad[j]
+        for i in range(6):
+            h[i, j], c[i, j] = along_grad[i] * push_by_place, along_grad[i] * push_by_rate
+    _add_derivatives(tables, work, tables.measures[along, Measures.A], tables.measures[along, Measures.B])
 
 
 @inline
@@ -173,17 +173,18 @@ def _add_journal(tables, work, k, memory, since, f):
 def _add_journal_tangents(tables, work, k, q, memory, since):
     """Add derivatives of the force of a pin in a bush.
 
-    Column j is x, y, angle of the pin (0 to 2) and of the bush (3 to 5), (kx, ky, ka) its direction; e is the eccentricity, t the
-    normal n turned by a right angle. Names on _x are derivatives by coordinate j, on _v by its rate; push is the normal force,
-    drag the friction. The sliding speed t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush depends on coordinates by t and e.
+    The force on the pin is -push n - drag t: normal force and friction, t being the normal n turned by a right angle. The sliding
+    speed is t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush, e the eccentricity. Column j is x, y, angle of the pin (0 to 2)
+    and of the bush (3 to 5), (kx, ky, ka) its direction. The derivative of e by it is `along`, that of n is turn t, that of t is
+    -turn n. Names on _x are derivatives by coordinate j, on _v by its rate.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
     if out[Report.LENGTH] <= 0.0:
         return
-    factor, tx, ty = tables.factors[k], -out[Report.FY], out[Report.FX]
-    (radius, e, drag, fx, fy), nx, ny = _compute_pin_force(tables, k, number, out), out[Report.FX], out[Report.FY]
-    push = factor * out[Report.VALUE]
+    radius, e, drag, fx, fy = _compute_pin_force(tables, k, number, out)
+    nx, ny, factor = out[Report.FX], out[Report.FY], tables.factors[k]
+    tx, ty, push = -ny, nx, factor * out[Report.VALUE]
     law, friction = tables.forces[k, Forces.LAW], tables.forces[k, Forces.FRICTION]
     by_depth, by_rate = lawtable.differentiate_normal(tables, law, out[Report.LENGTH], out[Report.RATE], memory[k, Memory.ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
@@ -195,7 +196,7 @@ def _add_journal_tangents(tables, work, k, q, memory, since):
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        turn = across / e  # angle by which n turns towards t, and t towards -n
+        turn = across / e
         slide_x = -out[Report.RATE] * turn - b[State.SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
         push_x = factor * (by_depth * along + by_rate * across_rate * turn)
@@ -252,10 +253,10 @@ def _add_push_tangents(tables, work, k, q):
 
 
 @inline
-def add_one(tables, work, k, now, f):
-    """Add force k to f, and report it."""
+def apply_force(tables, work, k, now, f):
+    """Add force k to f, and write its report."""
     kind = tables.forces[k, Forces.KIND]
-    t = tables.time_factor[0] * now.time  # argument of functions of time: speeds are varied by the factor
+    t = tables.time_factor[0] * now.time  # argument of functions of time: a factor of 2 makes all drives twice as fast
     if kind == ForceKind.JOURNAL:
         _add_journal(tables, work, k, now.memory, now.since, f)
     elif kind == ForceKind.POINT_FORCE:
@@ -270,7 +271,7 @@ def add_one(tables, work, k, now, f):
 def add_forces(tables, work, now, f):
     """Add all forces between markers at an instant to f. Markers are placed."""
     for k in range(tables.forces.shape[0]):
-        add_one(tables, work, k, now, f)
+        apply_force(tables, work, k, now, f)
 
 
 @kernel_function
