@@ -123,29 +123,27 @@ def _find_column(scene: CompiledScene, name: str) -> Column | None:
     return next((column for column in found if column is not None), None)
 
 
-PENETRATION = (Source.DEPTH, 0, Transform.POSITIVE)
-"""Source, component and transform of the penetration of a contact, whose depth is negative while it is open."""
+PENETRATION = Column(Source.DEPTH, 0, 0, Transform.POSITIVE)
+"""Column of the penetration of force 0, a contact, whose depth is negative while it is open."""
 JOINT = {
-    "normal_force": (Source.REPORT, Report.VALUE, Transform.PLAIN),
-    "friction_force": (Source.REPORT, Report.FRICTION, Transform.PLAIN),
-    "sliding_speed": (Source.REPORT, Report.SLIP, Transform.PLAIN),
+    "normal_force": Column(Source.REPORT, 0, Report.VALUE),
+    "friction_force": Column(Source.REPORT, 0, Report.FRICTION),
+    "sliding_speed": Column(Source.REPORT, 0, Report.SLIP),
     "penetration": PENETRATION,
 }
-"""Source, component and transform of the signals of a joint with clearance, by quantity."""
-STOP = {"contact_force": (Source.REPORT, Report.VALUE, Transform.MAGNITUDE), "penetration": PENETRATION}
-"""Source, component and transform of the signals of a stop. Its force is signed, as it acts along a measure."""
+"""Columns of the signals of a joint with clearance, by quantity, if it were force 0."""
+STOP = {"contact_force": Column(Source.REPORT, 0, Report.VALUE, Transform.MAGNITUDE), "penetration": PENETRATION}
+"""Columns of the signals of a stop, if it were force 0. Its force is signed, as it acts along a measure."""
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the column of a joint with clearance (`JOINT`) or of a stop (`STOP`)."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
-        joint = isinstance(element, Clearance) and element.point == owner
-        if joint or (isinstance(element, Stop) and name == owner):
-            if quantity not in (quantities := JOINT if joint else STOP):
-                return None
-            source, component, transform = quantities[quantity]
-            return Column(source, k, component, transform)
+        is_joint = isinstance(element, Clearance) and element.point == owner
+        if is_joint or (isinstance(element, Stop) and name == owner):
+            column = (JOINT if is_joint else STOP).get(quantity)
+            return column and column._replace(number=k)
     return None
 
 

@@ -56,7 +56,7 @@ class Announcer(Listener):
         self.progress = Watch("functions compiled", clock=perf_counter)
         self.progress.most = USUAL_FUNCTIONS
         self.ticker: Ticker | None = None  # prints the progress while the outermost one is compiled
-        self.announced = False  # the expected time was printed
+        self.announced = False  # the ticker has printed the expected time
 
     def on_start(self, event: Event) -> None:
         """Start the clock and the progress line when Numba begins to compile a function within no other."""
@@ -123,7 +123,7 @@ class _IntermediateCode(JITCodeLibrary):
         pass
 
     def _finalize_final_module(self) -> None:
-        """List the addresses of this process in the code (dynamic globals): Numba keeps no caller that has some on disk."""
+        """List the addresses of this process in the code, dynamic globals: Numba stores no caller that has any on disk."""
         self._finalize_dynamic_globals()
         self._finalized = True
 

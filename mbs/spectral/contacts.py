@@ -35,12 +35,10 @@ def is_contact(tables, k):
 
 @kernel_function
 def has_smooth_onset(tables, k):
-    """Return True if no step need end at the onset of contact k: its force has no kink there, and does not use the onset speed.
-
-    Of the other laws, those with damping by the coefficient of restitution divide by the onset speed.
-    """
+    """Return True if no step need end at the onset of contact k: its force has no kink there, its law no onset speed."""
     law = tables.forces[k, Forces.LAW]
     exponent = tables.law_numbers[law, 1]  # numbers of IMPACT: stiffness, exponent of the depth, damping, damping depth
+    # laws of a coefficient of restitution divide by the onset speed, and users' laws may use it
     return tables.laws[law, LawColumn.KIND] == NormalKind.IMPACT and exponent > 1.0
 
 
@@ -218,9 +216,9 @@ def update_onset(tables, start, end, k, memory, controls):
 def find_time_past_face(tables, start, end, least):
     """Return the time [s] of a row just past the face of a contact that closes in the step; 0 if none does.
 
-    The force jumps at the face, so a record needs a row close to it on either side. The step's end that is nearer to the face is
-    one of them. The returned time is counted from there: positive from the start, negative back from the end. It is twice the
-    time to the face, plus `least` [s].
+    The force jumps at the face, so a record needs a row close to it on either side. One is the step's start or end, whichever is
+    nearer to the face. The other follows at twice the time from there to the face, plus `least`. The time is negative if it is
+    counted back from the end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):

@@ -39,13 +39,6 @@ class Fronts(NamedTuple):
         return int(self.fronts[:, FrontColumn.SIZE].max(initial=1))
 
 
-class _Front(NamedTuple):
-    """Front by its unknowns, before it is numbered."""
-
-    pivots: list[int]
-    later: list[int]  # its unknowns that are eliminated in other fronts
-
-
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
     """Return the fronts of a matrix with so many `unknowns`, of which the first are its `coordinates`, the others constraints.
 
@@ -62,18 +55,18 @@ def _build_fronts(pattern: bytes, coordinates: int, unknowns: int) -> Fronts:
     row, col = row[slots], col[slots]
     fronts = _eliminate(*_group_unknowns(row, col, coordinates, unknowns), coordinates)
     rank = np.empty(unknowns, dtype=np.int64)  # of each unknown in the order of elimination
-    rank[[u for front in fronts for u in front.pivots]] = np.arange(unknowns)
-    front_by_rank = np.repeat(np.arange(len(fronts)), [len(front.pivots) for front in fronts])
+    rank[[u for pivots, _ in fronts for u in pivots]] = np.arange(unknowns)
+    front_by_rank = np.repeat(np.arange(len(fronts)), [len(pivots) for pivots, _ in fronts])
     owner = front_by_rank[rank]  # front that eliminates an unknown
-    members = [[*front.pivots, *sorted(front.later, key=rank.__getitem__)] for front in fronts]  # unknowns of each front
+    members = [[*pivots, *sorted(later, key=rank.__getitem__)] for pivots, later in fronts]  # unknowns of each front
     index = [{u: i for i, u in enumerate(each)} for each in members]  # of each unknown in its front
     table, first_unknown, first_entry = np.zeros((len(fronts), len(FrontColumn)), dtype=np.int64), 0, 0
     in_parent: list[int] = []
-    for k, (front, each) in enumerate(zip(fronts, members, strict=True)):
-        later = each[len(front.pivots) :]
+    for k, ((pivots, _), each) in enumerate(zip(fronts, members, strict=True)):
+        later = each[len(pivots) :]
         parent = owner[later[0]] if later else -1  # this elimination couples the later unknowns: the parent has them all
-        has_constraints = front.pivots[0] >= coordinates  # all pivots are constraints, or none
-        table[k] = len(front.pivots), len(each), first_unknown, first_entry, parent, len(in_parent), has_constraints
+        has_constraints = pivots[0] >= coordinates  # all pivots are constraints, or none
+        table[k] = len(pivots), len(each), first_unknown, first_entry, parent, len(in_parent), has_constraints
         in_parent += [index[parent][u] for u in later]
         first_unknown, first_entry = first_unknown + len(each), first_entry + len(each) ** 2
     home = np.minimum(owner[row], owner[col])  # front of a nonzero: the one that eliminates the first of its two unknowns
@@ -94,9 +87,9 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
     groups_by_key: dict[object, list[int]] = {}
     for u in range(unknowns):
         is_coordinate = u < coordinates
-        if is_coordinate:  # its own neighbour, so that coordinates which are all coupled have equal sets
+        if is_coordinate:  # coordinates that are all coupled have equal sets if each is in its own
             neighbours[u].add(u)
-        else:  # constraints are not coupled, so those on equal coordinates have equal sets without themselves
+        else:  # constraints are not coupled with each other: with itself in it no set would equal another
             neighbours[u].discard(u)
         groups_by_key.setdefault((is_coordinate, frozenset(neighbours[u])), []).append(u)
     groups = list(groups_by_key.values())
@@ -105,8 +98,11 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
     return groups, adjacent
 
 
-def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[_Front]:
-    """Return the fronts, one for each group, by minimum degree, constraints after their coordinates; overwrite `adjacent`."""
+def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[tuple[list[int], list[int]]]:
+    """Return pivots and later unknowns of fronts, one for each group, by minimum degree; overwrite `adjacent`.
+
+    Later unknowns are eliminated in other fronts. Constraints are eliminated after their coordinates.
+    """
     size, is_constraint = [len(members) for members in groups], [members[0] >= coordinates for members in groups]
     # waiting: number of groups of coordinates to eliminate before a constraint; constraints: those on a group of coordinates
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]
@@ -124,7 +120,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
         if done[g] or known_degree != degree(g):  # an outdated entry: a group whose degree changes is pushed again below
             continue
         done[g] = True
-        fronts.append(_Front(groups[g], [u for m in adjacent[g] for u in groups[m]]))
+        fronts.append((groups[g], [u for m in adjacent[g] for u in groups[m]]))
         for m in constraints[g]:
             waiting[m] -= 1
         for m in adjacent[g]:

@@ -2,9 +2,9 @@
 
 The equations are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0 with G = dg/dq, for n coordinates q and r multipliers
 lambda; the friction of guides makes f depend on lambda. Differentiated in time, g = 0 gives G v = speed and G a = change.
-Matrices are sums of blocks, small matrices of one constraint, force, ... each. They are stored as their slots, the entries that
-can be nonzero, and one more entry, never read, that takes the zeros of blocks. `jacobian` stores G in the order of the list
-`tables.block_unknowns`, which has the coordinates of each constraint and then its multiplier, whose entry is not used.
+Matrices are stored as their slots, the entries that can be nonzero, and one more entry, which is never read. `jacobian` stores G
+in the order of the list `tables.block_unknowns`, which has the coordinates of each constraint and then its multiplier, whose
+entry is not used.
 """
 
 import numpy as np
@@ -65,7 +65,10 @@ def update_stresses(tables, work, shift):
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x is the right side, then the solution. `order` is a `Fronts`."""
+    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x (n + r,) is the right side, then the solution.
+
+    `order` is the `Fronts` in which the unknowns are eliminated; x has them in their own order, coordinates first.
+    """
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))

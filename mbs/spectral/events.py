@@ -26,8 +26,7 @@ def compute_start(model, t):
     tables, work, state = model.tables, model.work, model.state
     work.kept_gradients[:] = 0.0  # so that strips have the forces of `state.stress` alone, see `strips`
     copy(state.stress, work.stress)
-    since_memory = 0.0  # [s]
-    compute_forces(tables, work, Instant(t, since_memory, state.q, state.v, state.lam, state.memory), state.force)
+    compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
     copy(work.reports, state.start_reports)
 
@@ -72,9 +71,8 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    A step ends just before a face or edge. The coordinates are then moved just beyond it at constant rates: by at most
-    (1 + `contacts.BEYOND`) times `closing_gap`. This is so far below the error allowed that neither constraints nor rates are
-    corrected.
+    A step ends just before a face or edge. The coordinates are moved just beyond it at constant rates, by so little that neither
+    constraints nor rates are corrected: at most (1 + `contacts.BEYOND`) times `closing_gap`.
     """
     state = model.state
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)

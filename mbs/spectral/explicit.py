@@ -68,9 +68,8 @@ def _has_changed(tables, state):
 def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
-    n, has_free_modes = state.force.size, state.free_modes[0] > 0
+    n, has_free_modes, gravity_factor = state.force.size, state.free_modes[0] > 0, tables.factors[-1]
     q, v = y[:n], y[n : 2 * n]
-    gravity_factor = tables.factors[-1]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
     place_markers(tables, work, q, v)

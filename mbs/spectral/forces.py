@@ -174,9 +174,9 @@ def _add_journal_tangents(tables, work, k, q, memory, since):
     """Add derivatives of the force of a pin in a bush.
 
     The force on the pin is -push n - drag t: normal force and friction, t being the normal n turned by a right angle. The sliding
-    speed is t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush, e the eccentricity. Column j is x, y, angle of the pin (0 to 2)
-    and of the bush (3 to 5), (kx, ky, ka) its direction. The derivative of e by it is `along`, that of n is turn t, that of t is
-    -turn n. Names on _x are derivatives by coordinate j, on _v by its rate.
+    speed is t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush, e the eccentricity. Column j is x, y, angle of the pin (0 to
+    2) and of the bush (3 to 5), (kx, ky, ka) its direction. By it e has the derivative `along`, n turn t, and t -turn n. Names on
+    _x are derivatives by coordinate j, on _v by its rate.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]

@@ -24,7 +24,7 @@ class FrameBody:
     inertia: float  # about the centre of mass [kg m^2]
     start: Array  # place of the link's start at t = 0 [m], (2,)
     modes: int = 0  # number of modes
-    shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at points, as in `marker_at`
+    shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at the ends, the only points of a modal link
     model: PlanarModel | None = None  # of a link with modes
 
     def marker(self, builder: Builder, point: str) -> int:
@@ -103,7 +103,7 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping_rates = 2 * model.damping * model.frequency  # 2 zeta omega [1/s], (m,)
-        # in the order in which `kernel` reads them, which defines radial (m,), gram and gyration (m, m); stiffness is (m,)
+        # integrals of the mode shapes over the mass, (m,), (m, m), (m, m), see `kernel`; stiffness is (m,)
         at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping_rates)
         builder.modal.append((o, m, at))
         builder.group_deformations(range(o + 3, o + 3 + m))  # the error control gives them one unit

@@ -126,8 +126,8 @@ def motor(t, speed, p, address):
 def evaluate_along(tables, k, now, value, rate, reaction):
     """Return force k along its measure, from the measure's `value` and `rate`; `reaction` is the normal force of friction.
 
-    A positive force increases the measure. Laws of springs, struts and friction give tension or drag, of the opposite sign.
-    The numbers p of a force are in the order in which they are read here; those of a LAW are `LawData`.
+    A positive force increases the measure. Laws of springs, struts and friction give tension or drag, so their sign is turned;
+    motors and functions of time keep theirs. The numbers p of a force are in the order in which they are read here.
     """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
@@ -185,6 +185,6 @@ def differentiate_along(tables, k, now, value, rate, reaction):
     if h > 0.0:
         upper = evaluate_along(tables, k, now, value + h, rate, reaction)
         by_value = (upper - evaluate_along(tables, k, now, value - h, rate, reaction)) / (2.0 * h)
-    h = 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)  # p[6]: regularisation speed
+    h = 1e-6 * max(abs(rate), p[6] if kind == ForceKind.MOTOR else 1e-3)  # p[6]: regularisation speed; 1e-3 m/s or rad/s: chosen
     upper = evaluate_along(tables, k, now, value, rate + h, reaction)
     return by_value, (upper - evaluate_along(tables, k, now, value, rate - h, reaction)) / (2.0 * h)

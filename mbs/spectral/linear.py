@@ -33,10 +33,10 @@ class Equations:
     """Terms of the equations of motion at a state: many uses need forces only, so the matrices are built at first use."""
 
     force: Array  # f, without the constraints' forces, (n,)
-    residual: Array  # g, (r,)
-    speed: Array  # right side of G v = speed, (r,)
-    change: Array  # right side of G a = change, (r,)
-    entries: Array = field(repr=False)  # nonzeros of matrices by `MatrixRow`, (4, slots + 1); the last is never read: `tables`
+    residual: Array  # residual g(q, t) of the constraints, (r,)
+    speed: Array  # right side of dg/dt = 0, G v = speed, (r,)
+    change: Array  # right side of d2g/dt2 = 0, G a = change, (r,)
+    entries: Array = field(repr=False)  # entries of matrices that can be nonzero, by `MatrixRow`, and one more, never read
     build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property

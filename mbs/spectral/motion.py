@@ -72,21 +72,23 @@ class SpectralStrip:
         functions = basis(piece.degree, xi, order) / piece.half_length**order
         return np.asarray((q[:, piece.dofs] @ functions.T).swapaxes(1, 2))
 
+    def _evaluate_at(self, arc: float, q: Array, order: int = 0) -> Array:
+        """Evaluate the fields of coordinates q (times, n) at an arc length [m], or derivatives of this order: (times, fields)."""
+        piece, xi = locate(self.pieces, arc)
+        return self._evaluate_fields(q, piece, np.array([xi]), order)[:, 0]
+
     def point(self, name: str) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of one of the link's points, each (times, 2)."""
-        piece, xi = locate(self.pieces, self.stations[name])
-        position, velocity = (self._evaluate_fields(q, piece, np.array([xi]))[:, 0, :2] for q in (self.q, self.q_t))
-        return position, velocity
+        arc = self.stations[name]
+        return self._evaluate_at(arc, self.q)[:, :2], self._evaluate_at(arc, self.q_t)[:, :2]
 
     def turn(self, name: str) -> tuple[Array, Array]:
         """Return the angle [rad] by which the strip has turned at a point since t = 0, and its rate, each (times,)."""
-        piece, variable = locate(self.pieces, self.stations[name])
-        xi = np.array([variable])
+        arc, order = self.stations[name], 0 if self.shears else 1
+        (start,), fields, rate = (self._evaluate_at(arc, q, order) for q in (self.reference[None], self.q, self.q_t))
         if self.shears:
-            start = self._evaluate_fields(self.reference[None], piece, xi)[0, 0, 2]
-            return self._evaluate_fields(self.q, piece, xi)[:, 0, 2] - start, self._evaluate_fields(self.q_t, piece, xi)[:, 0, 2]
-        tangent, rate = (self._evaluate_fields(q, piece, xi, 1)[:, 0] for q in (self.q, self.q_t))
-        start = self._evaluate_fields(self.reference[None], piece, xi, 1)[0, 0]
+            return fields[:, 2] - start[2], rate[:, 2]
+        tangent = fields  # (x', y')
         angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0])) - np.arctan2(start[1], start[0])
         angle = angle - 2 * np.pi * np.round(angle[0] / (2 * np.pi))  # so that the first one is within half a turn
         return angle, cross(tangent, rate) / (tangent**2).sum(axis=1)
@@ -120,9 +122,7 @@ class SpectralStrip:
         stiffness = (ea, section.shear_stiffness, ei)
         damping = (ea * material.axial_damping, 0.0, ei * material.bending_damping)  # a `Material` has none for shear
         out = []
-        for i in range(3):
-            if i == 1 and not self.shears:
-                continue
+        for i in (0, 1, 2) if self.shears else (0, 2):
             value = np.concatenate([strain[i] for strain in strains], axis=1)
             rate = np.concatenate([strain_rate[i] for strain_rate in rates], axis=1)
             # `Strain` has an axis for finite elements: the strip counts as one
@@ -146,7 +146,7 @@ class SpectralStrip:
         """
         weights, fields, rates = [], [], []
         for piece in self.pieces:
-            xi, w = gauss(piece.degree + 3)  # as in `registry.add_line_load`
+            xi, w = gauss(piece.degree + 3)  # the points at which `registry.add_line_load` puts the load
             start_angle = self._evaluate_fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
             weights.append(w * piece.half_length)
             fields.append(self._evaluate_fields(self.q, piece, xi) - start_angle)
@@ -160,18 +160,14 @@ class SpectralStrip:
 
     def line(self, per_element: int = 4) -> Array:
         """Evaluate positions along the link at the arc lengths `arcs`, (times, arcs, 2)."""
-        return np.stack([self._evaluate_position(float(arc)) for arc in self.arcs(per_element)], axis=1)
-
-    def _evaluate_position(self, arc: float) -> Array:
-        piece, xi = locate(self.pieces, arc)
-        return self._evaluate_fields(self.q, piece, np.array([xi]))[:, 0, :2]
+        return np.stack([self._evaluate_at(float(arc), self.q)[:, :2] for arc in self.arcs(per_element)], axis=1)
 
     def middle(self) -> Array:
         """Evaluate the position of mid-length, (times, 2)."""
-        return self._evaluate_position(self.length / 2)
+        return self._evaluate_at(self.length / 2, self.q)[:, :2]
 
     def arcs(self, per_element: int = 4) -> Array:
-        """Return the stress-free arc lengths [m] of `line`, at equal distances, chosen as of eight finite elements."""
+        """Return the stress-free arc lengths [m] of `line`, at equal distances: as many as if the strip had 8 finite elements."""
         return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 

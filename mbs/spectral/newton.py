@@ -2,7 +2,8 @@
 
 Symbols: h length of the step, M mass, C damping, K stiffness, G Jacobian of the constraints, n coordinates, r constraints; the
 arrays of `state` are listed in `output`. Equations (3) and (4): docs/theory-spectral.md; transformation by T: Hairer and Wanner
-1996, IV.8. All matrices are those of all unknowns, with M, C, K as blocks; state.saddle_mass has M, G and G^T - df/dlambda.
+1996, IV.8. All matrices are those of all unknowns, with M, C, K as blocks; state.saddle_mass has M, G and G^T - df/dlambda. The
+stresses of strips are unknowns, too, by (4). Their increments are eliminated at each Gauss point, by `advance_stresses`.
 """
 
 import numpy as np
@@ -19,13 +20,13 @@ MATRIX_NODE = 1
 MOST_ITERATIONS = 14
 """Largest number of iterations with one matrix; 3 to 6 suffice with a fresh one."""
 LEAST_ERROR_RATIO = 0.1
-"""Least error assumed after a first increment, over the increment, as the last step's rate of convergence may not hold."""
+"""Least value of `error_ratio` for a first increment, as the last step's rate of convergence may not hold."""
 UNKNOWN_ERROR_RATIO = 1.0
-"""Error assumed after the first increment with new matrices, over the increment: that of increments which halve."""
+"""Value of `error_ratio` for the first increment with new matrices: that of increments which halve."""
 DIVERGENT = 2.0
 """Ratio of two increments above which Newton's method counts as divergent at once; below it a third iteration is tried."""
 SLOW = 0.3
-"""Ratio of successive increments above which the next step computes new matrices."""
+"""Ratio theta of the last two increments above which `implicit` asks for new matrices in the next step."""
 
 
 @kernel_function
@@ -35,7 +36,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     since = NODES[MATRIX_NODE] * h
     copy(state.node_stress[MATRIX_NODE], work.stress)
     now = Instant(t + since, since, q, v, lam, state.memory)
-    work.strip_form[0] = RENEWED  # as MIXED, stresses being unknowns, but keeps the gradients of strains for the matrices
+    work.strip_form[0] = RENEWED  # as MIXED, with stresses as unknowns, but keeps the gradients of strains for the matrices
     kernel.compute_forces(tables, work, now, state.force)
     work.strip_form[0] = MIXED
     kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
