@@ -6,8 +6,7 @@
     found.mean("rms(B.normal_force)"), found.error("rms(B.normal_force)")
 
 A member is one run, divided into windows of time of the length `each`; a window gives one value of every reading. Members are
-independent and the windows of one member are not: standard errors are computed from the means of the members. While the solver
-runs, it hands over its output part by part: a part is some consecutive rows, each the state at one time.
+independent and the windows of one member are not: standard errors are computed from the means of the members.
 """
 
 import os
@@ -41,17 +40,18 @@ from .result import Ensemble
 
 CHUNK = 16
 """Members in a task of the executor: enough to hide its cost, few enough to keep all cores busy and lose little at Ctrl-C."""
+BETWEEN = 3
+"""States that are interpolated in a step over impacts; chosen."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
 
 
 class PreparedMember(NamedTuple):
-    """Compiled scene of a member, its initial state, its signals; `over_impacts` is the answer of `steps_over_impacts`."""
+    """Compiled scene of a member, its initial state, its signals."""
 
     scene: CompiledScene
     start: RunState
     channels: Channels
-    over_impacts: bool
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,7 @@ class Task:
         scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
         names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
         start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-        channels = Channels.of(scene, list(names))
-        member = PreparedMember(scene, start, channels, steps_over_impacts(scene, self.solver))
+        member = PreparedMember(scene, start, Channels.of(scene, list(names)))
         if not self.members.paths:  # no number varies: members of a mechanism differ in their initial states alone
             prepared[index] = member
         return member
@@ -97,19 +96,18 @@ class Task:
 
     def integrate(self, k: int, member: PreparedMember) -> tuple[Array, Failure | None]:
         """Integrate member k from its random start and accumulate statistics; return values (windows, readings) and failure."""
-        scene, start, channels, over_impacts = member
-        formulas = formulas_of(self.readings)
+        scene, start, channels = member
+        formulas = formulas_of(self.readings)  # of signals, the arguments of the readings' statistics, by their texts
         sums = Accumulator.over(self.edges, len(formulas))
-        before: Output | None = None
+        interpolates, parts = steps_over_impacts(scene, self.solver), list[Output]()
 
         def accumulate(part: Output) -> None:
-            """Add the values of the formulas at the rows of a part of the output; rows that were added before do not count."""
-            nonlocal before
-            out = add_states(scene, before, part) if over_impacts else part
-            before = part
-            signals = dict(zip(channels.names, channels.values(scene, out).T, strict=True))
-            signals |= {name: curve(out.time) for name, curve in self.curves.items()}
-            sums.add(out.time, columns(formulas, signals))
+            """Add the values of the formulas at the next rows of the run, a part of its output."""
+            rows = add_states(scene, parts[-1:], part) if interpolates else part
+            parts[:] = [part]
+            signals = dict(zip(channels.names, channels.values(scene, rows).T, strict=True))
+            signals |= {name: curve(rows.time) for name, curve in self.curves.items()}
+            sums.add(rows.time, columns(formulas, signals))
 
         state = start._replace(q=start.q + self.members.draw_offset(scene, k))
         _last_row, failure, _counts = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
@@ -119,19 +117,20 @@ class Task:
 def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
     """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
 
-    Interpolated states within the steps then supply the peaks. Explicit steps are stable only if several lie in each impact.
-    With strips no states are interpolated: a strip is so stiff along its line that small errors of its shape make large forces.
+    Explicit steps are stable only if several lie in each impact. With strips no states may be interpolated: a strip is so stiff
+    along its line that small errors of its shape make large forces.
     """
     tables = scene.tables
     has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
     return not is_explicit(scene, solver) and not len(tables.strips) and has_journals
 
 
-def add_states(scene: CompiledScene, before: Output | None, part: Output) -> Output:
-    """Add three interpolated states in each step of a part of the output, and in the step from the part before, if any."""
-    last_row = [] if before is None else [Output(*(column[-1:] for column in before))]
-    joined = Output(*(np.concatenate(columns) for columns in zip(*last_row, part, strict=True)))
-    return refine_times(scene, joined, 3) if len(joined.time) > 1 else joined
+def add_states(scene: CompiledScene, before: list[Output], part: Output) -> Output:
+    """Add interpolated states in each step of a part of the output, and in the step that leads to it from a part before."""
+    last_rows = [Output(*(column[-1:] for column in each)) for each in before]
+    joined = Output(*(np.concatenate(columns) for columns in zip(*last_rows, part, strict=True)))
+    refined = refine_times(scene, joined, BETWEEN) if len(joined.time) > 1 else joined
+    return Output(*(column[len(last_rows) :] for column in refined))  # the last row of the part before has been counted
 
 
 @watch("members")
@@ -144,9 +143,9 @@ def ensemble(
 ) -> Ensemble:  # fmt: skip
     """Run a mechanism many times, with varied numbers and initial states, and gather readings of each window of time.
 
-    Members start with their journals at random places in their bushes. Without clearance their coordinates have random offsets:
-    lengths of 1e-9 of the longest link, angles of 1e-9 rad. Statistics are accumulated while a member runs, and no signal is
-    recorded. The values of a member that fails are nan. Raise a ValueError for an invalid reading, path or number.
+    Members start with their journals at random places in their bushes. Without clearance their coordinates have random offsets
+    of 1e-9 of the longest link or rad, from which only chaotic motions differ. No signal is recorded. The values of a member that
+    fails are nan. Raise a ValueError for an invalid reading, path or number.
 
     Parameters
     ----------
@@ -175,7 +174,8 @@ def ensemble(
     store : path, optional
         File (.npz) that keeps the members that have run; the same call continues from it.
     timeout, progress
-        Limit of time [s], after which members that have run are returned; `progress` shows the state, by default on terminals.
+        Of the decorator `watch`: limit of time [s], after which members that have run are returned; `progress` shows the state,
+        by default on terminals.
     """
     positive("duration", duration, "s"), whole("skip", skip, 0, 10**6)
     solver = one_of("solver", solver or Spectral(), (Spectral,))
@@ -205,8 +205,8 @@ def _try_first(task: Task) -> None:
     try:
         trial.integrate(0, trial.prepare(0, {}))
     except np.linalg.LinAlgError:  # a ValueError, but no mistake in the call: the run of this member will report it
-        return
-    except (ValueError, KeyError) as error:
+        pass
+    except KeyError as error:
         raise ValueError(str(error)) from None
 
 

@@ -1,7 +1,7 @@
 """Numbers and initial states of the members of an ensemble, by a scrambled Sobol' sequence and random offsets.
 
-A number varies by a list of values or by a distribution. A cell is one combination of a mechanism and one value of each list; it
-has many members.
+A number varies by a list of values or by a distribution. A cell is a mechanism with one value of each list, and has many members.
+Without lists, each mechanism is a cell.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ class Members:
 
     sources: tuple[Mechanism | dict[str, Any], ...]  # mechanisms, or the contents of their files if numbers vary
     paths: tuple[str, ...]  # of the numbers that vary
-    numbers: Array  # (members, paths)
+    numbers: Array  # a row for each member of any cell, (members, paths)
     cells: Array  # index of the member's cell, (members,)
     grid: dict[str, Array]  # lists of values, by path
     seed: int
 
     @classmethod
     def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
-        """Draw the numbers of `members` members in each cell.
+        """Draw the numbers of all members; each cell has `members` of them.
 
         `vary` maps a path to a list of values or to a frozen distribution of `scipy.stats`. Quantiles of distributions are the
         points of a scrambled Sobol' sequence. Raise a ValueError if there is no number at a path.
@@ -56,7 +56,7 @@ class Members:
         distributions = {path: distribution for path, distribution in vary.items() if path not in grid}
         for mechanism in mechanisms if vary else ():
             Family.of(mechanism, vary)  # for its ValueError alone, if there is no number at a path
-        combinations = np.array(list(product(*grid.values())))  # of listed values, (combinations, lists)
+        combinations = np.array(list(product(*grid.values())))  # of listed values, (combinations, lists); without lists (1, 0)
         cell_values = np.tile(combinations, (len(mechanisms), 1))  # (cells, lists)
         count = members * len(cell_values)
         quantiles = _sobol(count, len(distributions), seed)
@@ -105,8 +105,9 @@ def _sobol(count: int, dimensions: int, seed: int) -> Array:
 def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Array | None:
     """Draw an offset of coordinates (n,) that puts each journal at a random place in its bush; None without clearance.
 
-    Places are distributed uniformly over the bush. The offset dq solves J dq = places in the bushes and G dq = 0, where G is the
-    Jacobian of the constraints and J that of the places. The pseudo-inverse gives the least such dq.
+    Places are distributed uniformly over the bush. Without the offset dq, journals are in the centres of their bushes. It solves
+    J dq = places and G dq = 0, where J and G are the Jacobians of the places and of the constraints. The pseudo-inverse gives the
+    least such dq.
     """
     elements = scene.source.elements
     joints, relative = [], []

@@ -39,7 +39,7 @@ STATISTICS: dict[str, Reduction] = {
 }
 """Statistics by name."""
 ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (None, 1))
-"""Functions that the parser accepts, with text on their usage for messages, here none, and number of arguments."""
+"""Functions that the parser accepts: usage for messages, here none, and number of arguments."""
 
 
 @dataclass(frozen=True)

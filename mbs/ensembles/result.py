@@ -41,7 +41,7 @@ class Ensemble:
 
     members: Members
     readings: tuple[str, ...]  # formulas
-    edges: Array  # times between windows [s], (windows + 1,)
+    edges: Array  # limits of windows [s], (windows + 1,)
     skip: int  # number of windows at the start that statistics leave out
     values: Array  # (members, windows, readings), nan if a member failed or has not run
     done: Array  # True for members that have run, (members,)
@@ -119,18 +119,14 @@ class Ensemble:
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
-        """Draw the mean of a reading as a function of two numbers that vary by lists: the mean of all cells with their values."""
-        from matplotlib.pyplot import subplots
-
+        """Draw the mean of a reading over two numbers that vary by lists; further lists are averaged."""
         if {x, y} - set(self.members.grid):
             lists = ", ".join(self.members.grid) or "none"
             raise ValueError(f"{x}, {y}: give both as lists of values in vary; lists are {lists}")
         grid, cells = [self.members.grid[path] for path in (x, y)], self.cells(reading)
-        means = np.full((len(grid[1]), len(grid[0])), np.nan)
-        for i, b in enumerate(grid[1]):
-            for j, a in enumerate(grid[0]):
-                means[i, j] = np.mean([cell.mean for cell in cells if cell.values[x] == a and cell.values[y] == b])
-        ax = ax or subplots(layout="constrained")[1]
+        means = [[np.mean([cell.mean for cell in cells if (cell.values[x], cell.values[y]) == (a, b)]) for a in grid[0]]
+                 for b in grid[1]]  # fmt: skip
+        ax = ax or _make_axes()
         mesh = ax.pcolormesh(grid[0], grid[1], means, shading="nearest")
         ax.figure.colorbar(mesh, ax=ax, label=f"mean of {reading}")
         units = Family.of(self.members.sources[0], (x, y)).units
@@ -140,9 +136,7 @@ class Ensemble:
 
     def histogram(self, reading: str, bins: int = 40, ax: Axes | None = None) -> Axes:
         """Draw the distribution of a reading over members and windows, with the 95 % confidence interval of its mean."""
-        from matplotlib.pyplot import subplots
-
-        ax = ax or subplots(layout="constrained")[1]
+        ax = ax or _make_axes()
         ax.hist(self.of(reading).ravel(), bins=bins, color="0.7")
         ax.axvspan(*self.interval(reading), alpha=0.4, label="mean, 95 % interval")
         ax.axvline(self.mean(reading))
@@ -152,9 +146,7 @@ class Ensemble:
 
     def section(self, x: str, y: str, ax: Axes | None = None) -> Axes:
         """Draw a Poincaré section: two readings at the ends of all windows, such as `end(B.x)` and `end(B.vx)`."""
-        from matplotlib.pyplot import subplots
-
-        ax = ax or subplots(layout="constrained")[1]
+        ax = ax or _make_axes()
         ax.plot(self.of(x).ravel(), self.of(y).ravel(), ".", ms=1)
         ax.set(xlabel=x, ylabel=y)
         return ax
@@ -180,10 +172,10 @@ class Ensemble:
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> Path:
-        """Write readings, numbers and reasons of failures, `said`, to one .npz file, which appears when it is complete."""
+        """Write readings, numbers and reasons of failures to one .npz file, which appears when it is complete."""
         target = Path(path)
         incomplete = target.with_name(f".{target.name}.part.npz")
-        np.savez_compressed(
+        np.savez_compressed(  # the file's name for reasons is `said`
             incomplete, values=self.values, done=self.done, said=np.array(self.reasons), edges=self.edges, seed=self.members.seed,
             readings=np.array(self.readings), paths=np.array(self.members.paths), numbers=self.members.numbers,
         )  # fmt: skip
@@ -193,15 +185,18 @@ class Ensemble:
     def resume(self, path: str | Path) -> Ensemble:
         """Read the members that an interrupted run has saved; raise a ValueError if the file is of another ensemble."""
         with np.load(path) as saved:
-            is_same = (
-                tuple(saved["readings"].tolist()) == self.readings and np.array_equal(saved["edges"], self.edges)
-                and np.array_equal(saved["numbers"], self.members.numbers) and int(saved["seed"]) == self.members.seed
-            )  # fmt: skip
-            if not is_same:
+            own = {"readings": self.readings, "edges": self.edges, "numbers": self.members.numbers, "seed": self.members.seed}
+            if not all(np.array_equal(saved[key], value) for key, value in own.items()):
                 differ = "members, numbers, readings or windows differ"
                 raise ValueError(f"{path}: holds another ensemble ({differ}); name another file")
             self.values[:], self.done[:], self.reasons[:] = saved["values"], saved["done"], saved["said"].tolist()
         return self
+
+
+def _make_axes() -> Axes:
+    from matplotlib.pyplot import subplots
+
+    return subplots(layout="constrained")[1]
 
 
 def _error(values: Array) -> float:
