@@ -45,7 +45,7 @@ WIDE = 0.02
 CONSTRAINT = re.compile(
     r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
 )
-"""Pattern of a constraint: a reading with a bound or a value, perhaps with a tolerance."""
+"""Pattern of a constraint: a reading with a bound, or with a value and perhaps a tolerance."""
 
 
 class EnoughError(Exception):
@@ -121,6 +121,8 @@ def parse_constraint(given: str | tuple[str, float, float]) -> Constraint:
             raise ValueError("has none of =, <=, >= with a value behind it")
         value = measured(match["value"])
         tolerance, percent, _ = (match["tolerance"] or f"{100 * EXACT} %").partition("%")
+        if match["tolerance"] and match["sign"] != "=":
+            raise ValueError(f"a tolerance is that of a value, not of {match['sign']}")
         width = float(tolerance) / 100 * abs(value) if percent else float(measured(tolerance))
         if width < 0:
             raise ValueError("a tolerance is positive")
@@ -249,10 +251,8 @@ class Search:
 
     def descend(self, x: Array) -> None:
         """Minimise from a point or, with nothing to minimise, meet the constraints."""
-        if self.objective:
-            self.minimise(x)
-        else:
-            self.meet_constraints(x)
+        descend = self.minimise if self.objective else self.meet_constraints
+        descend(x)
 
     def meet_constraints(self, x: Array) -> None:
         """Minimise the residuals of the constraints by least squares, with wide differences first."""

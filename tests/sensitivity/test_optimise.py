@@ -136,6 +136,8 @@ def test_constraints_as_text():
     assert parse_constraint(("end(B.x)", 1, 2))[1:4] == ("end(B.x)", 1.0, 2.0)
     with pytest.raises(ValueError, match="write for instance"):
         parse_constraint("end(B.x) about 2 mm")
+    with pytest.raises(ValueError, match="a tolerance is that of a value, not of >="):
+        parse_constraint("end(B.x) >= 2 mm ± 1 %")
     with pytest.raises(ValueError, match="neither"):
         optimise(pushed(150.0), 0.1, free={K: (100.0, 180.0)})
 
