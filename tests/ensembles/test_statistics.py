@@ -11,6 +11,7 @@ from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.run import collect
+from buckler.mbs.spectral import run as solver_run
 from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import integrate
@@ -151,3 +152,14 @@ def test_loose_implicit_steps_of_closed_joints_are_looked_into():
     loose, tight = (mbs.ensemble(closed, 0.2, 1, solver=solver, **given) for solver in solvers)
     assert loose.mean("rms(rocker.ax)") == pytest.approx(tight.mean("rms(rocker.ax)"), rel=4e-3)
     assert loose.mean("max(B.normal_force)") == pytest.approx(tight.mean("max(B.normal_force)"), rel=0.02)
+
+
+def test_each_step_counts_once_however_the_output_is_cut_into_parts(monkeypatch):
+    """Parts of 100 rows and of all rows: interpolation in the step between two parts needs the last row of the one before."""
+    closed = rattling(law=Impact(2.53e5 * 1e3**1.5, 253.0e3, 1e-5))
+    given = {"of": ["impulse(B.normal_force)", "mean(rocker.ax)"], "each": 0.02, "progress": False}
+    found = []
+    for rows in (solver_run.ROWS_PER_CALL, 100):
+        monkeypatch.setattr(solver_run, "ROWS_PER_CALL", rows)
+        found.append(mbs.ensemble(closed, 0.02, 1, skip=0, solver=mbs.Spectral(mbs.Controlled(1e-6)), **given).values)
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
