@@ -66,9 +66,19 @@ class Task:
     curves: Mapping[str, Curve]  # signals given by the user
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
-        """Run members; return for each its number, values (windows, readings), nan where it failed, and the reason."""
+        """Run members; return for each its number, values (windows, readings), nan if it failed, and the reason or ''."""
         prepared: dict[int, PreparedMember] = {}  # by the index of the mechanism, if no number varies
-        return [(k, *self._run_one(k, prepared)) for k in members]
+        found = []
+        for k in members:
+            try:
+                values, failure = self.integrate(k, self.prepare(k, prepared))
+                reason = f"{failure.status}: {failure.message}" if failure is not None else ""
+            except (ValueError, KeyError) as error:  # numbers with which no mechanism can be made, or no run can begin
+                reason = f"{type(error).__name__}: {error}"
+            if reason:
+                values = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
+            found.append((k, values, reason))
+        return found
 
     def prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
         """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
@@ -82,17 +92,6 @@ class Task:
         if not self.members.paths:  # no number varies: members of a mechanism differ in their initial states alone
             prepared[index] = member
         return member
-
-    def _run_one(self, k: int, prepared: dict[int, PreparedMember]) -> tuple[Array, str]:
-        """Run member k; return its values (windows, readings), and '' or the reason of its failure."""
-        try:
-            values, failure = self.integrate(k, self.prepare(k, prepared))
-            reason = f"{failure.status}: {failure.message}" if failure is not None else ""
-        except (ValueError, KeyError) as error:  # numbers with which no mechanism can be made, or no run can begin
-            reason = f"{type(error).__name__}: {error}"
-        if reason:
-            values = np.full((len(self.edges) - 1, len(self.readings)), np.nan)
-        return values, reason
 
     def integrate(self, k: int, member: PreparedMember) -> tuple[Array, Failure | None]:
         """Integrate member k from its random start and accumulate statistics; return values (windows, readings) and failure."""
@@ -223,7 +222,7 @@ def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str |
             progress.check()
             ended, running = wait(running, 0.2, FIRST_COMPLETED)  # 0.2 s at most, until the next check
             for k, values, reason in (member for future in ended for member in future.result()):
-                found.add(k, values, reason)
+                found.values[k], found.done[k], found.reasons[k] = values, True, reason
                 progress.count += 1
             if store and ended:
                 found.save(store)

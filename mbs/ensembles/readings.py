@@ -130,13 +130,11 @@ def read_windows(texts: Iterable[str], time: Array, signals: Mapping[str, Array]
 
 
 def _statistics(node: ast.AST) -> Iterator[ast.Call]:
-    """Yield the statistics in a formula."""
     calls = (call for call in ast.walk(node) if isinstance(call, ast.Call))
     return (call for call in calls if isinstance(call.func, ast.Name) and call.func.id in STATISTICS)
 
 
 def _signals(node: ast.AST) -> Iterator[str]:
-    """Yield the names of signals in a formula."""
     return (name.id for name in ast.walk(node) if isinstance(name, ast.Name) and name.id not in {*CONSTANTS, *ALLOWED})
 
 

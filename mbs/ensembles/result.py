@@ -55,10 +55,6 @@ class Ensemble:
         values = np.full((len(members), len(edges) - 1, len(readings)), np.nan)
         return cls(members, readings, edges, skip, values, np.zeros(len(members), dtype=bool), [""] * len(members))
 
-    def add(self, k: int, values: Array, reason: str) -> None:
-        """Add the values of member k, or the reason for which it failed."""
-        self.values[k], self.done[k], self.reasons[k] = values, True, reason
-
     @property
     def failed(self) -> Array:
         """True for members that failed, shape (members,)."""
@@ -186,7 +182,7 @@ class Ensemble:
         """Read the members that an interrupted run has saved; raise a ValueError if the file is of another ensemble."""
         with np.load(path) as saved:
             own = {"readings": self.readings, "edges": self.edges, "numbers": self.members.numbers, "seed": self.members.seed}
-            if not all(np.array_equal(saved[key], value) for key, value in own.items()):
+            if any(not np.array_equal(saved[key], np.asarray(value)) for key, value in own.items()):
                 differ = "members, numbers, readings or windows differ"
                 raise ValueError(f"{path}: holds another ensemble ({differ}); name another file")
             self.values[:], self.done[:], self.reasons[:] = saved["values"], saved["done"], saved["said"].tolist()

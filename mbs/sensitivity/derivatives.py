@@ -36,8 +36,7 @@ WIDER = 4.0
 COMMON = 1e-6
 """Least relative error of a derivative, for errors that both differences have in common; chosen."""
 GAP_NOISE = 3.5
-"""Noise of the gap over that of the central difference. For independent noise of f, of standard deviation s, they are
-sqrt(6) s/w and s/(sqrt(2) w), so the ratio is sqrt(12). A quarter of the coarser gap has a sixteenth of the noise: neglected."""
+"""Noise of the gap, sqrt(6) s/w, over that of the central difference, s/(sqrt(2) w), for readings with independent noise s."""
 UNCERTAIN = 0.5
 """Relative error above which no digit of a derivative is certain."""
 SMALL_EFFECT = 1e-2
@@ -116,7 +115,6 @@ class Sensitivities:
 
 
 def _per(unit: str, by: str) -> str:
-    """Return the unit of a quotient."""
     top, bottom = unit or "?", by or "?"
     return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"
 
@@ -153,13 +151,14 @@ def sensitivities(
         Limit of time [s], after which missing derivatives are nan; `progress` shows the state, by default in terminals.
     """
     require_compiler()
-    if duration is not None:
-        duration = float(positive("duration", duration, "s"))
+    duration = None if duration is None else float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at)
     deviations = by if isinstance(by, Mapping) else {}
     spreads = {name: float(positive(f"standard deviation of {name}", x, family.units[name])) for name, x in deviations.items()}
-    scales = {name: _scale(name, family.values[name], spreads) for name in by}
+    scales = {name: abs(family.values[name]) or spreads.get(name, 0.0) for name in by}  # of the changes of a number
+    if no_scale := [name for name, scale in scales.items() if not scale]:
+        raise ValueError(f"{no_scale[0]} = 0: a relative change says nothing; give its standard deviation, too")
     neighbours = Neighbours(family, scales, duration)
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
@@ -230,14 +229,6 @@ class Neighbours(NamedTuple):
                 values = np.full(len(readings), nan)
             sides.append((values - start.values) / change)
         return sides
-
-
-def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
-    """Return the scale of the changes of a number: its absolute value or, if it is zero, its standard deviation."""
-    scale = abs(value) or abs(spreads.get(name, 0.0))
-    if not scale:
-        raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
-    return scale
 
 
 def _combine(blank: Derivative, scale: float, sides: Array, reading_error: float, rounding: float) -> Derivative:

@@ -33,9 +33,8 @@ class Design:
     """Result of an optimisation: `values` of the free numbers, SI, and the constraints and ends of ranges that are `binding`.
 
     `readings`, minimised or constrained, are of a finer run at these values; `changes` are their differences from the run of the
-    search. The design is `possible` if the finer run meets all constraints. The `message` lists violated constraints, and says
-    why the search ended early: the design is then not `complete`, but the best one so far. `units` are those of values and
-    readings, '' for a function.
+    search. The design is `possible` if the finer run meets all constraints. It is not `complete` if the search ended early. The
+    `message` lists violated constraints, and says why. `units` are those of values and readings, '' for a function.
     """
 
     values: dict[str, float]

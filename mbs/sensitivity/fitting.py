@@ -66,16 +66,15 @@ class Fit:
     """Numbers that fit data best, SI, with 95 % `intervals` by linearisation, or by a profile likelihood if one was requested.
 
     `unidentified` are sentences on numbers that the data do not identify, and on signals that the fit predicts badly.
-    `correlation` is (numbers, numbers). `rms` is the root mean square of the residuals of each signal over all experiments, in
-    the unit of the signal. `predicted` has for each experiment the signals at the times of the data, and the readings. `cost` is
-    half the sum of squared residuals in standard deviations; `free` are the ranges of the numbers. The fit is not `complete`
-    if a timeout or Ctrl-C ended it early: its numbers are then the best so far.
+    `rms` is the root mean square of the residuals of each signal over all experiments, in its unit. `predicted` has for each
+    experiment the signals at the times of the data, and the readings. `cost` is half the sum of squared residuals in standard
+    deviations; `free` are the ranges of the numbers. Without `complete` a timeout or Ctrl-C ended the fit early.
     """
 
     values: dict[str, float]
     intervals: dict[str, Interval]
     unidentified: list[str]
-    correlation: Array
+    correlation: Array  # (numbers, numbers)
     rms: dict[str, float]
     predicted: list[dict[str, Any]]
     experiments: Sequence[Experiment]
@@ -138,9 +137,9 @@ def fit(
     problem = FitProblem.of(mechanism, experiments, free, solver)
     if unknown := [name for name in profiles if name not in problem.names]:
         raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
-    minimisations = BEST_STARTS + 1  # the last with estimated errors; those of profiles are not counted
+    minimisations = BEST_STARTS + 1  # the last with estimated errors
     evaluations = starts + minimisations * MOST_EVALUATIONS * (1 + 2 * len(problem.names))  # at most 2 runs for a derivative
-    watching.get().most = len(problem.experiments) * evaluations  # number of runs for the display of progress, not a limit
+    watching.get().most = len(problem.experiments) * evaluations  # shown with the progress
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
         if problem.without_error and not problem.stopped:
@@ -188,7 +187,6 @@ def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
         return x
 
     def point(part: Array) -> Array:
-        """Return the point with these free coordinates."""
         return np.insert(part, fixed, x[fixed]) if fixed is not None else part
 
     # the last step changes the cost, about N/2 for N data, by less than a fraction `ftol`: numbers by less than sqrt(1e-7 N) of

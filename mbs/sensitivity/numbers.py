@@ -110,7 +110,7 @@ class Family:
         if not isinstance(source, Mechanism | Mapping):
             function, fixed = source, dict(arguments or {})
             given = {name: float(value) for name, value in fixed.items() if name in names}
-            return cls(lambda values: function(**fixed | values), given, dict.fromkeys(names, ""))
+            return cls(lambda values: function(**{**fixed, **values}), given, dict.fromkeys(names, ""))
         document = source.to_dict() if isinstance(source, Mechanism) else source
         given, units = {}, dict[str, str]()
         for name in names:
