@@ -20,7 +20,7 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..record.record import Record, select
-from .drawing import MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark
+from .drawing import MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark, arc_points
 from .symbols import draw_marks
 
 STATIONS = 25
@@ -180,10 +180,9 @@ def corners(movie: Movie, mark: Mark, k: int) -> Array:
             left = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-300)
             return np.asarray(a + points[:, :1] * along + points[:, 1:] * left)
         case Disc():
-            circle = np.exp(2j * pi * np.arange(48) / 48)  # as complex numbers
-            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([circle.real, circle.imag])
+            local = arc_points(mark.centre, mark.radius, 0.0, 2 * pi, 48)
         case Label():
-            local = [mark.place]
+            local = (mark.place,)
         case Outline():
             local = mark.points
         case _:
@@ -210,12 +209,18 @@ class Film:
 
 
 def make_movie(record: Record, times: Array | None = None) -> Movie:
-    """Make the movie of a record, at `times` [s] or at evenly spaced times, up to the last finite state."""
+    """Make the movie of a record up to its last finite state, at `times` [s] or at evenly spaced times.
+
+    These are one for every 2 degrees of the link that turns most, 241 at least and 1441 at most.
+    """
     record = _finite(record)
     if len(record.time) < 2:
         return still(record.mechanism)
     if times is None:
-        times = np.linspace(record.time[0], record.time[-1], count_pictures(record))
+        starts = {name: record.mechanism.link(name).start for name in record.links}
+        turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
+        intervals = int(np.clip(180 * max(turns, default=0.0), 240, 1440))
+        times = np.linspace(record.time[0], record.time[-1], intervals + 1)
     return _movie(record.at(times), record)
 
 
@@ -223,13 +228,6 @@ def still(mechanism: Mechanism) -> Movie:
     """Return the mechanism at t = 0 as a movie of one picture."""
     motionless = Record(mechanism, np.zeros(1), {}, {})
     return _movie(motionless, motionless)
-
-
-def count_pictures(record: Record) -> int:
-    """Count the pictures of a run: one for every 2 degrees of the link that turns most, 241 at least and 1441 at most."""
-    starts = {name: record.mechanism.link(name).start for name in record.links}
-    turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
-    return int(np.clip(180 * max(turns, default=0.0), 240, 1440)) + 1
 
 
 def _finite(record: Record) -> Record:

@@ -60,13 +60,12 @@ def write_paraview(result: Result, path: str | Path, times: ArrayLike | None = N
 
 def _solids(movie: Movie) -> Iterator[MeshSolid]:
     """Yield the meshes of all links, of rigid links first."""
-    for mark in movie.marks:
-        is_rigid_link = isinstance(mark, Outline) and mark.closed and mark.width > 0  # symbols have no width
-        if is_rigid_link:
-            outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
-            fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles: outlines of links are convex
-            sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
-            yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
+    outlines = [mark for mark in movie.marks if isinstance(mark, Outline) and mark.closed]
+    for mark in [each for each in outlines if each.width > 0]:  # of rigid links: symbols have no width
+        outline = np.stack([to_ground(frame, mark.points) for frame in movie.frames[mark.frame]])
+        fan = np.array([[0, k, k + 1] for k in range(1, len(mark.points) - 1)])  # triangles: outlines of links are convex
+        sides = [_at_height(outline, z) for z in (-mark.width / 2, mark.width / 2)]
+        yield MeshSolid(np.concatenate(sides, axis=1), "wedge", np.hstack([fan, fan + len(mark.points)]), {})
     for band in movie.bands.values():  # of flexible links: `points` are (times, stations, 2)
         along = np.gradient(band.points, axis=1)
         size = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)  # above 0, for a division

@@ -61,7 +61,6 @@ def _limits(movie: Movie) -> tuple[float, float, float, float]:
 
 
 def _frame_axes(axes: Axes, movie: Movie) -> None:
-    """Set equal scales, limits and labels."""
     left, right, low, high = _limits(movie)
     axes.set(xlim=(left, right), ylim=(low, high), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     axes.grid(False)
@@ -148,6 +147,8 @@ def _warn(axes: Axes, result: Result) -> None:
 
 def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
     """Write a movie as an animated GIF of some seconds, `width` pixels wide; see `Result.animate`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
     from PIL import Image
 
     path = Path(path)
@@ -156,37 +157,26 @@ def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float =
     rows = np.unique(np.linspace(0, len(movie.time) - 1, min(MOST_FRAMES, len(movie.time))).round().astype(int)).tolist()
     rate = max(1, round(len(rows) / seconds))
     path.parent.mkdir(parents=True, exist_ok=True)
+    left, right, low, high = _limits(movie)
+    height = round(float(np.clip(width * (high - low) / (right - left), 0.3 * width, 1.2 * width)))
+    images = []
     with house_style():
-        draw = _make_renderer(movie, width)
-        images = [Image.fromarray(draw(k)[..., :3]) for k in rows]
+        figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+        canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        artists = [(mark, _add_artist(axes, mark)) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
+        _frame_axes(axes, movie)
+        axes.set_axis_off()
+        clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
+        for k in rows:
+            for mark, move in artists:
+                move(corners(movie, mark, k))
+            clock.set_text(f"t = {movie.time[k]:.3f} s")
+            canvas.draw()
+            images.append(Image.fromarray(np.array(canvas.buffer_rgba())[..., :3]))
     palette = images[len(images) // 2].quantize(64)  # with a common palette, the file stores only what changes
     first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
     return path
-
-
-def _make_renderer(movie: Movie, width: float) -> Callable[[int], Array]:
-    """Return a function that draws picture number k and returns its pixels as bytes (height, width, 4)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    left, right, low, high = _limits(movie)
-    height = round(float(np.clip(width * (high - low) / (right - left), 0.3 * width, 1.2 * width)))
-    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-    canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    artists = [(mark, _add_artist(axes, mark)) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
-    _frame_axes(axes, movie)
-    axes.set_axis_off()
-    clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
-
-    def draw(k: int) -> Array:
-        for mark, move in artists:
-            move(corners(movie, mark, k))
-        clock.set_text(f"t = {movie.time[k]:.3f} s")
-        canvas.draw()
-        return np.array(canvas.buffer_rgba())
-
-    return draw
 
 
 def plot_fit(fit: Any) -> Figure:

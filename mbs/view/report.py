@@ -97,23 +97,19 @@ class ArrayStore:
         self.parts: list[Array] = []
         self.size = 0
 
-    def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
-        """Append an array, quantised from `low` to `high`; return the index of its first number, `low` and the step.
+    def add(self, values: Array, limits: tuple[float, float] | None = None) -> list[float]:
+        """Append an array, quantised from the low to the high limit, by default its own.
 
-        A constant array is not appended: its index is -1, and `low` its value.
+        Return the index of its first number, the low limit and the step. A constant array is not appended: its index is -1.
         """
         values = np.asarray(values, dtype=float).ravel()
+        low, high = limits or find_limits(values)
         is_finite = np.isfinite(values)
-        finite = values[is_finite]
-        low = float(finite.min(initial=np.inf)) if low is None else low
-        high = float(finite.max(initial=-np.inf)) if high is None else high
-        if not len(finite):
-            low = high = 0.0
         if low == high and is_finite.all():
             return [-1, low, 0.0]
         step = float(f"{(high - low) / LEVELS or 1.0:.9g}")  # few digits, for a short page
         quantised = np.full(len(values), LEVELS + 1, dtype="<u2")
-        quantised[is_finite] = np.clip(np.rint((finite - low) / step), 0, LEVELS)
+        quantised[is_finite] = np.clip(np.rint((values[is_finite] - low) / step), 0, LEVELS)
         start = self.size
         self.parts.append(quantised)
         self.size += len(quantised)
@@ -122,6 +118,12 @@ class ArrayStore:
     def text(self) -> str:
         """Return all arrays in base64."""
         return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
+
+
+def find_limits(values: Array) -> tuple[float, float]:
+    """Return the least and the largest finite value; zeros if there is none."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
 
 
 def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
@@ -164,9 +166,8 @@ def _movie_within_size(result: Result) -> Movie:
 
 
 def _round(value: object) -> Any:
-    """Round the numbers of a mark to the resolution of a screen."""
     if isinstance(value, float):
-        return float(f"{value:.5g}")
+        return float(f"{value:.5g}")  # as many digits as a screen resolves
     return tuple(map(_round, value)) if isinstance(value, tuple) else value
 
 
@@ -185,9 +186,8 @@ def _signals(result: Result, store: ArrayStore, first: Sequence[str]) -> dict[st
     at, low, high = bin_extremes(time, samples, edges)
     stored = []
     for k, (name, _, unit) in enumerate(rows):
-        finite = samples[k][np.isfinite(samples[k])]
-        limits = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
-        parts = [store.add(part[k], *limits) for part in (at, low, high)]
+        limits = find_limits(samples[k])
+        parts = [store.add(part[k], limits) for part in (at, low, high)]
         stored.append({"name": name, "unit": unit, "at": parts[0], "low": parts[1], "high": parts[2], "limits": limits})
     return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": stored, "first": list(first)}
 
@@ -221,9 +221,9 @@ def first_shown(result: Result, preferred: Sequence[str] = ()) -> list[str]:
         return list(dict.fromkeys(preferred))[:3]
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
-        quantity, finite = name.rpartition(".")[2], values[np.isfinite(values)]
-        if quantity in FIRST and len(finite) and np.ptp(finite) > best.get(quantity, (0.0, ""))[0]:
-            best[quantity] = (float(np.ptp(finite)), name)
+        quantity, (low, high) = name.rpartition(".")[2], find_limits(values)
+        if quantity in FIRST and high - low > best.get(quantity, (0.0, ""))[0]:
+            best[quantity] = (high - low, name)
     return ([best[quantity][1] for quantity in FIRST if quantity in best] or list(result.signals))[:3]
 
 

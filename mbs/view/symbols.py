@@ -254,5 +254,4 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
 
 
 def _moving_body(joint: Joint) -> str:
-    """Return the body of a joint that is not the ground."""
     return str(joint.second if joint.first == GROUND else joint.first)
