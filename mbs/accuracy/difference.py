@@ -137,7 +137,7 @@ class Difference:
     def _compare_impacts(self, name: str) -> dict[Key, float]:
         """Return the differences of a contact's impulse [N s], peak [N] and onsets [s]."""
         a, b = (Impacts.of(run.time, np.abs(run.signals[name].values), self.end) for run in (self.a, self.b))
-        self._set_impulse(name, b.total)
+        self._set_impulse(name, float(np.interp(b.end, b.time, b.impulse)))
         self.sizes[name, Norm.ONSET] = self.end
         return {(name, norm): difference * self.sizes[name, norm] for norm, difference in compare_impacts(a, b).items()}
 

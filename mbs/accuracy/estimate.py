@@ -71,11 +71,7 @@ class Separation:
             np.maximum(self.relative, relative.max(axis=0), out=self.relative)
             relative /= np.array([[allowed.get((name, Norm.RMS), inf)] for name in names])
             np.maximum(self.over_allowed, relative.max(axis=0), out=self.over_allowed)
-
-    @property
-    def is_ever_separate(self) -> bool:
-        """True if the runs are separate at any time, though perhaps not later on."""
-        return bool((self.relative > SEPARATED).any())
+        self.is_ever_separate = bool((self.relative > SEPARATED).any())  # though perhaps not later on
 
     @property
     def start(self) -> float:

@@ -74,11 +74,6 @@ class Impacts:
         table = ImpactTable(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
         return cls(time, force, impulse, table, end)
 
-    @property
-    def total(self) -> float:
-        """Impulse up to the end [N s]."""
-        return float(np.interp(self.end, self.time, self.impulse))
-
     def find_highest(self, impacts: ImpactTable, shift: float) -> Array:
         """Return the highest force [N] during each impact of another run, widened by a shift [s] and a sample at both ends."""
         first = np.maximum(np.searchsorted(self.time, impacts.onset - shift) - 1, 0)
