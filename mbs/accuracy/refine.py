@@ -10,7 +10,7 @@ refinement delays this by the same time. An error of the phase of a regular moti
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, log
 from typing import NamedTuple
@@ -21,8 +21,9 @@ from ..elements.signal import Kind
 from ..record.errors import Deferred, Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
+from .checked_run import CheckedRun
 from .damping import estimate_damping_errors
-from .demand import BALANCE, USUAL_ERROR, DeflectionLimits, Demand, Worst, find_worst
+from .demand import BALANCE, USUAL_ERROR, DeflectionLimits, Demand, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels, Runner
@@ -42,31 +43,6 @@ LATER = 0.5
 below 1, as delays vary: a double pendulum of the predicted share 0.84 reached the end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
-UNKNOWN = Worst(key=("", Norm.RMS), error=inf, allowed=1.0)
-"""Error of a run without a finer one to compare it with."""
-
-
-@dataclass(frozen=True)
-class CheckedRun:
-    """A run, its errors, and the signal whose error is worst."""
-
-    run: Run
-    errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
-    worst: Worst = UNKNOWN
-    chaos: Status | None = None  # CHAOTIC or SENSITIVE: errors hold only up to `errors.until`
-    reason: str = ""  # why refinement ended early, in words
-    count: int = 1  # runs that were made
-
-    def shortfall(self, demand: Demand) -> str:
-        """Say in a sentence which error is above the allowed one; '' if none is."""
-        why = f"; {self.reason}" if self.reason else ""
-        if not self.errors.known:
-            return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
-        if self.worst.ratio <= 1:
-            return ""
-        error, allowed = (f"{100 * e:.2g} %" if 1e-3 <= e < 10 else f"{e:.1e}" for e in (self.worst.error, self.worst.allowed))
-        off = f"is off by {error} (relative error), allowed {allowed}"
-        return f"ACCURACY: '{self.worst.name}' {off}, after {self.count} runs; asked of {demand.words}{why}"
 
 
 def refine(run: Runner, levels: Levels, demand: Demand) -> CheckedRun:
