@@ -19,7 +19,7 @@ from .basis import basis, fit, gauss
 from .builder import Attached, Builder
 from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, locate, reissner
-from .tables import MarkerKind, Markers, MeasureKind, StripKind
+from .tables import MarkerKind, Markers, MeasureKind, StripColumn, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 """Function from fractions of the arc (points,) to x, y [m] and tangent angle [rad] there."""
@@ -219,7 +219,8 @@ def _tabulate(builder: Builder, body: StripBody, piece: Piece) -> None:
         section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
         material.bending_damping, material.axial_damping, weights * piece.half_length, *free_strains, *functions,
     )  # fmt: skip
-    builder.strips.append((body.kind, degree + 1, points, len(builder.dofs), data))  # columns of `StripColumn`
+    first_point = sum(row[StripColumn.POINTS] for row in builder.strips)
+    builder.strips.append((body.kind, degree + 1, points, len(builder.dofs), data, first_point))  # columns of `StripColumn`
     builder.dofs += piece.dofs.ravel().tolist()
 
 

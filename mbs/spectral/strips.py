@@ -16,7 +16,7 @@ import numpy as np
 
 from .compiling import copy, inline, kernel_function
 from .markers import add_entries, clear_block
-from .tables import StripColumn, StripData, StripKind
+from .tables import StripData, StripKind
 
 PLAIN = 0.0
 """Form of the strips' forces: stresses from the strains."""
@@ -107,14 +107,6 @@ def _compute_arguments(data, m, x, block, count):
 
 
 @inline
-def _subtract_transposed(data, m, f, block, count, out):
-    """Subtract A^T f from `out`, f the forces on the four arguments."""
-    for i in range(4):
-        for a in range(count):
-            out[block[i] + a] -= data[m[i] + a] * f[i]
-
-
-@inline
 def _compute_stresses(data, d, free, strain, b, rate, lag):
     """Compute the stresses n = D (strain - free + lag B rate), with `rate` that of z; lag[1] = 0, as shear is undamped."""
     e0, e1, e2 = strain[0] - free[0], strain[1] - free[1], strain[2] - free[2]
@@ -141,10 +133,9 @@ def _replace_stresses(work, p, gradients, n):
 
 
 @kernel_function
-def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
+def _add_strip(tables, work, strip, q, v, gradients, out):
     """Add the forces of a strip, -A^T weight (B^T n + B0^T residual) at each Gauss point; PLAIN has no residual."""
-    strip, point = strip_and_point  # number of the strip, and p of its first Gauss point
-    kind, nb, ng, first, d = tables.strips[strip]
+    kind, nb, ng, first, d, first_point = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
     dofs = tables.dofs[first : first + size]
     x, rate, local = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
@@ -156,7 +147,7 @@ def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
     z_rate = 0.0, 0.0, 0.0, 0.0
     gradients[:] = 0.0
     for g in range(ng):
-        p, weight = point + g, tables.data[weights + g]
+        p, weight = first_point + g, tables.data[weights + g]
         m = _index_functions(order, functions, nb, ng, g)
         z = _compute_arguments(tables.data, m, x, block, nb)
         strain = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
@@ -177,7 +168,9 @@ def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
             weight * (f0[2] + n[0] * gradients[0, 2] + n[1] * gradients[1, 2] + n[2] * gradients[2, 2]),
             weight * (f0[3] + n[2] * gradients[2, 3]),
         )
-        _subtract_transposed(tables.data, m, force, block, nb, local)
+        for i in range(4):  # local -= A^T force
+            for a in range(nb):
+                local[block[i] + a] -= tables.data[m[i] + a] * force[i]
         work.strain_arguments[p, 0], work.strain_arguments[p, 1], work.strain_arguments[p, 2], work.strain_arguments[p, 3] = z
         for j in range(3):
             work.weighted_stress[p, j] = weight * n[j]
@@ -188,32 +181,29 @@ def _add_strip(tables, work, strip_and_point, q, v, gradients, out):
 @kernel_function
 def add_strips(tables, work, q, v, f):
     """Add elastic and damping forces of all strips to f, in the form work.strip_form."""
-    gradients, point = np.zeros((3, 4)), 0
+    gradients = np.zeros((3, 4))
     for strip in range(tables.strips.shape[0]):
-        _add_strip(tables, work, (strip, point), q, v, gradients, f)
-        point += tables.strips[strip, StripColumn.POINTS]
+        _add_strip(tables, work, strip, q, v, gradients, f)
 
 
 @kernel_function
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last, PLAIN or RENEWED.
 
-    In the form RENEWED the increments of the stresses, D B0 A dq and by damping D B0 lag A dv, are eliminated from Newton's
-    equations. As B0 has just been set to B, the terms are those of PLAIN.
+    In the form RENEWED, Newton's equations are those after elimination of the increments of the stresses, D B0 (A dq + lag A dv).
+    B0 has just been set to B, so both forms have the same tangents.
     """
-    point = 0
     for strip in range(tables.strips.shape[0]):
-        _add_strip_tangents(tables, work, strip, point, v, damp, stiff)
-        point += tables.strips[strip, StripColumn.POINTS]
+        _add_strip_tangents(tables, work, strip, v, damp, stiff)
 
 
 @kernel_function
-def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
-    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in work from `point` on.
+def _add_strip_tangents(tables, work, strip, v, damp, stiff):
+    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in `work`.
 
     Tangents are sums of A^T H A over the Gauss points, H being `by_z` (4, 4) in the stiffness and `by_rate` in the damping.
     """
-    kind, nb, ng, first, d = tables.strips[strip]
+    kind, nb, ng, first, d, first_point = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
     gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     z_rate, lag = np.zeros(4), np.zeros(3)
@@ -226,14 +216,14 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
     matrix_block = tables.rows.shape[0] + tables.forces.shape[0] + strip  # blocks of strips follow those of rows and forces
     clear_block(tables, work, matrix_block)
     for g in range(ng):
-        p = point + g
+        p, m = first_point + g, _index_functions(order, functions, nb, ng, g)
         z = work.strain_arguments[p]
         _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
         _differentiate_gradients(kind, z[0], z[1], z[2], z[3], gradients, second)
         by_z[:], by_rate[:] = 0.0, 0.0
         if is_damped:
             for i in range(4):
-                z_rate[i] = _sum(tables.data, functions + (order[i] * ng + g) * nb, rate, block[i], nb)
+                z_rate[i] = _sum(tables.data, m[i], rate, block[i], nb)
         for j in range(3):
             stress = work.weighted_stress[p, j]
             stiffness = tables.data[weights + g] * tables.data[d + StripData.EA + j]  # EA, GA, EI
@@ -247,7 +237,6 @@ def _add_strip_tangents(tables, work, strip, point, v, damp, stiff):
                     for i in range(4):
                         by_z[i, k] += stiffness * lag[j] * gradients[j, i] * second_rate
                         by_rate[i, k] += stiffness * lag[j] * gradients[j, i] * gradients[j, k]
-        m = _index_functions(order, functions, nb, ng, g)
         _add_products(tables.data, m, block, nb, by_z, work.block_stiffness)
         if is_damped:
             _add_products(tables.data, m, block, nb, by_rate, work.block_damping)
@@ -273,33 +262,30 @@ def _add_products(data, m, block, count, h, out):
 @kernel_function
 def advance_stresses(tables, work, shift, rate_shift, stress, residual):
     """Add residual + D B0 (dz + lag dz_t) to the stresses; dz = A dq, dz_t = A dv, dq is `shift` and dv is `rate_shift`."""
-    point = 0
     for strip in range(tables.strips.shape[0]):
-        kind, nb, ng, first, d = tables.strips[strip]
+        kind, nb, ng, first, d, first_point = tables.strips[strip]
         size, block, order = _index_fields(kind, nb)
         axial_time, bending_time = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
         dofs, functions = tables.dofs[first : first + size], d + StripData.WEIGHTS + 4 * ng
         x, axial, bending = work.scratch[:size], work.scratch[size : 2 * size], work.scratch[2 * size : 3 * size]
         for a in range(size):
-            x[a], rate = shift[dofs[a]], rate_shift[dofs[a]]  # then dq + lag dv with the times of N and of M
-            axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate
+            x[a], rate = shift[dofs[a]], rate_shift[dofs[a]]
+            axial[a], bending[a] = x[a] + axial_time * rate, x[a] + bending_time * rate  # dq + lag dv, for N and for M
         for g in range(ng):
-            p = point + g
+            p, m = first_point + g, _index_functions(order, functions, nb, ng, g)
             b0 = work.kept_gradients[p]
             for i in range(4):
-                m = functions + (order[i] * ng + g) * nb
-                # dz + lag dz_t is dz for Q (no lag), da for N, db for M: increments, not forces; the conditions save sums
-                dz = da = db = _sum(tables.data, m, x, block[i], nb)
+                # dz + lag dz_t for N, Q, M: Q has no lag; a sum that would be multiplied by 0 is not computed
+                for_n = for_q = for_m = _sum(tables.data, m[i], x, block[i], nb)
                 if axial_time > 0.0 and b0[0, i] != 0.0:
-                    da = _sum(tables.data, m, axial, block[i], nb)
+                    for_n = _sum(tables.data, m[i], axial, block[i], nb)
                 if bending_time > 0.0 and b0[2, i] != 0.0:
-                    db = _sum(tables.data, m, bending, block[i], nb)
-                stress[p, 0] += tables.data[d + StripData.EA] * b0[0, i] * da
-                stress[p, 1] += tables.data[d + StripData.GA] * b0[1, i] * dz
-                stress[p, 2] += tables.data[d + StripData.EI] * b0[2, i] * db
+                    for_m = _sum(tables.data, m[i], bending, block[i], nb)
+                stress[p, 0] += tables.data[d + StripData.EA] * b0[0, i] * for_n
+                stress[p, 1] += tables.data[d + StripData.GA] * b0[1, i] * for_q
+                stress[p, 2] += tables.data[d + StripData.EI] * b0[2, i] * for_m
             for j in range(3):
                 stress[p, j] += residual[p, j]
-        point += ng
 
 
 @kernel_function

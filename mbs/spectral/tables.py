@@ -22,7 +22,8 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each: on a Reissner strip, of a point mass, of a law's state
+    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each: on a Reissner strip, or a point mass
+    # also at no place, with the angle as the only sum: a rotor, or the coordinate made for a law's state (`stateful`)
     CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
@@ -30,8 +31,9 @@ MeasureKind = IntEnum("MeasureKind", "FIXED TURNING ANGLE DISTANCE", start=0)
 """Kinds of measures: d.(a - b) with a direction d that is fixed, or turns with b; angle of a less that of b; distance."""
 StripKind = IntEnum("StripKind", "REISSNER KIRCHHOFF", start=0)
 """Kinds of strips: with shear, and without."""
-StripColumn = IntEnum("StripColumn", "KIND FUNCTIONS POINTS FIRST NUMBERS", start=0)
-"""Columns of strips: KIND; count of basis FUNCTIONS, of Gauss POINTS; index of the FIRST dof in `dofs`, of NUMBERS in `data`."""
+StripColumn = IntEnum("StripColumn", "KIND FUNCTIONS POINTS FIRST NUMBERS FIRST_POINT", start=0)
+"""Columns of strips: KIND; count of basis FUNCTIONS, of Gauss POINTS; index of the FIRST dof in `dofs`, of NUMBERS in `data`;
+FIRST_POINT, index of its first Gauss point among those of all strips."""
 StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", start=0)
 """Indices of a strip's numbers, from its first on: stiffnesses EA, GA, EI; damping times [s]; weights (ng,). Behind the weights
 are, for nb basis functions at ng Gauss points, the stress-free strains (3, ng), and values, first and second derivatives of the
@@ -96,16 +98,16 @@ PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
 """Numbers of a POINT_FORCE: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point, else
 0; this point."""
 StatefulData = IntEnum("StatefulData", "FIRST COUNT STATES OFFSET", start=0)
-"""Numbers of a force whose law has states: FIRST column of its marker's state on which it acts, COUNT of these columns, count of
-STATES, OFFSET: value of the first column at t = 0."""
+"""Numbers of a force whose law has states: FIRST, State.X for a force (x, y), State.ANGLE for a torque; COUNT of components, 2 or
+1; count of STATES; OFFSET, subtracted from the first argument: the angle at t = 0, or 0 for a force."""
 Elastic = IntEnum("Elastic", "FIRST SECOND GROUP START_X START_Y END_X END_Y", start=0)
-"""Columns of `elastic`, coordinates to which the error control gives units of their own (`radau.update_units`): FIRST, dof of the
-coordinate, or of x if the row is a vector (x, y); SECOND, dof of y, else -1; GROUP of rows with a common unit. A vector is of a
-strip's piece: the other columns are the dofs of x and y at the ends of its chord."""
+"""Columns of `elastic`, deformations to which the error control gives units of their own (`radau.update_units`). A row is one
+coordinate, of dof FIRST, with SECOND = -1; or a vector, of dofs FIRST in x and SECOND in y, of a strip's piece. Rows of a GROUP
+have a common unit. START_X to END_Y are the dofs of the ends of the piece, between which its chord lies; else -1."""
 Modal = IntEnum("Modal", "OFFSET MODES DATA", start=0)
 """Columns of modal links: first dof, number of modes, index of the first number."""
 LAW_STATE = -2
-"""Mark in the column `Elastic.SECOND`: FIRST is a coordinate made for a law whose state is the coordinate's rate (`stateful`)."""
+"""Mark in the column `Elastic.SECOND`: the rate of coordinate FIRST is a law's state, as equations are of second order."""
 State = IntEnum("State", "X Y ANGLE VX VY SPIN AX AY SPIN_BIAS COS SIN", start=0)
 """Columns of a marker's state: position and angle; their rates; AX, AY, SPIN_BIAS, the part of their second rates that is due to
 the coordinates' rates v alone (quadratic in v); cosine and sine of the frame's angle."""
@@ -125,20 +127,21 @@ class Report(IntEnum):
 
 
 class Memory(IntEnum):
-    """Columns of a force's memory, which a step leaves to the next. Rows of a run keep it, too: the last column differs."""
+    """Columns of a force's memory, which a step leaves to the next. The record of a run (`Output`) has another last column."""
 
     ONSET = 0  # onset speed of a contact [m/s]
     BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
     SLIDING = 2  # sliding speed at the last accepted step [m/s]
-    FASTEST = 3  # in the integrator: fastest onset so far [m/s]
-    STEP_START = 3  # in a row of `Output`: time at which the step began, that of BRISTLE and SLIDING [s]
+    FASTEST = 3  # fastest onset so far [m/s]
+    STEP_START = 3  # only in `Output`, in place of FASTEST: time of BRISTLE and SLIDING, the start of the step [s]
 
 
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a modal link of m modes: radial (m), gram (m, m), gyration (m, m) (see `kernel`), stiffness (m), damping (m); of a
-    strip `StripData`. Statics changes `values` and `factors`, frequency responses the time factor.
+    Numbers of a strip are `StripData`. Those of a modal link of m modes are integrals over its mass, radial (m), gram (m, m) and
+    gyration (m, m), which `kernel` defines, then stiffness (m) and damping (m). Statics changes `values` and `factors`, frequency
+    responses the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
@@ -152,7 +155,7 @@ class Tables(NamedTuple):
     mass_value: Array  # floats: entries
     weight: Array  # floats (n,): generalised forces of gravity
     modal: Array  # (k, 3): columns of `Modal`
-    strips: Array  # (k, 5): columns of `StripColumn`
+    strips: Array  # (k, 6): columns of `StripColumn`
     markers: Array  # (k, 7): columns of `Markers`
     dofs: Array  # dofs on which markers and strips depend; of a strip those of x, of y and, if it shears, of the angle
     measures: Array  # (k, 3): columns of `Measures`
@@ -196,7 +199,7 @@ class Work(NamedTuple):
     scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
     block_damping: Array  # (m, m): entries of the same block of C
-    strip_form: Array  # (1,): form in which `strips` computes forces, its constant PLAIN, MIXED or RENEWED
+    strip_form: Array  # (1,): how `strips` computes forces: with stresses from strains (PLAIN) or as unknowns (MIXED, RENEWED)
     stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
     stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
     kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (x', y', ...), of the last Newton matrices

@@ -93,7 +93,7 @@ def state(scene: CompiledScene, seed: int, size: float = 1e-4, rate: float = 1.0
 def energy(scene: CompiledScene, q: Any, v: Any) -> dict[str, float]:
     """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
     s, strain = scene.tables, 0.0
-    for kind, members, points, first, at in s.strips:
+    for kind, members, points, first, at, _ in s.strips:
         fields = 3 if kind == StripKind.REISSNER else 2
         places = s.dofs[first : first + fields * members].reshape(fields, members)
         weights, *free = s.data[at + 5 : at + 5 + 4 * points].reshape(4, points)
