@@ -6,10 +6,12 @@ a matrix that can be nonzero. Constraints are g(q, t) = 0; differentiated in tim
 """
 
 from collections import namedtuple
+from collections.abc import Iterator, Mapping
 from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..geometry import Array
 from .elimination import Fronts
@@ -23,15 +25,15 @@ Ended = IntEnum("Ended", "OK UNDERFLOW NOT_FINITE TOO_MANY", start=0)
 """Status of a run: no failure; step below the shortest; state not finite; more steps than allowed."""
 
 
-def _record_type(**kinds: str) -> np.dtype[np.void]:
+def record_type(**kinds: str) -> np.dtype[np.void]:
     """Build the type of records with fields of these names and NumPy kinds."""
     return np.dtype((np.record, list(kinds.items())))
 
 
-COUNTS = _record_type(**dict.fromkeys("status steps rejected jacobians iterations samples onsets".split(), "i8"))
+COUNTS = record_type(**dict.fromkeys("status steps rejected jacobians iterations samples onsets".split(), "i8"))
 """Status of a run (`Ended`) and its counts: accepted steps, rejected steps, Newton matrices, Newton iterations (in the explicit
 method evaluations of the accelerations), rows that this call has written, onsets of contacts."""
-CLOCK = _record_type(
+CLOCK = record_type(
     time="f8",  # [s]
     next_step="f8",  # length of the next step [s]
     resumed_step="f8",  # explicit: length before an onset cut the step short, from which to go on; else 0 [s]
@@ -47,13 +49,13 @@ CLOCK = _record_type(
     needs_matrix="?",  # the next step needs new Newton matrices
 )
 """State of the step size control, kept from call to call."""
-CONTROLS = _record_type(
+CONTROLS = record_type(
     end="f8",  # end of the run [s]
     shortest="f8",  # shortest step [s]
     tolerance="f8",  # local error allowed, in units of the coordinates
     longest="f8",  # longest step [s]
     first_step="f8",  # first step, or all if they are fixed [s]
-    max_steps="f8",  # largest number of tried steps, a whole number
+    max_steps="i8",  # largest number of tried steps
     least_onset="f8",  # least onset speed of a contact [m/s]
     least_onset_ratio="f8",  # least onset speed over the fastest onset so far
     face_tolerance="f8",  # a contact this near to its face as a step starts has no onset in it; the same holds at edges [m]
@@ -82,6 +84,18 @@ def blank(kind: np.dtype[np.void]) -> Record:
     return np.zeros(1, kind).view(np.recarray)[0]
 
 
+def allocate(shapes: Mapping[str, str], sizes: Mapping[str, int], values: Mapping[str, ArrayLike]) -> Iterator[Array]:
+    """Yield an array for each shape, with its `values` or zeros.
+
+    A shape lists numbers and names of sizes; behind a colon is the type, if it is not float.
+    """
+    for name, shape in shapes.items():
+        axes, _, kind = shape.partition(":")
+        array = np.zeros([sizes[axis] if axis in sizes else int(axis) for axis in axes.split()], kind or float)
+        array[:] = values.get(name, 0)
+        yield array
+
+
 class Output(NamedTuple):
     """Rows of a run, one for each time; `memory` has what each force depends on beside q and v: onset speed, bristle."""
 
@@ -93,23 +107,31 @@ class Output(NamedTuple):
     memory: Array  # (times, k, 4): columns ONSET, BRISTLE, SLIDING, STEP_START of `tables.Memory`
 
 
-RadauState = namedtuple(
-    "RadauState",
-    "q v a lam stress "  # state at the start of the step; stress (p, 3): N, Q, M, unknowns too, see `strips`
-    "node_q node_v node_a node_lam node_stress node_stress_residual "  # at the three nodes; residual: `Work.stress_residual`
-    "past_v past_lam past_stress "  # last step: v at start and nodes (4, n), others at its second node, as the third is the start
-    "residual right_side real_solution complex_solution dq dv "  # Newton's method: residuals (3, n + r), increments (3, n)
-    "force violation speed change jacobian start_jacobian "  # f (n,); g, speed, change (r,); entries of G, also at the start
-    "saddle_mass damping stiffness "  # (slots + 1,), see `tables`: [M G^T-df/dlambda; G 0], as friction depends on lambda; C; K
-    "real_matrix complex_matrix "  # (slots + 1,): matrices of Newton's method
-    "real_factors complex_factors real_swaps complex_swaps "  # factors and row exchanges of the Newton matrices
-    "saddle saddle_factors saddle_swaps "  # nonzeros of the saddle-point matrix [M G^T; G 0], its factors, row exchanges
-    "row_magnitude front_work complex_front_work "  # work arrays of the factorisation and the solution
-    "memory start_memory start_reports end_reports largest_force "  # of forces: (k, 4) and (k, 8), see `tables`; [N] (k,)
-    "start_deformation largest_deformation "  # inner coordinates at t = 0; their largest change by `Elastic.GROUP`; both (e,)
-    "unit inverse_error_unit error_unit_across chord "  # units of coordinates (n,); units of the error control, see below
-    "error_ratio",  # error after a Newton increment over the increment, from the rate of convergence, (1,)
-)
+RADAU_SHAPES = {
+    "q": "n", "v": "n", "a": "n", "lam": "r", "stress": "p 3",  # at the step's start; stress: N, Q, M, unknowns too (`strips`)
+    "node_q": "3 n", "node_v": "3 n", "node_a": "3 n", "node_lam": "3 r",  # at the three nodes
+    "node_stress": "3 p 3", "node_stress_residual": "3 p 3",  # at the three nodes; `Work.stress_residual`
+    "past_v": "4 n", "past_lam": "r", "past_stress": "p 3",  # last step: v at its start and nodes; lam, stress at its second node
+    "residual": "3 u", "dq": "3 n", "dv": "3 n",  # Newton's method: residuals and increments at the nodes
+    "right_side": "u", "real_solution": "u", "complex_solution": "u:complex",  # of linear equations
+    "force": "n", "violation": "r", "speed": "r", "change": "r",  # f, g, right sides of G v = speed and G a = change
+    "jacobian": "g", "start_jacobian": "g",  # G, now and at the step's start
+    "saddle_mass": "s", "damping": "s", "stiffness": "s",  # [M G^T-df/dlambda; G 0], as friction depends on lambda; C; K
+    "real_matrix": "s", "real_factors": "newton_entries", "real_swaps": "newton_swaps:int",  # of Newton's method
+    "complex_matrix": "s:complex", "complex_factors": "newton_entries:complex", "complex_swaps": "newton_swaps:int",
+    "saddle": "s", "saddle_factors": "saddle_entries", "saddle_swaps": "saddle_swaps:int",  # [M G^T; G 0]
+    "row_magnitude": "u", "front_work": "front", "complex_front_work": "front:complex",  # work arrays of factorisations
+    "memory": "k 4", "start_memory": "k 4", "start_reports": "k 8", "end_reports": "k 8",  # columns of `Memory` and `Report`
+    "largest_force": "k",  # largest force so far [N]
+    "start_deformation": "e", "largest_deformation": "e",  # at t = 0; largest change so far in group i of `Elastic.GROUP`
+    "unit": "n", "inverse_error_unit": "n", "error_unit_across": "e", "chord": "e 2",  # units, see below
+    "error_ratio": "1",  # error after a Newton increment over the increment, from the rate of convergence
+}  # fmt: skip
+"""Shapes of the fields of `RadauState`, floats unless a type follows.
+
+Sizes beside n, r, k, p, e: u = n + r unknowns, s slots + 1 (`tables`), g entries of G; factors of a matrix have entries and swaps
+(exchanges of rows); `front` is the work space of the largest front."""
+RadauState = namedtuple("RadauState", RADAU_SHAPES)  # type: ignore[misc]
 """State of the implicit integrator, unknowns of its step, work arrays.
 
 The error control has units of its own. `inverse_error_unit` (n,) is one over them. A vector (x, y) of `Tables.elastic` has two
@@ -127,15 +149,17 @@ class Radau(NamedTuple):
     state: RadauState
 
 
-DormandPrinceState = namedtuple(
-    "DormandPrinceState",
-    "y y_new y_stage stage_rates "  # states (q, v, bristles) at start, end, one stage; rates of all stages
-    "lam force violation speed change jacobian "  # as those of `RadauState`
-    "factored_jacobian matrix factors swaps row_magnitude front_work right_side "  # of [M G^T; G 0]
-    "memory start_reports "  # as those of `RadauState`
-    "largest_rate units "  # largest rate so far in units of coordinates (1,) [1/s]; these units (n,)
-    "has_factors free_modes",  # 1 once there are factors; 1 if there are modal links and no constraint acts on them
-)
+DORMAND_PRINCE_SHAPES = {
+    "y": "y", "y_new": "y", "y_stage": "y", "stage_rates": "7 y",  # states (q, v, bristles) at start, end, a stage; their rates
+    "lam": "r", "force": "n", "violation": "r", "speed": "r", "change": "r", "jacobian": "g",  # as in `RADAU_SHAPES`
+    "memory": "k 4", "start_reports": "k 8",  # as in `RADAU_SHAPES`
+    "matrix": "s", "factors": "saddle_entries", "swaps": "saddle_swaps:int", "factored_jacobian": "g",  # [M G^T; G 0]; its G
+    "row_magnitude": "u", "front_work": "front", "right_side": "u",  # work arrays of the factorisation
+    "units": "n", "largest_rate": "1",  # units of coordinates; largest rate so far in these units [1/s]
+    "has_factors": "1:int", "free_modes": "1:int",  # 1 once there are factors; 1 if no constraint acts on modal links
+}  # fmt: skip
+"""Shapes of the fields of `DormandPrinceState`."""
+DormandPrinceState = namedtuple("DormandPrinceState", DORMAND_PRINCE_SHAPES)  # type: ignore[misc]
 """State of the explicit integrator and its work arrays."""
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from ..geometry import Array
 from .entry_points import place
 from .frame_body import FrameBody
-from .output import DormandPrince, DormandPrinceState, RadauState
+from .output import DORMAND_PRINCE_SHAPES, RADAU_SHAPES, DormandPrince, DormandPrinceState, RadauState, allocate
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import BlockColumn, Forces, Markers, Memory, Report, StripColumn, Tables
+from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
 
 ROUNDING = 1e-12
 """Relative error that counts as rounding: of G v = speed, before start rates are corrected; of multipliers in `balance`."""
@@ -103,61 +103,42 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 
 
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` has the columns `Memory`.
-
-    The fields are in the order of `output.RadauState`, which tells what they are. `z` makes zeros.
-    """
-    tables, newton, mass, z = scene.tables, scene.fronts, scene.mass_fronts, np.zeros
-    n, r, forces, elastic = len(q), len(lam), len(memory), len(tables.elastic)
-    points = int(tables.strips[:, StripColumn.POINTS].sum())  # Gauss points of all strips
-    unknowns, slots, entries = n + r, len(tables.mass), _count_jacobian_entries(tables)  # `slots`: one more, for blocks' zeros
-    largest, exchanges = max(newton.largest, mass.largest), len(newton.unknowns)
-    stresses, reports = (points, 3), (forces, len(Report))
-    return RadauState(
-        # the state at a step's start, at its nodes, and of the last step
-        q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z(stresses),
-        node_q=z((3, n)), node_v=z((3, n)), node_a=z((3, n)), node_lam=z((3, r)),
-        node_stress=z((3, *stresses)), node_stress_residual=z((3, *stresses)),
-        past_v=z((4, n)), past_lam=z(r), past_stress=z(stresses),
-        # Newton's method, and the terms of the equations
-        residual=z((3, unknowns)), right_side=z(unknowns), real_solution=z(unknowns),
-        complex_solution=z(unknowns, dtype=complex), dq=z((3, n)), dv=z((3, n)),
-        force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(entries), start_jacobian=z(entries),
-        # matrices, their factors and row exchanges
-        saddle_mass=z(slots), damping=z(slots), stiffness=z(slots), real_matrix=z(slots), complex_matrix=z(slots, dtype=complex),
-        real_factors=z(newton.size), complex_factors=z(newton.size, dtype=complex),
-        real_swaps=z(exchanges, dtype=np.int64), complex_swaps=z(exchanges, dtype=np.int64),
-        saddle=tables.mass.copy(), saddle_factors=z(mass.size), saddle_swaps=z(len(mass.unknowns), dtype=np.int64),
-        row_magnitude=z(unknowns), front_work=z(largest), complex_front_work=z(largest, dtype=complex),
-        # forces, and the error control
-        memory=memory.copy(), start_memory=memory.copy(), start_reports=z(reports), end_reports=z(reports),
-        largest_force=z(forces), start_deformation=z(elastic), largest_deformation=z(elastic),
-        unit=scene.units, inverse_error_unit=z(n), error_unit_across=z(elastic), chord=z((elastic, 2)), error_ratio=np.ones(1),
-    )  # fmt: skip
+    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` has the columns `Memory`."""
+    newton, saddle = scene.fronts, scene.mass_fronts
+    sizes = _count_sizes(scene) | {
+        "p": int(scene.tables.strips[:, StripColumn.POINTS].sum()),  # Gauss points of all strips
+        "e": len(scene.tables.elastic),
+        "newton_entries": newton.size,
+        "newton_swaps": len(newton.unknowns),
+        "saddle_entries": saddle.size,
+        "saddle_swaps": len(saddle.unknowns),
+        "front": max(newton.largest, saddle.largest),
+    }
+    values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory}
+    values |= {"saddle": scene.tables.mass, "unit": scene.units, "error_ratio": np.ones(1)}
+    return RadauState._make(allocate(RADAU_SHAPES, sizes, values))
 
 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
     """Allocate the data of an explicit run that starts from this state; `memory` has the columns `Memory`."""
-    tables, free_modes = scene.tables, _are_modal_links_free(scene.tables)
-    order = scene.find_mass_fronts(constant=free_modes)  # `kernel.couple_modes` then solves for the modes apart
-    n, r, k, g, z = len(q), len(lam), len(memory), _count_jacobian_entries(tables), np.zeros
+    free_modes = _are_modal_links_free(scene.tables)
+    saddle = scene.find_mass_fronts(constant=free_modes)  # `kernel.couple_modes` then solves for the modes apart
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
+    sizes = _count_sizes(scene) | {
+        "y": len(y), "saddle_entries": saddle.size, "saddle_swaps": len(saddle.unknowns), "front": saddle.largest
+    }  # fmt: skip
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
-    state = DormandPrinceState(
-        y=y, y_new=y.copy(), y_stage=y.copy(), stage_rates=z((7, len(y))),
-        lam=np.array(lam, dtype=float), force=z(n), violation=z(r), speed=z(r), change=z(r), jacobian=z(g),
-        factored_jacobian=z(g), matrix=tables.mass.copy(), factors=z(order.size), swaps=z(len(order.unknowns), dtype=np.int64),
-        row_magnitude=z(n + r), front_work=z(order.largest), right_side=z(n + r),
-        memory=memory.copy(), start_reports=z((k, len(Report))),
-        largest_rate=np.array([largest_rate]), units=scene.units,
-        has_factors=z(1, dtype=np.int64), free_modes=np.array([int(free_modes)]),
-    )  # fmt: skip
-    return DormandPrince(tables, order, scene.work, state)
+    values = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "matrix": scene.tables.mass}
+    values |= {"units": scene.units, "largest_rate": largest_rate, "free_modes": free_modes}
+    state = DormandPrinceState._make(allocate(DORMAND_PRINCE_SHAPES, sizes, values))
+    return DormandPrince(scene.tables, saddle, scene.work, state)
 
 
-def _count_jacobian_entries(tables: Tables) -> int:
-    """Count the entries of G as the kernel stores it: the unknowns of all constraints' blocks."""
-    return int(tables.blocks[: len(tables.rows), BlockColumn.WIDTH].sum())
+def _count_sizes(scene: CompiledScene) -> dict[str, int]:
+    """Count the sizes of arrays that both integrators have."""
+    tables, n, r = scene.tables, scene.size, len(scene.tables.rows)
+    g = int(tables.blocks[:r, BlockColumn.WIDTH].sum())  # entries of G as the kernel stores it: unknowns of constraints' blocks
+    return {"n": n, "r": r, "u": n + r, "k": len(tables.forces), "s": len(tables.mass), "g": g}
 
 
 def _are_modal_links_free(tables: Tables) -> bool:
