@@ -1,4 +1,4 @@
-"""Statistics of signals over windows of time, accumulated during a run; compiled as parts of `accumulate`, which Python calls.
+"""Statistics of signals over windows of time, accumulated during a run by the compiled function `accumulate`.
 
 A column is a signal, a row the values of all signals at one time. Between rows a column is linear; intervals are split at the
 edges of windows. Extremes also consider the vertex of the parabola through three rows. Total variation is that of samples at
@@ -7,13 +7,14 @@ equal distances.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
-from .compiling import inline, jit, kernel_function
+from .compiling import copy, inline, jit, kernel_function
+from .output import Record, blank, record_type
 
 
 class Statistic(IntEnum):
@@ -29,35 +30,36 @@ class Statistic(IntEnum):
     VARIATION = 7  # total variation
 
 
-StateIndex = IntEnum("StateIndex", "T1 T2 ROWS SAMPLES FIRST", start=0)
-"""Indices of the state kept from call to call: times of the last row and of the row before, numbers of rows and samples so far.
-From FIRST on follow the values of the last row, of the row before, and of the last sample, (columns,) each."""
+PROGRESS = record_type(last_time="f8", time_before="f8", rows="i8", samples="i8")
+"""Times of the last row and of the row before [s]; numbers of rows and samples so far."""
 SAMPLES_PER_WINDOW = 2000
-"""Samples per window from which the total variation is computed: as many as a plot of one turn of a drive resolves."""
+"""Samples in a window from which the total variation is computed; chosen: a window is often one turn of a drive."""
 OVERSHOOT = 0.125
 """Bound of the height of a vertex above the middle row, over the larger difference of that row to a neighbour. With equal steps
 and differences a and b the height is (a - b)^2/(8 (a + b)), at most an eighth of the larger. Where a short step lies beside a
 long one, the vertex of a parabola through a kink has no bound."""
 
 
-@dataclass(frozen=True)
-class Accumulator:
-    """Statistics accumulated so far."""
+class Accumulator(NamedTuple):
+    """Statistics accumulated so far, and what the next row needs of the rows before."""
 
     edges: Array  # edges of windows [s], (windows + 1,)
     found: Array  # values of the statistics, (windows, columns, 8): the last axis is `Statistic`
-    state: Array  # indices of `StateIndex`, (4 + 3 columns,)
+    last: Array  # values of the last row, (columns,)
+    before: Array  # values of the row before the last, (columns,)
+    sample: Array  # values of the last sample, (columns,)
+    progress: Record  # `PROGRESS`
 
     @classmethod
     def over(cls, edges: Array, columns: int) -> Accumulator:
         """Return an accumulator for so many columns, before any row is added."""
         found = np.zeros((len(edges) - 1, columns, len(Statistic)))
         found[..., Statistic.LARGEST], found[..., Statistic.SMALLEST], found[..., Statistic.LAST] = -np.inf, np.inf, np.nan
-        return cls(edges, found, np.zeros(StateIndex.FIRST + 3 * columns))
+        return cls(edges, found, np.zeros(columns), np.zeros(columns), np.zeros(columns), blank(PROGRESS))
 
     def add(self, time: Array, values: Array) -> None:
         """Add the next rows: time (times,) [s], values (times, columns)."""
-        accumulate(time, values, self.edges, self.found, self.state)
+        accumulate(time, values, self)
 
 
 @inline
@@ -67,8 +69,10 @@ def add_interval(at, h, a, b):
     at[Statistic.SQUARES] += h * (a * a + a * b + b * b) / 3.0
     if a > 0.0 and b > 0.0:
         at[Statistic.ABOVE] += h
-    elif a > 0.0 or b > 0.0:  # if the other is 0 a force begins or ends, somewhere in the interval: half of it
-        at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b) if a * b < 0.0 else 0.5)
+    elif a * b < 0.0:
+        at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b))
+    elif a > 0.0 or b > 0.0:  # the other is 0: a force begins or ends somewhere in the interval
+        at[Statistic.ABOVE] += h * 0.5
     if a <= 0.0 and b > 0.0:
         at[Statistic.ONSETS] += 1.0
     at[Statistic.LARGEST] = max(at[Statistic.LARGEST], max(a, b))
@@ -85,86 +89,83 @@ def find_window(edges, t):
 
 
 @kernel_function
-def add_vertices(t, value, edges, found, state):
+def add_vertices(t, value, sums):
     """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
-    columns, windows = value.size, edges.size - 1
-    if state[StateIndex.ROWS] < 2.0:
+    middle_time, window = sums.progress.last_time, find_window(sums.edges, sums.progress.last_time)
+    is_in_window = sums.edges[window] <= middle_time <= sums.edges[-1]  # the next edge is later
+    if sums.progress.rows < 2 or not is_in_window:
         return
-    window = find_window(edges, state[StateIndex.T1])
-    if state[StateIndex.T1] < edges[window] or state[StateIndex.T1] > edges[windows]:
-        return
-    h1, h2 = state[StateIndex.T1] - state[StateIndex.T2], t - state[StateIndex.T1]
-    for c in range(columns):
-        a, b, d = state[StateIndex.FIRST + columns + c], state[StateIndex.FIRST + c], value[c]
+    h1, h2 = middle_time - sums.progress.time_before, t - middle_time
+    for c in range(value.size):
+        a, b, d, at = sums.before[c], sums.last[c], value[c], sums.found[window, c]
         if (b - a) * (d - b) < 0.0 and a * b * d != 0.0:  # not at 0: a force has a kink where its contact opens
             s1, s2 = (b - a) / h1, (d - b) / h2
             curvature = (s2 - s1) / (h1 + h2)  # half the second derivative
             slope = (s1 * h2 + s2 * h1) / (h1 + h2)  # at the middle row
             height = min(slope * slope / (4.0 * abs(curvature)), OVERSHOOT * max(abs(b - a), abs(d - b)))
             if curvature < 0.0:
-                found[window, c, Statistic.LARGEST] = max(found[window, c, Statistic.LARGEST], b + height)
+                at[Statistic.LARGEST] = max(at[Statistic.LARGEST], b + height)
             else:
-                found[window, c, Statistic.SMALLEST] = min(found[window, c, Statistic.SMALLEST], b - height)
+                at[Statistic.SMALLEST] = min(at[Statistic.SMALLEST], b - height)
 
 
 @kernel_function
-def add_samples(t, value, edges, found, state):
-    """Add the changes from sample to sample, up to this row at time t, to the total variation."""
-    columns, windows = value.size, edges.size - 1
-    while state[StateIndex.SAMPLES] <= windows * SAMPLES_PER_WINDOW:
-        k = int(state[StateIndex.SAMPLES])
+def add_samples(t, value, sums):
+    """Add the changes from sample to sample, up to this row at time t, to the total variation.
+
+    Samples before the first row have its values.
+    """
+    windows = sums.edges.size - 1
+    while sums.progress.samples <= windows * SAMPLES_PER_WINDOW:
+        k = sums.progress.samples
         window = min(k // SAMPLES_PER_WINDOW, windows - 1)
-        length = edges[window + 1] - edges[window]
-        at = edges[window] + (k - window * SAMPLES_PER_WINDOW) * length / SAMPLES_PER_WINDOW
+        length = sums.edges[window + 1] - sums.edges[window]
+        at = sums.edges[window] + (k - window * SAMPLES_PER_WINDOW) * length / SAMPLES_PER_WINDOW
         if at > t:
             break
-        fraction = (at - state[StateIndex.T1]) / (t - state[StateIndex.T1]) if state[StateIndex.ROWS] > 0.0 else 1.0
-        for c in range(columns):
-            sample = value[c] - (1.0 - fraction) * (value[c] - state[StateIndex.FIRST + c])
+        fraction = 1.0  # of the interval from the last row to this one
+        if sums.progress.rows > 0:
+            fraction = (at - sums.progress.last_time) / (t - sums.progress.last_time)
+        for c in range(value.size):
+            sample = value[c] - (1.0 - fraction) * (value[c] - sums.last[c])
             if k > 0:
-                found[(k - 1) // SAMPLES_PER_WINDOW, c, Statistic.VARIATION] += abs(
-                    sample - state[StateIndex.FIRST + 2 * columns + c]
-                )
-            state[StateIndex.FIRST + 2 * columns + c] = sample
-        state[StateIndex.SAMPLES] += 1.0
+                sums.found[(k - 1) // SAMPLES_PER_WINDOW, c, Statistic.VARIATION] += abs(sample - sums.sample[c])
+            sums.sample[c] = sample
+        sums.progress.samples += 1
 
 
 @kernel_function
-def add_intervals(t, value, edges, found, state):
+def add_intervals(t, value, sums):
     """Add the interval from the last row to this one at time t, split at the edges of windows, to the statistics."""
-    last, columns = state[StateIndex.T1], value.size
-    start, final = max(last, edges[0]), min(t, edges[edges.size - 1])
+    edges, last_time = sums.edges, sums.progress.last_time
+    start, final = max(last_time, edges[0]), min(t, edges[edges.size - 1])
     window = find_window(edges, start)
     while start < final:
         end = min(t, edges[window + 1])
-        for c in range(columns):
-            before = state[StateIndex.FIRST + c]
-            slope = (value[c] - before) / (t - last)
-            a, b = before + slope * (start - last), before + slope * (end - last)
-            add_interval(found[window, c], end - start, a, b)
+        for c in range(value.size):
+            slope = (value[c] - sums.last[c]) / (t - last_time)
+            a, b = sums.last[c] + slope * (start - last_time), sums.last[c] + slope * (end - last_time)
+            add_interval(sums.found[window, c], end - start, a, b)
             if end == edges[window + 1]:
-                found[window, c, Statistic.LAST] = b
+                sums.found[window, c, Statistic.LAST] = b
         start = end
         window += 1
 
 
 @jit
-def accumulate(time, values, edges, found, state):
-    """Add rows, time (times,) and values (times, columns), to the statistics; of rows with equal times the first counts."""
-    columns = values.shape[1]
+def accumulate(time, values, sums):
+    """Add rows, time (times,) and values (times, columns), to an `Accumulator`; of rows with equal times the first counts."""
     for i in range(time.size):
-        t, is_first = time[i], state[StateIndex.ROWS] == 0.0
+        t, is_first = time[i], sums.progress.rows == 0
         if not is_first:
-            if not t > state[StateIndex.T1]:
+            if not t > sums.progress.last_time:
                 continue
-            add_intervals(t, values[i], edges, found, state)
-            add_vertices(t, values[i], edges, found, state)
-        add_samples(t, values[i], edges, found, state)
-        for c in range(columns):
-            if is_first and t >= edges[0]:  # a run may have no other row
-                found[0, c, Statistic.LARGEST] = found[0, c, Statistic.SMALLEST] = values[i, c]
-            state[StateIndex.FIRST + columns + c] = state[StateIndex.FIRST + c]
-            state[StateIndex.FIRST + c] = values[i, c]
-        state[StateIndex.T2] = state[StateIndex.T1]
-        state[StateIndex.T1] = t
-        state[StateIndex.ROWS] += 1.0
+            add_intervals(t, values[i], sums)
+            add_vertices(t, values[i], sums)
+        elif t >= sums.edges[0]:  # a run may have no other row
+            for c in range(values.shape[1]):
+                sums.found[0, c, Statistic.LARGEST] = sums.found[0, c, Statistic.SMALLEST] = values[i, c]
+        add_samples(t, values[i], sums)
+        copy(sums.last, sums.before), copy(values[i], sums.last)
+        sums.progress.time_before, sums.progress.last_time = sums.progress.last_time, t
+        sums.progress.rows += 1
