@@ -25,15 +25,14 @@ from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
 from .start import Balance, balance, dormand_prince, radau_state, start_rates
-from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory, State
+from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory
 
 NEWTON_SHARE = 1e-4
 """Size of the last Newton increment, over the local error allowed, for tolerances from `NEWTON_TOLERANCE` on.
-
-Runs of different tolerance have similar errors of Newton's method, which add up along a run. The difference of two runs does not
-show them, so they must be small. A tenfold smaller share costs 10 per cent more iterations."""
+Errors left by Newton's method add up alike in runs of different tolerance, so that their difference does not show these errors.
+A tenfold smaller share costs 10 per cent more iterations."""
 NEWTON_TOLERANCE = 1e-5
-"""Tolerance below which the share falls as tol^(1/4), a chosen exponent: errors of steps fall more slowly than the tolerance."""
+"""Tolerance below which the share falls as tol^(1/4), a chosen exponent: so Newton's errors stay small in fine runs."""
 NEWTON_EQUAL = 1e-12
 """Size of the last Newton increment, in units of coordinates, in steps of equal length, which have no error control."""
 END_ROUNDING = 1.1e-12
@@ -43,26 +42,21 @@ FIRST_STEP = 1e-3
 CLEARANCE_SHARE = 4e-3
 """Largest local error of explicit steps, over the smallest clearance. At 0.01 contacts chatter: a tenth more onsets are found."""
 MOST_VIOLATION = 1e-6
-"""Largest violation of a constraint at the end, over its unit: 1 rad for angles, the longest link for lengths.
-
-Constraints are met to 1e-8 at any tolerance."""
+"""Largest violation of a constraint at the end, over 1 rad or the longest link; constraints are met to 1e-8 at any tolerance."""
 DISTINCT = 1e-12
 """Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold."""
 LANDING = 1e-2
-"""Distance to its face within which a contact counts as closed as a step starts, so that the step does not end there again.
-
-The distance is over the tolerance and the longest link. It is the controls' `face_tolerance`."""
+"""Distance to a face, over tolerance and longest link, within which a contact counts as closed as a step starts.
+A step does not end at such a face again. The distance is `face_tolerance` of the controls."""
 EXPLICIT_LANDING = 1e-3
 """`LANDING` of the explicit method, whose steps have no error of Newton's method."""
 LEAST_LANDING = 1e-12
 """Least `face_tolerance` of the explicit method, over the longest link: rounding errors of a step."""
 OUTSIDE = 0.1
-"""Distance before a face at which an implicit step to an onset ends, over `face_tolerance`: the controls' `stop_gap`.
-
-A last node inside the face would already have the contact's force. The distance is 1e-3 of the tolerance, by `LANDING`: ten times
-the error left by Newton's method, `NEWTON_SHARE`."""
+"""Distance before a face at which an implicit step to an onset ends, over `face_tolerance`: `stop_gap` of the controls.
+A last node inside the face would have the contact's force. The distance is 1e-3 of the tolerance, ten times `NEWTON_SHARE`."""
 ROUNDING = 1e-15
 """Rounding of a distance, over the longest link: no shorter step reduces an error below it."""
 
@@ -82,20 +76,16 @@ def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene |
 
 
 class RunState(NamedTuple):
-    """State from which a run starts."""
+    """State from which a run starts, with angles less than half a turn from those at t = 0."""
 
     time: float  # [s]
     q: Array  # coordinates, (n,)
     v: Array  # rates, (n,)
     memory: Array  # of forces, (forces, 4): columns of `Memory`
-    turns: Array | None = None  # angles of markers with whole turns [rad], (markers,); None: less than half a turn since t = 0
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces, (forces, 4), with which a run goes on from its last row.
-
-    Rows have another number in the column of the fastest onset, see `Memory`: the last onset replaces it.
-    """
+    """Return the memories of forces, (forces, 4), to continue a run; the last onset replaces the fastest, not in rows."""
     memory = out.memory[-1].copy()
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
@@ -140,16 +130,12 @@ def integrate(
 ) -> tuple[Output, Failure | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
-    Parameters
-    ----------
-    ends : times of the only step ends, beside kinks and onsets of contacts [s]; there is no error control then
-    every : number of steps for each row; there are rows within steps only if `every` is 1
-    take : function that gets all rows, part by part. Then only the last row is returned, and explicit steps do not end at onsets
-        of contacts whose force begins smoothly.
+    With `ends` [s] there is no error control: steps end only at these times, at kinks and at onsets of contacts. `every` is the
+    number of steps for each row; if it is 1 there are also rows within steps. A function `take` gets all rows, part by part; then
+    only the last one is returned, and explicit steps do not end at onsets of contacts whose force begins smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-    # from here on the solver counts the whole turns of each marker's angle
-    scene.work.state[:, State.ANGLE] = scene.turns() if state.turns is None else state.turns
+    scene.reset_turns()
     start = balance(scene, state.q, state.v, state.time, state.memory)
     controls = _set_controls(scene, state.time, end, solver, ends, every, gives_parts=take is not None)
     step_ends = _find_step_ends(scene, state.time, controls, ends)
@@ -231,10 +217,8 @@ def _set_controls(
     out.least_onset = SLOWEST_ONSET
     # least onset speed over the fastest so far; finer runs allow slower onsets: their difference shows what `GRAZE` changes
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
-    if out.fixed:
-        out.newton_share = NEWTON_EQUAL / solver.tolerance
-    else:
-        out.newton_share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
+    share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
+    out.newton_share = NEWTON_EQUAL / solver.tolerance if out.fixed else share
     size = scene.units.max()  # of coordinates: the longest link [m], or 1 of an angle
     out.rounding = ROUNDING * size
     if runs_explicitly:

@@ -4,15 +4,15 @@
 
 There are n coordinates q with rates v and accelerations a, and r multipliers lambda; G = dg/dq (r, n). The derivatives of g = 0
 by time are G v = speed and G a = change: `speed` is -dg/dt, which is not zero for drives, `change` has all terms without a. The
-tangents are C = -df/dv and K = -df/dq + d(G^T lambda)/dq. Slots are the entries of M, C, K and G that can be nonzero. Arrays over
-the slots have one entry more, for the zeros in blocks of these matrices (`tables`).
+tangents are C = -df/dv and K = -df/dq + d(G^T lambda)/dq. Slots are the entries of M, C, K and G that can be nonzero. `tables`
+says why arrays over the slots have one entry more.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -64,12 +64,16 @@ class CompiledScene:
 
     @classmethod
     def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
-        """Translate a mechanism into arrays; `degree` is that of the strips' polynomials, 8 by default.
+        """Translate a mechanism into arrays; `degree` is that of the strips' polynomials.
 
         Raises ValueError if this solver does not support an element's kind, or a strut is not pinned to a body.
         """
         builder = Builder(mechanism, DEGREE if degree is None else degree)
-        _attach_masses(builder)
+        masses = [(guide.link, guide.point, guide.mass, 0.0) for guide in mechanism.guides]
+        masses += [(*link_of(builder, at), mass, inertia) for at, mass, inertia in Scene.of(mechanism).burdens]
+        for link_name, point, mass, inertia in masses:
+            if mass or inertia:
+                builder.attached.setdefault(link_name, []).append(Attached(point, mass, inertia))
         for link in mechanism.links:
             builder.bodies[link.name] = add_body(builder, link)
         join_struts(builder)
@@ -83,7 +87,7 @@ class CompiledScene:
             [row.name for row in builder.rows], [force.name for force in builder.forces],
             list(dict.fromkeys(builder.notes)), allocate_work(tables),
         )  # fmt: skip
-        scene._reset_turns()
+        scene.reset_turns()
         for r, row in enumerate(builder.rows):
             if row.value is None:  # the sum keeps the value that it has at t = 0
                 terms = (tables.measure_numbers[i, MeasureNumber.FACTOR] * scene.measure(i, scene.q0) for i in row.measures)
@@ -151,18 +155,14 @@ class CompiledScene:
 
     def mass_at(self, q: Array, sparse: bool = False) -> Matrix:
         """Compute the mass matrix M(q), shape (n, n); it is constant without modal links."""
-        build = self.sparse_matrix if sparse else self.full_matrix
-        return build(self.mass_entries(q))[: self.size, : self.size]
+        return self.build_matrix(self.mass_entries(q), sparse)[: self.size, : self.size]
 
-    def full_matrix(self, values: Array) -> Array:
-        """Build the matrix of all unknowns from its entries, (slots + 1,), of shape (n + r, n + r)."""
-        return np.asarray(self.sparse_matrix(values).toarray())
-
-    def sparse_matrix(self, values: Array) -> csr_array:
-        """Build the matrix of all unknowns from its entries as a sparse one."""
+    def build_matrix(self, values: Array, sparse: bool = False) -> Matrix:
+        """Build the matrix of all unknowns, (n + r, n + r), from its entries, (slots + 1,)."""
         unknowns = self.size + len(self.tables.rows)
         first = np.searchsorted(self.tables.row, np.arange(unknowns + 1))  # index of each row's first entry
-        return csr_array((values[:-1], self.tables.col, first), shape=(unknowns, unknowns))
+        out = csr_array((values[:-1], self.tables.col, first), shape=(unknowns, unknowns))
+        return out if sparse else out.toarray()
 
     def memory(self) -> Array:
         """Return the memories of forces at the start, (forces, 4): columns of `Memory`; laws divide by the onset speed."""
@@ -178,7 +178,8 @@ class CompiledScene:
 
         Bristles are those of `memory`, by default at rest. Matrices are sparse arrays of SciPy if `sparse`.
         """
-        v, lam = (np.zeros(self.size) if v is None else v), (np.zeros(len(self.tables.rows)) if lam is None else lam)
+        v = np.zeros(self.size) if v is None else v
+        lam = np.zeros(len(self.tables.rows)) if lam is None else lam
         memory = self.memory() if memory is None else memory
         return self.at(Instant(time=float(t), since=0.0, q=q, v=v, lam=lam, memory=memory), tangents, sparse)
 
@@ -189,7 +190,7 @@ class CompiledScene:
         filled = matrices if tangents else matrices[MatrixRow.JACOBIAN :]  # the last row alone: G and G^T, but no tangents
         entry_points.assemble(self.tables, self.work, now, filled, force, sides)
         residual, speed, change = sides  # g, and the right sides of G v = speed and G a = change
-        return Equations(force, residual, speed, change, matrices, self.sparse_matrix if sparse else self.full_matrix)
+        return Equations(force, residual, speed, change, matrices, partial(self.build_matrix, sparse=sparse))
 
     def accelerate(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """Solve M a + G^T lambda = force, G a = change at coordinates q; lambda of redundant constraints is 0."""
@@ -223,11 +224,6 @@ class CompiledScene:
         entry_points.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         return self.work.state
 
-    def turns(self) -> Array:
-        """Compute the angles of markers at t = 0, (markers,), from which whole turns are counted."""
-        self._reset_turns()
-        return self._place(self.q0)[:, State.ANGLE].copy()
-
     def measure(self, measure: int, q: Array) -> float:
         """Compute the value of a measure at coordinates q."""
         self._place(q)
@@ -250,18 +246,12 @@ class CompiledScene:
         self.tables.values[:], self.tables.factors[:] = old.values, old.factors
         self.tables.time_factor[:] = old.time_factor
         self.work = allocate_work(self.tables)
-        self._reset_turns()
+        self.reset_turns()
 
-    def _reset_turns(self) -> None:
-        """Set the angles of markers on strips without angle coordinates to those at t = 0, from which whole turns are counted."""
-        for m in np.flatnonzero(self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE):
+    def reset_turns(self) -> None:
+        """Set the angles of all markers to those at t = 0, from which whole turns are counted."""
+        for m in np.flatnonzero(
+            self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE
+        ):  # directions, known to whole turns only
             self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
-
-
-def _attach_masses(builder: Builder) -> None:
-    """List in the builder the masses attached to each link: guided blocks, point masses, rotors."""
-    masses = [(guide.link, guide.point, guide.mass, 0.0) for guide in builder.mechanism.guides]
-    masses += [(*link_of(builder, at), mass, inertia) for at, mass, inertia in Scene.of(builder.mechanism).burdens]
-    for link, point, mass, inertia in masses:
-        if mass or inertia:
-            builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
+        self._place(self.q0)

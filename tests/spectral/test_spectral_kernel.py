@@ -64,7 +64,7 @@ def test_modal_mass_and_its_slope() -> None:
     a = np.random.default_rng(4).standard_normal(scene.size)
     values = np.zeros_like(scene.tables.mass)
     _mass_slope(scene.tables, scene.work, q, a, values)
-    out = scene.full_matrix(values)[: scene.size, : scene.size]
+    out = scene.build_matrix(values)[: scene.size, : scene.size]
     assert np.abs(out - slope(lambda q: scene.mass_at(q) @ a, q, 1e-4)).max() < 1e-9 * np.abs(scene.mass_at(q)).max()
 
 
