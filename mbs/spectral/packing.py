@@ -13,7 +13,7 @@ from ..geometry import Array
 from ..laws.table import CODES, NUMBERS
 from . import tables
 from .builder import Builder, ConstraintRow
-from .tables import FORCE_NUMBERS, BlockColumn, ForceKind, MeasureKind, StatefulData, StripKind, Tables
+from .tables import FORCE_NUMBERS, ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -23,28 +23,25 @@ class Block(NamedTuple):
     parts: Sequence[tuple[slice, slice]] = ((slice(None), slice(None)),)  # rows and columns that may be nonzero; all by default
 
 
-def _number_slots(blocks: Sequence[Block], unknowns: int) -> tuple[Array, ...]:
-    """Number the slots, with one more for zeros; return the first five fields of `Tables`."""
-    table = np.zeros((len(blocks), len(BlockColumn)), dtype=np.int64)
-    block_unknowns: list[Array] = [np.empty(0, dtype=np.int64)]
-    pairs: list[Array] = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer, -1 if it is always zero
-    first_unknown, first_entry = 0, 0
-    for number, block in enumerate(blocks):
-        own = np.asarray(block.unknowns, dtype=np.int64)
-        table[number] = first_unknown, len(own), first_entry  # columns of `BlockColumn`
+def _number_slots(blocks: Sequence[Block], unknowns: int) -> dict[str, Array]:
+    """Number the slots, with one more for zeros; return the first five fields of `Tables` by name."""
+    unknowns_of_blocks = [np.asarray(block.unknowns, dtype=np.int64) for block in blocks]
+    widths = np.array([len(own) for own in unknowns_of_blocks], dtype=np.int64)
+    table = np.column_stack([np.cumsum(widths) - widths, widths, np.cumsum(widths**2) - widths**2])  # columns of `BlockColumn`
+    pairs = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer, -1 if it is always zero
+    for own, block in zip(unknowns_of_blocks, blocks, strict=True):
         pair = own[:, None] * unknowns + own
         filled = np.zeros(pair.shape, dtype=bool)
         for rows, columns in block.parts:
             filled[rows, columns] = True
-        block_unknowns.append(own)
         pairs.append(np.where(filled, pair, -1).ravel())
-        first_unknown += len(own)
-        first_entry += len(own) ** 2
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)  # pairs[i] is found[slots[i]]
     if len(found) and found[0] < 0:  # -1 was sorted to the front
         zeros = len(found) - 1  # number of the slot for zeros, behind the others
         found, slots = found[1:], np.where(slots == 0, zeros, slots - 1)
-    return table, np.concatenate(block_unknowns), slots, *np.divmod(found, max(unknowns, 1))
+    row, col = np.divmod(found, max(unknowns, 1))
+    block_unknowns = np.concatenate([np.empty(0, dtype=np.int64), *unknowns_of_blocks])
+    return {"blocks": table, "block_unknowns": block_unknowns, "slots": slots, "row": row, "col": col}
 
 
 def _list_blocks(builder: Builder) -> list[Block]:
@@ -100,21 +97,17 @@ def pack(builder: Builder) -> Tables:
     for dofs, amounts in builder.weights:
         np.add.at(weight, dofs, amounts)
     blocks = _list_blocks(builder)
-    table, block_unknowns, slots, row, col = _number_slots(blocks, n + len(builder.rows))
+    pattern = _number_slots(blocks, n + len(builder.rows))
     first_mass = len(blocks) - len(builder.masses)  # blocks of masses are the last
-    mass = np.zeros(len(row) + 1)
-    for (_, width, entries), (_, block) in zip(table[first_mass:], builder.masses, strict=True):
-        np.add.at(mass, slots[entries : entries + width**2], np.ravel(block))
+    mass = np.zeros(len(pattern["row"]) + 1)
+    for (_, width, entries), (_, block) in zip(pattern["blocks"][first_mass:], builder.masses, strict=True):
+        np.add.at(mass, pattern["slots"][entries : entries + width**2], np.ravel(block))
     nonzero = np.flatnonzero(mass)
     return Tables(
-        blocks=table,
-        block_unknowns=block_unknowns,
-        slots=slots,
-        row=row,
-        col=col,
+        **pattern,
         mass=mass,
-        mass_first=np.searchsorted(row[nonzero], np.arange(n + 1)),  # compressed rows, as slots are sorted by row
-        mass_col=col[nonzero],
+        mass_first=np.searchsorted(pattern["row"][nonzero], np.arange(n + 1)),  # compressed rows, as slots are sorted by row
+        mass_col=pattern["col"][nonzero],
         mass_value=mass[nonzero],
         weight=weight,
         modal=_build_table(builder.modal, len(tables.Modal)),
