@@ -134,9 +134,8 @@ Sizes beside n, r, k, p, e: u = n + r unknowns, s slots + 1 (`tables`), g entrie
 RadauState = namedtuple("RadauState", RADAU_SHAPES)  # type: ignore[misc]
 """State of the implicit integrator, unknowns of its step, work arrays.
 
-The error control has units of its own. `inverse_error_unit` (n,) is one over them. A vector (x, y) of `Tables.elastic` has two
-other units, so `inverse_error_unit` is 0 for x and y. Its component along the strip's chord, whose direction is `chord` (e, 2),
-has the `unit` of a length. Its component across the chord has the unit `error_unit_across` (e,).
+The error control has units of its own, the inverse of `inverse_error_unit`, which is 0 for a vector (x, y) of `Tables.elastic`.
+Along the strip's chord, whose direction is `chord`, the vector has the `unit` of a length; across it, `error_unit_across`.
 """
 
 

@@ -7,8 +7,10 @@ first derivative by time is G v = speed, with speed = -dg/dt; their second is G 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..geometry import Array
+from .elimination import Fronts
 from .entry_points import place
 from .frame_body import FrameBody
 from .output import DORMAND_PRINCE_SHAPES, RADAU_SHAPES, DormandPrince, DormandPrinceState, RadauState, allocate
@@ -21,7 +23,7 @@ ROUNDING = 1e-12
 MOST_ITERATIONS = 20
 """Iterations after which `balance` returns the last, converged or not; enough for 1e-12 if each divides the change by 4."""
 LEAST_RATE = 1e-3
-"""Least scale of errors of rates in the explicit method, in units of coordinates [1/s]: at rest no rate gives a scale."""
+"""Least scale of errors of rates in the explicit method, in units of coordinates [1/s]; chosen: at rest no rate gives a scale."""
 
 
 class Balance(NamedTuple):
@@ -66,7 +68,7 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     place(scene.tables, scene.work, q, np.zeros(scene.size))  # fills `work.jacobian`, the derivatives of all markers
     first, count = scene.tables.markers[marker, [Markers.FIRST, Markers.COUNT]]
     out = np.zeros((3, scene.size))
-    for i in range(first, first + count):
+    for i in range(first, first + count):  # a dof may be there twice
         out[:, scene.tables.dofs[i]] += scene.work.jacobian[:, i]
     return out
 
@@ -77,7 +79,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
     Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges.
     """
     lam = np.zeros(len(scene.tables.rows))
-    depends_on_multipliers = (scene.tables.forces[:, Forces.ROW] >= 0).any()
+    depends_on_multipliers = (scene.tables.forces[:, Forces.ROW] >= 0).any()  # ROW: constraint whose reaction presses, or -1
     for _ in range(MOST_ITERATIONS):
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
         acceleration, new = scene.accelerate(q, out.force, out.change)
@@ -89,7 +91,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
 
 
 def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
-    """Draw a random change of the coordinates at t = 0, (n,), that satisfies the constraints to first order.
+    """Draw a random change of the coordinates at t = 0, (n,), for members of an ensemble; constraints hold to first order.
 
     Components are normal with standard deviation `spread`, in m or rad; those of modal coordinates are 0. The projection by the
     pseudo-inverse of G, which comes after, may change modal coordinates, too.
@@ -105,13 +107,11 @@ def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
 def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
     """Allocate the state and work arrays of an implicit run that starts from this state; `memory` has the columns `Memory`."""
     newton, saddle = scene.fronts, scene.mass_fronts
-    sizes = _count_sizes(scene) | {
+    sizes = _count_sizes(scene, saddle) | {
         "p": int(scene.tables.strips[:, StripColumn.POINTS].sum()),  # Gauss points of all strips
         "e": len(scene.tables.elastic),
         "newton_entries": newton.size,
         "newton_swaps": len(newton.unknowns),
-        "saddle_entries": saddle.size,
-        "saddle_swaps": len(saddle.unknowns),
         "front": max(newton.largest, saddle.largest),
     }
     values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory}
@@ -124,26 +124,25 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     free_modes = _are_modal_links_free(scene.tables)
     saddle = scene.find_mass_fronts(constant=free_modes)  # `kernel.couple_modes` then solves for the modes apart
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
-    sizes = _count_sizes(scene) | {
-        "y": len(y), "saddle_entries": saddle.size, "saddle_swaps": len(saddle.unknowns), "front": saddle.largest
-    }  # fmt: skip
+    sizes = _count_sizes(scene, saddle) | {"y": len(y), "front": saddle.largest}
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
-    values = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "matrix": scene.tables.mass}
+    values: dict[str, ArrayLike] = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "matrix": scene.tables.mass}
     values |= {"units": scene.units, "largest_rate": largest_rate, "free_modes": free_modes}
     state = DormandPrinceState._make(allocate(DORMAND_PRINCE_SHAPES, sizes, values))
     return DormandPrince(scene.tables, saddle, scene.work, state)
 
 
-def _count_sizes(scene: CompiledScene) -> dict[str, int]:
-    """Count the sizes of arrays that both integrators have."""
+def _count_sizes(scene: CompiledScene, saddle: Fronts) -> dict[str, int]:
+    """Count the sizes of arrays that both integrators have; `saddle` are the fronts of [M G^T; G 0]."""
     tables, n, r = scene.tables, scene.size, len(scene.tables.rows)
     g = int(tables.blocks[:r, BlockColumn.WIDTH].sum())  # entries of G as the kernel stores it: unknowns of constraints' blocks
-    return {"n": n, "r": r, "u": n + r, "k": len(tables.forces), "s": len(tables.mass), "g": g}
+    of_factors = {"saddle_entries": saddle.size, "saddle_swaps": len(saddle.unknowns)}
+    return {"n": n, "r": r, "u": n + r, "k": len(tables.forces), "s": len(tables.mass), "g": g, **of_factors}
 
 
 def _are_modal_links_free(tables: Tables) -> bool:
     """Return True if there are modal links, and no constraint acts on their coordinates."""
-    blocks, unknowns = tables.blocks[: len(tables.rows)], tables.block_unknowns  # blocks of constraints
-    constrained = {int(x) for first, width, _ in blocks for x in unknowns[first : first + width]}
+    widths = tables.blocks[: len(tables.rows), BlockColumn.WIDTH]  # blocks of constraints come first
+    constrained = set(tables.block_unknowns[: widths.sum()].tolist())
     links = [range(first, first + 3 + modes) for first, modes, _ in tables.modal.tolist()]  # 3 coordinates of the frame, modes
     return len(links) > 0 and all(constrained.isdisjoint(link) for link in links)
