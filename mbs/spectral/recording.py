@@ -4,14 +4,13 @@
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from ..elements.link import Link
 from ..geometry import Array, rotate
 from ..mechanism import Mechanism
-from ..modal.planar import ModalHistory
+from ..modal.planar import ModalHistory, PlanarModel
 from ..record.lookup import corrected_trapezoidal
 from ..record.record import BlockMotion, Record, RigidMotion
 from .compiling import copy, inline, jit
@@ -25,7 +24,7 @@ from .strip_body import StripBody
 from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
 
 UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals are computed from memories and states; signals of the others need the columns `Report`."""
+"""Kinds of forces whose signals are computed from bristles, onset speeds and states of laws; others need their `Report`."""
 
 
 @inline
@@ -55,7 +54,7 @@ def follow(tables, work, out, wanted, traces, reports):
                 traces[k, 0, c, i], traces[k, 1, c, i] = work.state[m, State.X + c], work.state[m, State.VX + c]
                 traces[k, 2, c, i] = compute_acceleration(tables, work, m, c, out.a[i])
         if reports.shape[0] > 0:
-            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]  # the same for all forces
+            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]  # bristles are those at the step's start, for all forces
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
             copy(work.reports, reports[i])
 
@@ -68,7 +67,10 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     for link in mechanism.links:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and body.model is None:  # a rigid link; one with a model is modal
-            frames[link.name] = _add_centre_frame(scene, link, body)
+            mass, inertia, (x, y) = link.body.mass_properties(mechanism.length(link.name))  # without attached masses
+            centre = body.start + rotate(np.array(body.angle), (x, y))
+            marker = body.marker_at(builder, centre, from_start=True)  # its angle is the turn since t = 0
+            frames[link.name] = marker, mass, inertia, centre
     scene.refresh()  # packs the markers just added into the tables
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
@@ -84,12 +86,18 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
             links[link.name] = RigidMotion(mass, inertia, arms, *traces[marker])
         elif isinstance(body, FrameBody):
-            links[link.name] = _record_modal(link, body, out)
+            columns, stations = slice(body.offset, body.offset + 3 + body.modes), {link.start: "start", link.end: "end"}
+            q, v, a = out.q[:, columns], out.v[:, columns], out.a[:, columns]
+            links[link.name] = ModalHistory(cast(PlanarModel, body.model), q, v, a, stations, body.angle)
         elif isinstance(body, StripBody):
-            links[link.name] = _record_strip(scene, body, out)
+            dofs = np.unique(np.concatenate([piece.dofs.ravel() for piece in body.pieces]))
+            pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]  # with dofs among its own
+            q, v, a = out.q[:, dofs], out.v[:, dofs], out.a[:, dofs]
+            links[link.name] = SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], q, v, a)
     blocks = {point: _record_block(mechanism, point, traces[marker]) for point, marker in guides.items()}
     channels, undetermined = _channels(scene, out, reports), scene.source.undetermined
-    return Record(mechanism, out.time, links, blocks, channels, rule=corrected_trapezoidal, undetermined=undetermined)
+    rule = corrected_trapezoidal  # for integrals over time
+    return Record(mechanism, out.time, links, blocks, channels, rule=rule, undetermined=undetermined)
 
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
@@ -99,34 +107,12 @@ def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], rep
     return traces.swapaxes(2, 3)  # each component stays contiguous in memory
 
 
-def _add_centre_frame(scene: CompiledScene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
-    """Add a marker at the centre of mass of a rigid link, attached masses left out; return it, mass, inertia, place at t = 0."""
-    mass, inertia, (x, y) = link.body.mass_properties(scene.mechanism.length(link.name))
-    centre = body.start + rotate(np.array(body.angle), (x, y))
-    marker = body.marker_at(scene.builder, centre, from_start=True)  # its angle is the turn since t = 0
-    return marker, mass, inertia, centre
-
-
-def _record_modal(link: Link, body: Any, out: Output) -> ModalHistory:
-    """Return the motion of a modal link."""
-    columns = slice(body.offset, body.offset + 3 + body.modes)
-    stations = {link.start: "start", link.end: "end"}
-    return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)
-
-
-def _record_strip(scene: CompiledScene, body: StripBody, out: Output) -> SpectralStrip:
-    """Return the motion of a strip, whose dofs number its own coordinates, not those of the mechanism."""
-    dofs = np.unique(np.concatenate([piece.dofs.ravel() for piece in body.pieces]))
-    pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]
-    states = (out.q[:, dofs], out.v[:, dofs], out.a[:, dofs])
-    return SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], *states)
-
-
 def _record_block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion:
     """Return the motion of a guide's block along the guide, from the trace of its point."""
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
-    travel, rate, second = ((each[:, :2] - start) @ along for each, start in zip(trace, (origin, 0.0, 0.0), strict=True))
+    origins = (origin, 0.0, 0.0)  # of position, velocity, acceleration
+    travel, rate, second = ((each[:, :2] - start) @ along for each, start in zip(trace, origins, strict=True))
     return BlockMotion(guide.mass, origin, guide.along, travel, rate, second)
 
 
@@ -135,9 +121,10 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
-        loads = -out.lam[:, names == name]  # forces are -G^T lambda
+        forces = -out.lam[:, names == name]  # forces are -G^T lambda
         is_of_element = name in elements  # not if it is within a link, as between the pieces of a strip
-        channels[name] = dict(elements[name].reactions(loads) or {}) if is_of_element else {}
+        reactions = elements[name].reactions(forces) if is_of_element else None  # None, too, of an element without reactions
+        channels[name] = dict(reactions or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, Forces.KIND]
         found = channels.setdefault(name, {})
@@ -146,15 +133,10 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         elif kind == ForceKind.CONTACT:
             found["force"] = np.abs(reports[:, i, [Report.VALUE]])  # its sign is the side of the face
         elif kind == ForceKind.STATEFUL:
-            dofs = _find_state_dofs(scene, i)
-            found["states"] = np.hstack([out.v[:, dofs], out.a[:, dofs]])  # the states, then their rates
+            marker, number = scene.tables.forces[i, [Forces.B, Forces.NUMBERS]]  # marker B has the coordinate of the first state
+            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[number + StatefulData.STATES])
+            dofs = slice(first, first + count)
+            found["states"] = np.hstack([out.v[:, dofs], out.a[:, dofs]])  # a state is the rate of its coordinate
         else:
             found["value"] = reports[:, i, [Report.VALUE]]
     return channels
-
-
-def _find_state_dofs(scene: CompiledScene, force: int) -> slice:
-    """Find the dofs of the coordinates whose rates are the states of a force's law; marker B has the first (`stateful`)."""
-    marker, numbers = scene.tables.forces[force, [Forces.B, Forces.NUMBERS]]
-    first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[numbers + StatefulData.STATES])
-    return slice(first, first + count)

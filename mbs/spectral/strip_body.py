@@ -6,6 +6,7 @@ values at the ends of the piece; neighbouring pieces share those of their common
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple, cast
 
@@ -40,7 +41,6 @@ class StripBody:
     kind: int  # of `StripKind`
     pieces: list[Piece]
     stations: dict[str, float]  # arc length from the start to each point of the strip [m]
-    length: float  # stress-free arc length [m]
     start: Array  # place of its start at t = 0 [m], (2,)
     section: Section | Profile
 
@@ -65,15 +65,12 @@ class StripBody:
         return builder.add_marker(MarkerKind.LINEAR, offset=0, size=len(used), dofs=dofs, numbers=factors)
 
     def rigid_motion(self, builder: Builder) -> Array:
-        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle, at t = 0.
-
-        The first two coefficients of a polynomial are its values at the ends of the piece; the others do not move with the start.
-        """
+        """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle, at t = 0."""
         out, q = np.zeros((len(builder.q), 3)), np.array(builder.q)
         for piece in self.pieces:
             x_dofs, y_dofs, *angle_dofs = piece.dofs
             x, y = q[x_dofs], q[y_dofs]
-            x[:2] -= self.start[0]
+            x[:2] -= self.start[0]  # only the first two coefficients, the values at the ends, move with the start
             y[:2] -= self.start[1]
             out[x_dofs[:2], 0] = out[y_dofs[:2], 1] = 1.0
             out[x_dofs, 2], out[y_dofs, 2] = -y, x
@@ -82,21 +79,21 @@ class StripBody:
         return out
 
     def bending_rates(self, builder: Builder, start: Start, link: Link) -> Array:
-        """Return the rates of all coordinates (n,) by which the initial velocities of the mechanism bend the strip."""
+        """Return the rates of all coordinates (n,) by which the initial velocities `start` of the mechanism bend the strip."""
         out = np.zeros(len(builder.q))
         shape = find_shape(link, builder.mechanism.length(link.name))
         x_of_points = shape.line(np.array([*shape.fractions.values()]))[0]
         along_chord = dict(zip(shape.fractions, x_of_points.tolist(), strict=True))  # x of each point on the chord [m]
         for piece in self.pieces:
+
+            def interpolate(i: int, xi: Array, piece: Piece = piece) -> Array:
+                """Interpolate component i of the bending velocity (vx, vy, spin) at xi in [-1, 1] of the piece."""
+                x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
+                return start.interpolate(link, along_chord, x)[:, i]
+
             for i, dofs in enumerate(piece.dofs):
-
-                def interpolate(xi: Array, i: int = i, piece: Piece = piece) -> Array:
-                    """Interpolate component i of the bending velocity (vx, vy, spin) at xi in [-1, 1] of the piece."""
-                    x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
-                    return start.interpolate(link, along_chord, x)[:, i]
-
-                at_ends = tuple(interpolate(np.array([-1.0, 1.0])))
-                out[dofs] = fit(piece.degree, interpolate, at_ends)
+                component = partial(interpolate, i)
+                out[dofs] = fit(piece.degree, component, tuple(component(np.array([-1.0, 1.0]))))
         return out
 
 
@@ -107,9 +104,10 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     breaks = sorted({0.0, 1.0, *shape.fractions.values()})
     has_one_piece = len(breaks) == 2
     degree = builder.degree if has_one_piece else max(3, builder.degree - 2)  # chosen: two less, as pieces are shorter
+    fields = 3 if kind == StripKind.REISSNER else 2  # x, y and, with shear, the angle
     pieces: list[Piece] = []
     for left, right in pairwise(breaks):
-        coefficients = _fit_piece(shape.line, left, right, degree, kind)
+        coefficients = _fit_piece(shape.line, left, right, degree, fields)
         x, y = coefficients[:2]
         coefficients[:2] = np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
         coefficients[:2, :2] += start[:, None]  # the first two coefficients are the values at the ends
@@ -117,7 +115,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
         dofs = _add_coordinates(builder, coefficients, pieces[-1] if pieces else None)
         pieces.append(Piece(left * shape.length, right * shape.length, dofs))
     stations = {point: fraction * shape.length for point, fraction in shape.fractions.items()}
-    body = StripBody(kind, pieces, stations, shape.length, start, link.body.section)
+    body = StripBody(kind, pieces, stations, start, link.body.section)
     for i, piece in enumerate(pieces):
         _add_mass(builder, body.section, piece)
         _tabulate(builder, body, piece)
@@ -130,10 +128,9 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
 
 
 def find_shape(link: Link, chord: float) -> StripShape:
-    """Find the stress-free shape of a link from the direction of its tangent, by Gauss's rule.
+    """Find the stress-free shape of a link by integrals of its tangent, by Gauss's rule with 8 points in each of 256 intervals.
 
-    A position is the one at the lower end of its interval, 1/256 of the arc, plus an integral from there by 8 points. For a cubic
-    spline of three waves through 17 points the error is 3e-9 of the length; with a tenth of the intervals it is 1e-5.
+    For a cubic spline of three waves through 17 points the error is 3e-9 of the length. With a tenth of the intervals it is 1e-5.
     """
     curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
@@ -153,15 +150,11 @@ def find_shape(link: Link, chord: float) -> StripShape:
     return StripShape(line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner})
 
 
-def _fit_piece(line: Line, start: float, end: float, degree: int, kind: int) -> Array:
+def _fit_piece(line: Line, start: float, end: float, degree: int, fields: int) -> Array:
     """Fit the coefficients of a piece between two fractions of the arc, in the link's frame; (fields, degree + 1)."""
     ends = line(np.array([start, end]))
-
-    def fit_field(i: int) -> Array:
-        """Fit field i of the piece: x, y or the angle."""
-        return fit(degree, lambda x: line(start + (end - start) * (x + 1) / 2)[i], tuple(ends[i]))
-
-    return np.array([fit_field(i) for i in range(3 if kind == StripKind.REISSNER else 2)])
+    field = [lambda xi, i=i: line(start + (end - start) * (xi + 1) / 2)[i] for i in range(fields)]
+    return np.array([fit(degree, field[i], tuple(ends[i])) for i in range(fields)])
 
 
 def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None) -> Array:
@@ -232,10 +225,10 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
         add_separate_mass(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])
-    gravity = builder.mechanism.gravity
-    for i, amount in enumerate((each.mass, each.mass, each.inertia)):
-        dofs = builder.dofs[first + i * size : first + (i + 1) * size]
-        if amount:
-            builder.add_mass(dofs, amount * np.outer(value, value))
-            if i < 2:
-                builder.add_weight(dofs, amount * gravity[i] * value)
+    x_dofs, y_dofs, angle_dofs = (builder.dofs[first + i * size :][:size] for i in range(3))
+    if each.mass:
+        for dofs, gravity in zip((x_dofs, y_dofs), builder.mechanism.gravity, strict=True):
+            builder.add_mass(dofs, each.mass * np.outer(value, value))
+            builder.add_weight(dofs, each.mass * gravity * value)
+    if each.inertia:  # the marker is linear and has an angle
+        builder.add_mass(angle_dofs, each.inertia * np.outer(value, value))
