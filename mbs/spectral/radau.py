@@ -60,8 +60,8 @@ MOST_EXTRAPOLATION = 100.0
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control.
 
-    A row of `elastic` is an inner coordinate i, or a vector of two, (i, j), of a strip's piece. The latter is resolved along and
-    across the piece's chord, with a unit for each component; the inverse units of i and j alone are 0. For the former j < 0.
+    Rows of `elastic` with j >= 0 are vectors (i, j) of a strip's piece. They are resolved along and across the piece's chord,
+    with a unit for each. The inverse units of i and j alone are 0.
     """
     worst = 0.0
     for i in range(u.size):
@@ -169,12 +169,12 @@ def estimate_error(tables, orders, state, h):
 
 @kernel_function
 def project(tables, orders, work, state, t, h):
-    """Project the end of a step onto the constraints: its coordinates, then their rates and accelerations.
+    """Project the end of a step onto g = 0, then its rates onto G v = speed and its accelerations onto G a = change.
 
-    A change of v or a is M^-1 G^T mu, with G v = speed or G a = change after it. A change of lam by -mu then leaves the residual
-    M a - f + G^T lam as it was. Newton's method leaves a residual M x + G^T nu, with G x = 0, whose second part multipliers alone
-    can remove. Without strips nu is subtracted from lam at the end of the step. At each node nu times the node's fraction of the
-    step is: so the change grows linearly along the step. With strips the residuals of their stresses would be a part of nu.
+    The last two corrections are M^-1 G^T mu. With that of a, lam becomes lam - mu: so the residual M a - f + G^T lam stays.
+    Newton's method leaves a residual M x + G^T nu, with G x = 0. Its second part is removed: lam becomes lam - nu. At a node
+    within the step nu is multiplied by the node's fraction of the step. With strips lam is not corrected by nu, which would
+    contain residuals of stresses.
     """
     n, q, v, a, lam = state.q.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if lam.size == 0:
@@ -207,7 +207,7 @@ def project(tables, orders, work, state, t, h):
 @kernel_function
 def _project_coordinates(tables, orders, work, state, t):
     """Move the coordinates at the end of the step onto g = 0 by at most three steps with the real Newton matrix."""
-    n, q, change = state.q.size, state.node_q[2], state.right_side
+    n, q, correction = state.q.size, state.node_q[2], state.right_side
     for iteration in range(4):
         place_markers(tables, work, q, state.node_v[2])
         compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)
@@ -216,27 +216,27 @@ def _project_coordinates(tables, orders, work, state, t):
             worst = max(worst, abs(state.violation[k]))
         if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
             break
-        change[:n] = 0.0
-        copy(state.violation, change[n:])
-        solve(orders.newton, state.real_factors, state.real_swaps, change, state.front_work)
+        correction[:n] = 0.0
+        copy(state.violation, correction[n:])
+        solve(orders.newton, state.real_factors, state.real_swaps, correction, state.front_work)
         for i in range(n):
-            q[i] -= change[i]
+            q[i] -= correction[i]
 
 
 @kernel_function
 def _project_rates(tables, orders, state, target, y):
-    """Move rates or accelerations y (n,) onto G y = target (r,) with least change in the metric of the mass.
+    """Move rates or accelerations y (n,) onto G y = target (r,) by the least correction in the metric of the mass.
 
-    Returns the multipliers of the change, (r,), which the next solution overwrites.
+    Returns the multipliers mu of the correction, (r,), which the next solution overwrites.
     """
-    n, change = y.size, state.right_side
-    change[:n] = 0.0
+    n, correction = y.size, state.right_side
+    correction[:n] = 0.0
     for k in range(target.size):
-        change[n + k] = multiply_row(tables, k, state.jacobian, y) - target[k]
-    solve(orders.mass, state.saddle_factors, state.saddle_swaps, change, state.front_work)
+        correction[n + k] = multiply_row(tables, k, state.jacobian, y) - target[k]
+    solve(orders.mass, state.saddle_factors, state.saddle_swaps, correction, state.front_work)
     for i in range(n):
-        y[i] -= change[i]
-    return change[n:]
+        y[i] -= correction[i]
+    return correction[n:]
 
 
 @kernel_function
@@ -254,10 +254,10 @@ def measure_deformation(state, elastic, k):
 
 @kernel_function
 def update_units(state, elastic, tolerance):
-    """Update the units of the error control: `DEFORMATION_FACTOR` times the largest deformation so far, up to `unit`.
+    """Update the units of the error control: `DEFORMATION_FACTOR` times the largest deformation so far, within bounds.
 
-    Their least value is a share of `unit`, below which errors are rounding. The unit of a law's state is its largest value so
-    far, or its first unit if that is larger.
+    The bounds are `unit` and a share of it, below which errors are rounding. Rows with j = LAW_STATE are no deformations: their
+    unit is the state's largest value so far, or its first unit if that is larger.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):

@@ -5,8 +5,7 @@ Multipliers follow the cubic through the step's start and nodes. Rows are close 
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
 step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
 
-A row has the forces' memories, from which forces are computed again: onset speeds, and bristles at the start of a step, which a
-reader integrates from there to the row's time.
+A row has the forces' memories, from which forces are computed again: onset speeds, and bristles at the start of a step.
 """
 
 import numpy as np
@@ -19,8 +18,8 @@ LINE_EXPONENT = 0.75
 """Error allowed of linear interpolation between rows: the tolerance to this power, as the error of a run falls more slowly than
 its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows."""
 MOST_SAMPLES = 40
-"""Largest number of parts of a step with a row each. A step begins only if the output has room for them, so that tenfold a fifth
-of `run.ROWS_PER_CALL` would stay free. With a tenth long steps would have a hundred times the error between rows."""
+"""Largest number of parts of a step, each with a row; the error of linear interpolation falls as its square. A step begins only
+if the output has room for so many rows: of the last `run.ROWS_PER_CALL` some stay unused."""
 JUMP = 0.1
 """Time between a jump of accelerations and the row beside it, over the shortest step."""
 END = 2
@@ -33,8 +32,7 @@ def write(state, out, counts, t, start):
     row = counts.samples
     out.time[row] = t
     copy(state.q, out.q[row]), copy(state.v, out.v[row]), copy(state.a, out.a[row]), copy(state.lam, out.lam[row])
-    _write_memory(state, state.memory, out, row, start)
-    counts.samples += 1
+    _end_row(state, state.memory, out, counts, start)
 
 
 @kernel_function
@@ -64,28 +62,25 @@ def write_at_face(state, out, counts, t, h, moment):
     copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
     for i in range(q.size):
         out.q[row, i] = q[i] + moment * v[i]
-    _write_memory(state, state.start_memory, out, row, t)
+    _end_row(state, state.start_memory, out, counts, t)
+
+
+@kernel_function
+def _end_row(state, onset_memory, out, counts, start):
+    """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s]."""
+    for k in range(state.start_memory.shape[0]):
+        m = out.memory[counts.samples, k]
+        m[Memory.ONSET], m[Memory.STEP_START] = onset_memory[k, Memory.ONSET], start
+        m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
     counts.samples += 1
 
 
 @kernel_function
-def _write_memory(state, onset_memory, out, row, start):
-    """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s].
-
-    `state.start_memory` is the memory before the step, `state.memory` the one after it.
-    """
-    for k in range(state.start_memory.shape[0]):
-        m = out.memory[row, k]
-        m[Memory.ONSET], m[Memory.STEP_START] = onset_memory[k, Memory.ONSET], start
-        m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
-
-
-@kernel_function
 def count_parts(state, elastic, h, controls, depth_deviation):
-    """Return the number of parts of the step between whose ends linear interpolation is accurate enough.
+    """Return the number of parts of a step in each of which linear interpolation between its ends is accurate enough.
 
     In a step of length h a quantity deviates from the line between its ends by at most h^2/8 times its second derivative, in k
-    parts by 1/k^2 of this. `elastic` is that of `Tables`. `depth_deviation` is the deviation of a contact's depth over the depth,
+    parts by 1/k^2 of this. `elastic` is `Tables.elastic`. `depth_deviation` is the deviation of a contact's depth over the depth,
     for k = 1; the contact tolerance is relative to the depth, too.
     """
     deviations = state.dq[0]  # of the coordinates, in an array that serves as work space
@@ -120,5 +115,4 @@ def write_between(state, out, counts, t, h, parts):
             factor, lam = evaluate_lagrange(y, j), state.lam if j == 0 else state.node_lam[j - 1]
             for k in range(state.lam.size):
                 out.lam[row, k] += factor * lam[k]
-        _write_memory(state, state.start_memory, out, row, t)
-        counts.samples += 1
+        _end_row(state, state.start_memory, out, counts, t)

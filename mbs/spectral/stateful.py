@@ -22,7 +22,7 @@ SMALL = 1e-3
 
 @kernel_function
 def _read_counts(tables, k):
-    """Return for force k its first column of `State`, the number of columns it acts on, and the number of its law's states."""
+    """Return for force k State.X or, for a torque, State.ANGLE; number of its components, 2 or 1; number of its law's states."""
     d = tables.forces[k, Forces.NUMBERS]  # index of its first number
     return int(tables.data[d]), int(tables.data[d + StatefulData.COUNT]), int(tables.data[d + StatefulData.STATES])
 
@@ -31,7 +31,7 @@ def _read_counts(tables, k):
 def _evaluate(tables, work, k, r, count):
     """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch.
 
-    Each has a function of its own, the first and only one of a row of tables.laws; a force's rows are consecutive.
+    Component and rate r have a row of tables.laws each, with the address of one function; the rows of a force are consecutive.
     """
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
@@ -39,13 +39,12 @@ def _evaluate(tables, work, k, r, count):
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Find component p_c: return its marker, its column of `State`, also the row of work.jacobian, and an index in the block.
+    """Find component p_c: return its marker, its row of work.jacobian, and where the marker's coordinates begin in the block.
 
-    The index is that of the marker's first coordinate in the force's block. The block has the coordinates of marker a, on which
-    the force acts, then those of each marker from b on, whose angle is an extra coordinate.
+    The force's block has the coordinates of marker a, on which it acts, then those of the markers of states, from b on.
     """
     a, state = tables.forces[k, Forces.A], component - count
-    if state < 0:  # columns of `State` count from X, which is 0
+    if state < 0:  # rows of work.jacobian are x, y, angle, as the first columns of `State`
         return a, first + component, 0
     b = tables.forces[k, Forces.B]
     return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
@@ -57,7 +56,7 @@ def _fill_arguments(tables, work, k, t):
     first, count, states = _read_counts(tables, k)
     a, b, arguments = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.scratch
     arguments[0] = t
-    for i in range(count):
+    for i in range(count):  # rates are three columns behind: `State` begins with X Y ANGLE VX VY SPIN
         arguments[1 + i], arguments[1 + count + i] = work.state[a, State.X + first + i], work.state[a, State.VX + first + i]
     arguments[1] -= tables.data[tables.forces[k, Forces.NUMBERS] + StatefulData.OFFSET]  # angle at t = 0; 0 for x
     for i in range(states):
@@ -83,7 +82,7 @@ def add_stateful(tables, work, k, t, f):
 
 @kernel_function
 def add_stateful_tangents(tables, work, k, t, q):
-    """Add the derivatives of the force and of the rates of its states, by central differences of the law."""
+    """Add the derivatives of the force and of the rates of its states, by central differences; the force was added before."""
     first, count, states = _read_counts(tables, k)
     arguments, out = work.scratch, work.reports[k]
     _fill_arguments(tables, work, k, t)

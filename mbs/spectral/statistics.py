@@ -33,7 +33,7 @@ class Statistic(IntEnum):
 PROGRESS = record_type(last_time="f8", time_before="f8", rows="i8", samples="i8")
 """Times of the last row and of the row before [s]; numbers of rows and samples so far."""
 SAMPLES_PER_WINDOW = 2000
-"""Samples in a window from which the total variation is computed; chosen: a window is often one turn of a drive."""
+"""Samples in a window from which the total variation is computed; chosen: a plot of one turn of a drive has as many points."""
 OVERSHOOT = 0.125
 """Bound of the height of a vertex above the middle row, over the larger difference of that row to a neighbour. With equal steps
 and differences a and b the height is (a - b)^2/(8 (a + b)), at most an eighth of the larger. Where a short step lies beside a

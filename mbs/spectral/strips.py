@@ -7,9 +7,8 @@ n are unknowns of Newton's method, and forces are -A^T (B^T n + B0^T residual), 
 is the n of the strains less the unknown n. B0, in work.kept_gradients, is the B at which Newton's matrices were last computed.
 
 Local names: nb basis functions, ng Gauss points, g one of them, p its index among those of all strips; `lag`, damping times [s]
-of N, Q, M. Dofs of a strip begin at index `first` of tables.dofs, its numbers at index d of tables.data: `StripData` has their
-order; `weights`, `free_strains`, `functions` are indices of tables.data, too. An argument is a sum of nb functions. For each of
-the four, `block` has the index of its first coefficient among the strip's coordinates, `order` the functions' derivative.
+of N, Q, M. Dofs of a strip begin at index `first` of tables.dofs, its `StripData` at index d of tables.data. An argument is a sum
+of nb functions: `block` has the index of its first coefficient among the strip's coordinates, `order` the derivative.
 """
 
 import numpy as np
@@ -230,7 +229,7 @@ def _add_strip_tangents(tables, work, strip, v, damp, stiff):
             for i in range(4):
                 for k in range(4):
                     by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]
-            if lag[j] > 0.0:
+            if lag[j] > 0.0:  # B z_t changes by B dz_t and by dB z_t, which `advance_stresses` leaves to the next residual
                 for k in range(4):
                     row = second[j, k]
                     second_rate = row[0] * z_rate[0] + row[1] * z_rate[1] + row[2] * z_rate[2] + row[3] * z_rate[3]
