@@ -91,12 +91,18 @@ def _is_ours(event: Event) -> bool:
 register("numba:compile", Announcer())
 
 
-@cache
-def _stamp() -> str:
-    """Hash the contents of all files whose functions are compiled, and of those that define their constants."""
+def list_compiled_files() -> list[Path]:
+    """List all files whose functions are compiled, and those that define their constants."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
-    return stamp_of(Path(__file__), here / "tables.py", *own, here.parent / "laws" / "table.py")
+    constants = [here / "tables.py", here / "output.py", here / "elimination.py"]
+    return [Path(__file__), *constants, *own, here.parent / "laws" / "table.py"]
+
+
+@cache
+def _stamp() -> str:
+    """Hash the contents of the files on which compiled functions depend."""
+    return stamp_of(*list_compiled_files())
 
 
 def jit(function: F) -> F:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+from enum import IntEnum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,6 +31,19 @@ def made_up(name: str):
 
     function.__module__ = name
     return numba.njit(function)
+
+
+def test_a_change_of_a_constant_compiles_its_functions_again() -> None:
+    """Files from which compiled functions have constants or names of columns count as theirs; those of types alone do not."""
+    files = set(compiling.list_compiled_files())
+    for path in files:
+        module = importlib.import_module(f"buckler.mbs.spectral.{path.stem}") if path.parent.name == "spectral" else None
+        for names in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if module is None or not isinstance(names, ast.ImportFrom) or names.level != 1 or names.module is None:
+                continue
+            values = [getattr(module, alias.name) for alias in names.names]
+            is_constant = [isinstance(x, int | float) or (isinstance(x, type) and issubclass(x, IntEnum)) for x in values]
+            assert not any(is_constant) or path.with_name(f"{names.module}.py") in files, (path.name, names.module)
 
 
 def test_compilation_is_announced_once_and_only_the_solvers(capsys) -> None:
