@@ -137,7 +137,7 @@ def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Fi
     except ValueError as refusal:  # KinematicsError among them
         message = "refused: " + " ".join(str(refusal).split())
         return Finding(family, name, Verdict.NAMED, nan, "", message, perf_counter() - begin, nan)
-    error, worst, price = None, "", nan
+    error, worst, price = None, "", nan  # None: nothing is compared
     if result.status in ENDED:
         start = perf_counter()
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)

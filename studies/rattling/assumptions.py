@@ -47,7 +47,7 @@ theory. "Craig-Bampton" are those of ADAMS, which add static shapes; their numbe
 
 @dataclass(frozen=True)
 class JointAssumptions(Gravity):
-    """Assumptions about the joints and their surroundings."""
+    """Assumptions about the joints and their surroundings; each parameter ends with its help and the heading above it."""
 
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(

@@ -69,7 +69,7 @@ SETS = {
 
 
 def section(depth: float) -> Section:
-    """Return the section of the bars, whose side in the plane is `depth` [m]."""
+    """Return the section of the bars, with a side of `depth` [m] in the plane and always the area of 20 mm x 5 mm."""
     return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 

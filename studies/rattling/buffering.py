@@ -67,7 +67,7 @@ class Parameters(TestedRuns):
     bending: tuple[int, ...] = counts((2, 3, 6), 1, 8, "bending modes of a free rocker", OPEN)
     axial: tuple[int, ...] = counts((1, 3), 0, 8, "axial modes of a free rocker", OPEN)
     frequency_factor: tuple[float, ...] = quantities(
-        (0.9, 1.1), "1", 0.5, 2, "factor on the frequencies of a plain bar: one, or from, to", OPEN
+        (0.9, 1.1), "1", 0.5, 2, "factor on the frequencies of a plain bar, as the real rocker has holes: one, or from, to", OPEN
     )
     damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "units of c_max: each in turn", OPEN)
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", OPEN)

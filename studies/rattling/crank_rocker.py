@@ -61,7 +61,7 @@ class Parameters(PlayParameters, Assumptions):
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
     duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
     settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
-    seed: int = integer(0, 0, 2**31 - 1, "seed of the offset of the crank at the start, 1e-9 rad N(0, 1)", "numerics")
+    seed: int = integer(0, 0, 2**31 - 1, "seed of the crank's offset at the start, normal, some 1e-9 rad", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over a tenth of the clearance", "numerics")
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")

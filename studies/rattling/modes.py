@@ -188,7 +188,7 @@ def figure(result: StudyResult) -> Figure:
     """Draw ratios to the rigid rocker with bars of two standard errors, a panel for each case."""
     p = result.of(Parameters)
     shape = {"squeeze": False, "sharey": True, "sharex": True}
-    fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)
+    fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)  # [mm]
     names = p.mode_sets[::-1]
     for ax, case in zip(axes.ravel(), p.cases, strict=True):
         ax.axvline(1, color="#999999", linewidth=0.8)

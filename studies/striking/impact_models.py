@@ -25,9 +25,7 @@ from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, r
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5
-"""Time constant of a strut's axial damping [s], chosen: a fifth of critical damping for the default slider on the default strip.
-
-It does not depend on the slider's mass and the section of the strip."""
+"""Time constant of a strut's axial damping [s], chosen, fixed: a fifth of critical damping of default slider and strip."""
 BUCKLED_FROM = 1e-3
 """End shortening over length above which a strip counts as buckled before contact, by convention."""
 IMPACT_UNTIL = np.radians(150.0)

@@ -32,10 +32,9 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 
 NEGLIGIBLE = 1e-2
 """Speed over that of the first impact below which rebounds are over: 1e-4 of its energy."""
+# in `held`, friction holds the slider off the stop after a rebound
 SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
-"""Number of samples in each mode of motion; ten times as many change the energies of a turn by 1e-5 of the drive's work at most.
-
-In `held`, friction holds the slider off the stop after a rebound."""
+"""Samples in each mode of motion; ten times as many change the energies of a turn by 1e-5 of the drive's work at most."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 

@@ -67,7 +67,7 @@ class Parameters(StrikeParameters):
 
     def cases(self) -> list[slider_crank.Parameters]:
         """Make a case for each model, thickness and speed, in this order of loops; the slow speed is the first."""
-        shared = self.share(slider_crank.Parameters)
+        shared = self.share(slider_crank.Parameters)  # the parameters that both studies have, by name
         return [
             slider_crank.Parameters(**shared | {"models": (model,), "thickness": thickness, "speed": speed})
             for model in self.models

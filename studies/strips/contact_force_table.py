@@ -99,9 +99,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
     }
-    for h in p.thicknesses:  # friction concerns the published mechanism: its stop, at 120 degrees, whatever `stop_angle` is
-        low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], p.static_friction * p.mass * GRAVITY)
-        metrics |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
+    metrics |= _friction_bounds(p)
     limit = f"{p.yield_strength / 1e6:g} MPa"
     remark = f"YIELDS beyond {limit}, so its force is overestimated: {', '.join(yields)}" if yields else ""
     notes = [
@@ -149,6 +147,15 @@ def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
         force, base = (metrics[f"F_h{_mm(x)}_e{np.degrees(p.stop_angle):g}"].value for x in (h, first))
         # exact: at one stop all strips have the same end shortening, so forces are as E I, that is as h^3
         found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(force / base, "1", published=printed, exact=(h / first) ** 3)
+    return found
+
+
+def _friction_bounds(p: Parameters) -> dict[str, Metric]:
+    """Compute the interval of each strip's force at the published stop, at 120 degrees, whatever `stop_angle` is."""
+    found, limit = {}, p.static_friction * p.mass * GRAVITY
+    for h in p.thicknesses:
+        low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], limit)
+        found |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
     return found
 
 
