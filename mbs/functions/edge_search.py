@@ -72,7 +72,7 @@ def find_edges_between(low: float, high: float, values_at: Values, width: float 
 
 
 def find_edges(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
-    """Find the edges in (0, duration) [s] of a function of times, sampled at each `width` of it; none if the function fails."""
+    """Find the edges in (0, duration) [s] of a function of times, sampled `width` times the duration apart; none if it fails."""
     try:
         return _find_edges(values_at, duration, width)
     except (Exception, SystemExit):  # a function may raise anything: the run reports it
