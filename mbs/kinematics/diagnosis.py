@@ -30,7 +30,8 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array) -> str:
             found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
     if found:
         return min(found)[1]
-    weights = np.linalg.svd(linkage.jacobian(q)[rows])[0][:, -1]  # of a sum of rows that nearly vanishes
+    # `rows` are independent in other poses; the weights are those of a sum of them that nearly vanishes in this one
+    weights = np.linalg.svd(linkage.jacobian(q)[rows])[0][:, -1]
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
     return f"{', '.join(repr(name) for name in names)} hold the linkage"  # as their rows are dependent in this pose
