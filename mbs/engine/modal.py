@@ -33,16 +33,14 @@ IN_PLANE = (0, 1, 5)
 class PlacedModal(EngineBody):
     """A modal link in the engine, with coordinates x, y, theta of the frame at the centre of mass, then those of m modes.
 
-    Arrays for an `EngineBody` treat it as one node with 3 + m coordinates. `velocity` is (vx, vy, omega) of the frame at t = 0.
-    `stations` maps points to 'start' or 'end', `places` to positions at t = 0 [m]. `anchors` maps points to nodes (x, y, theta)
-    for joints that act on nodes.
+    Arrays of an `EngineBody` treat it as one node with 3 + m coordinates.
     """
 
     model: PlanarModel
-    velocity: Array
-    stations: dict[str, str]
-    places: dict[str, Array]
-    anchors: dict[str, int] = field(default_factory=dict)
+    velocity: Array  # (vx, vy, omega) of the frame at t = 0
+    stations: dict[str, str]  # 'start' or 'end' for each point
+    places: dict[str, Array]  # positions of the points at t = 0 [m]
+    anchors: dict[str, int] = field(default_factory=dict)  # nodes (x, y, theta) at points, for joints that act on nodes
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape (1, 3 + m)."""
@@ -72,7 +70,7 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     """Add a modal link, initially undeformed in rigid motion; `rates` is the velocity (vx, vy, omega) of its start."""
     mechanism, system = scene.mechanism, scene.system
     model = cast(Modal, link.body).planar(mechanism.length(link.name))
-    if not len(model):
+    if not len(model):  # the solver `Spectral` takes such a link, as rigid in the plane
         raise ValueError(f"links.{link.name}: modes: none moves in the plane; use Rigid, or Spectral()")
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)

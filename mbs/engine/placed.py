@@ -22,21 +22,16 @@ class EngineStates(NamedTuple):
 
 @dataclass(frozen=True)
 class EngineBody:
-    """A link or block in the engine, with the engine's numbers of its `nodes` and `objects`.
-
-    `markers` maps all points of the body to position markers. `body` is the link's body or the guide. `reference` (nodes,
-    coordinates of a node) has the undeformed coordinates at t = 0. `scales`, of the same shape, say how far the body moves per
-    unit of each coordinate [m]: so errors of steps become displacements.
-    """
+    """A link or block in the engine."""
 
     system: System
     name: str
-    body: Any
-    nodes: tuple[int, ...]
-    objects: tuple[int, ...]
-    reference: Array
-    markers: dict[str, int]
-    scales: Array
+    body: Any  # the link's body, or the guide
+    nodes: tuple[int, ...]  # numbers of the engine's nodes
+    objects: tuple[int, ...]  # numbers of the engine's objects
+    reference: Array  # undeformed coordinates at t = 0, (nodes, coordinates of a node)
+    markers: dict[str, int]  # position markers at all points of the body
+    scales: Array  # how far the body moves per unit of each coordinate [m], shape as `reference`: for errors of steps in m
 
     def columns(self) -> Array:
         """Return the indices of the coordinates in the engine's vector, shape as `reference`."""
@@ -95,15 +90,11 @@ class History:
 
 
 class WithMemory(Protocol):
-    """Protocol of forces that may depend on values of the last accepted step, the `memory`; see `History`.
-
-    If `updates_memory` is false they do not, and the memory stays as it is. `is_stuck` is true if the engine repeats a step for
-    ever.
-    """
+    """Protocol of forces that may depend on values of the last accepted step, the `memory`; see `History`."""
 
     memory: Array
-    updates_memory: bool
-    is_stuck: bool
+    updates_memory: bool  # false if the forces do not depend on the memory, which then stays as it is
+    is_stuck: bool  # true if the engine repeats a step for ever
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""

@@ -15,17 +15,14 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedRigid(EngineBody):
-    """A rigid link in the engine.
+    """A rigid link in the engine; its recorded mass, inertia and centre of mass are those without added masses."""
 
-    `mass` [kg], `inertia` [kg m^2] and the centre of mass are recorded without added masses. `arms` lead from this centre to all
-    points of the mechanism [m], as a point of another body may touch this link. `to_centre` leads from the node to this centre
-    [m]. Both are in axes of the ground at t = 0.
-    """
-
-    mass: float
-    inertia: float
+    mass: float  # [kg]
+    inertia: float  # [kg m^2]
+    # from the centre of mass to all points of the mechanism [m], as a point of another body may touch this link; in axes of the
+    # ground at t = 0
     arms: dict[str, Array]
-    to_centre: Array
+    to_centre: Array  # from the node to the centre of mass, likewise [m]
 
     def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
@@ -84,7 +81,7 @@ def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, c
     """Compute mass, moment of inertia and centre of mass of a link with its added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
     for at, added_mass, added_inertia in scene.source.burdens:
-        body, point = place(at)
+        body, point = place(at)  # parts of a point reference
         if body == link.name:
             parts.append((added_mass, added_inertia, np.array(scene.mechanism.points[point])))
     if len(parts) == 1:

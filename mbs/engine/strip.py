@@ -23,15 +23,11 @@ from .scene import EngineScene
 
 @dataclass(frozen=True)
 class PlacedStrip(EngineBody):
-    """A strip in the engine: `pieces` are the stress-free lengths of the elements [m].
+    """A strip in the engine; `reference` is (nodes, 3) for a beam and (nodes, 4) for a cable."""
 
-    `at` maps points to indices in `nodes` and in the rows of `reference`, (nodes, 3) for a beam and (nodes, 4) for a cable.
-    `anchors` maps points of a cable to further nodes (x, y, theta), for joints that act on angles.
-    """
-
-    pieces: Array
-    at: dict[str, int]
-    anchors: dict[str, int] = field(default_factory=dict)
+    pieces: Array  # stress-free lengths of the elements [m]
+    at: dict[str, int]  # index of each point in `nodes` and in the rows of `reference`
+    anchors: dict[str, int] = field(default_factory=dict)  # further nodes (x, y, theta) of a cable, for joints that act on angles
 
     def motion(self, states: EngineStates) -> BeamMotion | CableMotion:
         """Return the motion of the strip from the engine's coordinates."""
