@@ -169,7 +169,7 @@ def _lines(result: StudyResult) -> Figure:
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
     panels = [(label, s["mean"][..., i], s["error"][..., i]) for i, label in enumerate(LABELS)]
-    panels.append(("penetration over clearance", s["depth"], np.full_like(s["depth"], np.nan)))  # without error bars
+    panels.append(("penetration over clearance", s["depth"], np.zeros_like(s["depth"])))  # its error is not known
     for ax, (name, value, error) in zip(axes.flat, panels, strict=True):
         for k, speed in enumerate(s["speed"]):
             x, colour, valid = 1e3 * s["clearance"], COLOURS[k % len(COLOURS)], s["valid"][:, k]
