@@ -152,7 +152,8 @@ def _ratios(p: Parameters, metrics: Mapping[str, Metric]) -> dict[str, Metric]:
 
 def _friction_bounds(p: Parameters) -> dict[str, Metric]:
     """Compute the interval of each strip's force at the published stop, at 120 degrees, whatever `stop_angle` is."""
-    found, limit = {}, p.static_friction * p.mass * GRAVITY
+    found: dict[str, Metric] = {}
+    limit = p.static_friction * p.mass * GRAVITY
     for h in p.thicknesses:
         low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], limit)
         found |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
