@@ -172,14 +172,15 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     length = scene.mechanism.length(name) if model is None else model.length
     shape = None  # x, y and angle of each mode at the point, (modes, 3); None for zeros
     if station:
-        arm = (length / 2, 0.0)  # from the link's start to the point, in its axes [m]
+        arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
         if model is not None:
             shape = model.shapes[STATIONS.index("middle")].T.copy()
     elif model is None:
-        _mass, _inertia, arm = scene.mechanism.link(name).body.mass_properties(length)
+        _mass, _inertia, centre = scene.mechanism.link(name).body.mass_properties(length)
+        arm = np.array(centre)
     else:
         arm = model.centre
-    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), np.array(arm)), shape)
+    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape)
     scene.refresh()
     if quantity in POINT:
         return Column(Source.MARKER, marker, POINT[quantity])
