@@ -233,13 +233,12 @@ def still(mechanism: Mechanism) -> Movie:
 def _finite(record: Record) -> Record:
     """Return the record up to its last finite state."""
     motions = (*record.links.values(), *record.blocks.values())
-    finite = [np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1) for motion in motions]
-    not_finite = np.flatnonzero(~np.broadcast_to(np.logical_and.reduce(finite, initial=True), record.time.shape))
-    if not len(not_finite):
+    is_finite = np.ones(len(record.time), dtype=bool)
+    for motion in motions:
+        is_finite &= np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1)
+    if is_finite.all():
         return record
-    if not_finite[0] < 2:
-        return Record(record.mechanism, record.time[:1], {}, {})
-    kept = slice(not_finite[0])
+    kept = slice(int(np.argmin(is_finite)))  # up to the first state that is not finite
     links, blocks = ({name: select(motion, kept) for name, motion in group.items()} for group in (record.links, record.blocks))
     return Record(record.mechanism, record.time[kept], links, blocks)
 
