@@ -88,7 +88,7 @@ class Growth:
         normal = np.array([-chord[1], chord[0]]) / np.linalg.norm(chord)
         deflection = 0.0
         for piece in strip.pieces:
-            arc = np.array([piece.start, piece.end]) / strip.length
+            arc = np.array([piece.start, piece.end]) / strip.pieces[-1].end  # share of the length, 0 to 1
             of_chord = normal @ mode[first] * (1 - arc) + normal @ mode[last] * arc
             at_ends = normal @ mode[piece.dofs[:2, :2]] - of_chord
             inner = normal @ mode[piece.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
