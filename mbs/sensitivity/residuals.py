@@ -145,7 +145,7 @@ class FitProblem:
     def jacobian(self, x: Array) -> Array:
         """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers).
 
-        The run at the point itself must not fail: a search asks for derivatives only where its residuals fell.
+        Raise one of `FAILURES` if the run at the point itself fails.
         """
         residuals = self.compare(self.predict(x))
         return np.column_stack([self._slope(x, i, residuals) for i in range(len(x))])
