@@ -9,7 +9,7 @@ import numpy as np
 from ..declare import Declared, declared, field, quantities, quantity
 from .edge_search import count_others, evaluate, sharpen
 from .fields import Callables
-from .values import UserFunction
+from .values import UserFunction, component_functions
 
 
 @declared
@@ -44,6 +44,10 @@ class Piecewise(UserFunction, Declared):
         others = count_others(self.value)  # other arguments are zero
         times_before, _ = sharpen(lambda t: evaluate(self.value, t, *[0.0 * t] * others), np.sort(breaks), duration)
         return tuple(times_before.tolist())
+
+    def components(self, variables: Sequence[str], size: int) -> list[Callable[..., Any]]:
+        """Return the components of the value, as Python functions."""
+        return component_functions(self.value, variables, size)
 
     def __call__(self, *values: Any) -> Any:
         """Return the value at time and states."""

@@ -104,6 +104,10 @@ class Expression(UserFunction, Declared):
             raise ValueError(f"'{self.text}': there is no {', '.join(sorted(unknown))}; known: {', '.join(variables)}")
         return _function_of(self.text, tuple(variables))
 
+    def components(self, variables: Sequence[str], _size: int) -> list[Callable[..., Any]]:
+        """Return the formula as a Python function, its only component."""
+        return [self.of(variables)]
+
     def __call__(self, *values: Any) -> Any:
         """Return the value for floats or arrays of `variables`; further arguments are ignored."""
         count = len(self.variables)
@@ -260,6 +264,10 @@ class Components(UserFunction, Declared):
         """Return the kinks of all parts [s]."""
         return tuple(sorted({t for part in self.parts for t in kinks(part, duration)}))
 
+    def components(self, variables: Sequence[str], _size: int) -> list[Callable[..., Any]]:
+        """Return all parts as Python functions."""
+        return [each for part in self.parts for each in component_functions(part, variables)]
+
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Return the values of all parts."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
@@ -270,21 +278,11 @@ def component_functions(function: Any, variables: Sequence[str], size: int = 1) 
 
     A Python function has `size` components. A formula of other variables raises ValueError.
     """
-    if isinstance(function, Components):
-        return [each for part in function.parts for each in component_functions(part, variables)]
-    from .piecewise import Piecewise  # which imports this module
-
-    if isinstance(function, Piecewise):
-        return component_functions(function.value, variables, size)
-    if isinstance(function, Expression):
-        return [function.of(variables)]
+    if hasattr(function, "components"):
+        return list(function.components(variables, size))
     if not callable(function):
         return [lambda *_: function]
-    return [function] if size == 1 else [_component(function, i) for i in range(size)]
-
-
-def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
-    return lambda *values: function(*values)[i]
+    return [function] if size == 1 else [lambda *values, i=i: function(*values)[i] for i in range(size)]
 
 
 def has_user_code(value: object) -> bool:
