@@ -62,8 +62,8 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
         # a strut, a force element without coordinates, pushes the block instead: then the block is a body of its own
         if guide.link not in scene.strut_links:
             markers = [
-                scene.position_marker(guide.point, guide.point),
-                scene.position_marker(guide.link, guide.point),
+                scene.marker(guide.point, guide.point),
+                scene.marker(guide.link, guide.point),
             ]  # of block and link
             scene.constraints[name] = int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))
             scene.readers[name, "reaction"] = partial(_compute_reaction, scene, name, guide)

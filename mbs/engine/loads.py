@@ -33,7 +33,7 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
     """Add forces on points. A force whose line of action goes `through` another place has a moment about its point, too."""
     for name, load in loads.items():
         point = place(holder_reference(scene.mechanism, load.point))
-        marker, follows = scene.position_marker(*point), load.turns_with(scene.mechanism)
+        marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
         force = _make_force(scene, name, load, follows)
         if callable(load.value) or follows is not None:
@@ -137,7 +137,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
     """Add springs between points."""
     for name, load in loads.items():
-        markers = [scene.position_marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
+        markers = [scene.marker(*place(holder_reference(scene.mechanism, at))) for at in (load.a, load.b)]
         options = _make_spring_parameters(scene, name, load)
         length = load.free(scene.mechanism)
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(markerNumbers=markers, referenceLength=length, **options))
@@ -175,7 +175,7 @@ def join_struts(scene: EngineScene, links: dict[str, Link]) -> None:
         # the bodies at its ends: blocks, other links or the ground
         ends = [(holder(scene.mechanism, f"{name}:{point}"), point) for point in (link.start, link.end)]
         scene.system.AddObject(eii.ObjectConnectorSpringDamper(
-            markerNumbers=[scene.position_marker(*end) for end in ends], referenceLength=spring.length,
+            markerNumbers=[scene.marker(*end) for end in ends], referenceLength=spring.length,
             springForceUserFunction=watch(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
         ))  # fmt: skip
 

@@ -38,7 +38,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     if pin is None:
         return [_add_rows(scene, rows)]
     # a measure is first end less second, a constraint of the engine second marker less first
-    markers = [scene.position_marker(*end) for end in (pin.second, pin.first)]
+    markers = [scene.marker(*end) for end in (pin.second, pin.first)]
     items = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
         _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1

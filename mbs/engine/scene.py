@@ -65,7 +65,7 @@ class EngineScene:
             "sensors": data.NumberOfSensors(),
         }
 
-    def position_marker(self, body: str, point: str) -> int:
+    def marker(self, body: str, point: str) -> int:
         """Return the position marker of a body at a point, or add one on the ground."""
         if body != GROUND:
             return self.placed[body].markers[point]
