@@ -97,9 +97,8 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
     found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
-    numbers = {
-        name: value for name, value in found.values.items() if name != TIME_ZERO
-    }  # that shifts the data, and is in no file
+    # TIME_ZERO shifts the data and is no number of the mechanism
+    numbers = {name: value for name, value in found.values.items() if name != TIME_ZERO}
     mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     figure = out / "fit.png"
     found.plot().savefig(figure)
