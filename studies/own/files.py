@@ -6,7 +6,6 @@ entry of it; a change gives an entry another value. The table [run] of a file ha
 
 import argparse
 import json
-import re
 import sys
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -298,24 +297,23 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
     """Return a document, and the paths in it of the numbers that change where a user names none.
 
-    The numbers are the parameters of the file. If it has none, they are those of `find_numbers` whose last key is not in
-    `omitted`, in the document written in full, where numbers are floats.
+    The numbers are the parameters of the file. If it has none, they are the nonzero numbers of the document written in full,
+    where numbers are floats, except under `FIXED_KEYS` and the `omitted` keys.
     """
     if named := free_parameters(file.document):
         return file.document, named
     document = file.mechanism.to_dict()
-    last_keys = {path: re.sub(r"\[\d+\]", "", path).rpartition(".")[2] for path in find_numbers(document)}
-    return document, [path for path, key in last_keys.items() if key not in omitted]
+    return document, list(_find_numbers(document, {*FIXED_KEYS, *omitted}))
 
 
-def find_numbers(content: object, path: str = "") -> Iterator[str]:
-    """Find the paths of nonzero numbers, except under `FIXED_KEYS` and a guide's direction, whose length is arbitrary."""
+def _find_numbers(content: object, fixed: Collection[str], path: str = "") -> Iterator[str]:
+    """Find the paths of nonzero numbers, except under the fixed keys and a guide's direction, whose length is arbitrary."""
     if isinstance(content, Mapping):
         for key, each in content.items():
-            if key not in FIXED_KEYS and not (path.startswith("guides") and key == "along"):
-                yield from find_numbers(each, f"{path}.{key}" if path else key)
+            if key not in fixed and not (path.startswith("guides") and key == "along"):
+                yield from _find_numbers(each, fixed, f"{path}.{key}" if path else key)
     elif isinstance(content, list):
         for k, each in enumerate(content):
-            yield from find_numbers(each, f"{path}[{k}]")
+            yield from _find_numbers(each, fixed, f"{path}[{k}]")
     elif isinstance(content, float) and content:
         yield path

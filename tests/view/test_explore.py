@@ -15,8 +15,8 @@ from chromium import browser
 
 from buckler.mbs import Mechanism
 from buckler.studies.kit.cli import main
-from buckler.studies.own.explore import ANSWERS, Explorer, server
-from buckler.studies.own.files import open_file
+from buckler.studies.own.explore import ANSWERS, OMITTED, Explorer, server
+from buckler.studies.own.files import open_file, varied_numbers
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "studies" / "own" / "examples"
 MASS = "links.lower.body.mass"
@@ -118,6 +118,12 @@ def test_wrong_words(served, capsys, monkeypatch):
     ):
         assert main(argv=["explore", "pendulum.toml", "--no-browser", *words]) == 2
         assert re.search(message, capsys.readouterr().err)
+
+
+def test_a_guess_of_a_place_gets_no_slider(tmp_path):
+    path = Mechanism.load(EXAMPLES / "dwell-six-bar.toml").save(tmp_path / "numbers.toml")
+    paths = varied_numbers(open_file(path), OMITTED)[1]
+    assert "links.crank.length" in paths and not [name for name in paths if "near" in name]
 
 
 def test_nobody_else_gets_an_answer(served):
