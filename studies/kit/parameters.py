@@ -121,6 +121,10 @@ class Cases:
         return self.make(values)
 
 
-def specs(kind: type[StudyParameters] | Cases) -> Mapping[str, Declaration]:
+CaseMaker = type[StudyParameters] | Cases
+"""Class or function that makes the parameters of a case of a sweep."""
+
+
+def specs(kind: CaseMaker) -> Mapping[str, Declaration]:
     """Return the declarations of all parameters, by name."""
     return kind.numbers if isinstance(kind, Cases) else declarations(kind)

@@ -18,7 +18,7 @@ from buckler.mbs.record.errors import Status
 
 from . import registry
 from .cli import INTERRUPTED, MECHANISM_SUFFIXES, Parser, import_name, print_error
-from .parameters import Cases, Repeated, StudyParameters, specs
+from .parameters import CaseMaker, Repeated, StudyParameters, specs
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
 
@@ -115,19 +115,19 @@ class Study:
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
         """Declare an option for each parameter that is not excluded, in the study's groups."""
-        fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in excluded}
-        texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
-        add_options(parser, fields, texts)
+        fields = {}
+        for name, about in specs(self.module.Parameters).items():
+            if name not in excluded:
+                fields[name] = about._replace(doc=f"{about.doc}; default {about.show(about.default)}; {about.allowed}")
+        add_options(parser, fields)
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
         """Make the parameters of one run from the values of the options."""
         make_case, values = self.find_case_maker(options, ())
         return make_case(**values)
 
-    def find_case_maker(
-        self, options: argparse.Namespace, excluded: Collection[str]
-    ) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
-        """Return the class or function that makes the parameters of a case, and the given options that are not excluded."""
+    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[CaseMaker, dict[str, Any]]:
+        """Return the maker of the parameters of a case, and the given options that are not excluded."""
         names = set(specs(self.module.Parameters)) - set(excluded)
         return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
 
@@ -157,18 +157,17 @@ def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Pars
     return parser
 
 
-def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
-    """Add an option for each declared field, under the heading of its group, with its help text."""
+def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration]) -> None:
+    """Add an option for each declared field, under the heading of its group."""
     groups: dict[str, Any] = {}
     for name, about in fields.items():
         group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
-        settings: dict[str, Any] = {"metavar": about.spec.metavar}
+        settings: dict[str, Any] = {"metavar": about.spec.metavar, "help": about.doc.replace("%", "%%")}
         if isinstance(about.spec, Flag):
-            settings = {"nargs": "?", "const": True, "metavar": "true"}
-        elif isinstance(about.spec, Repeated) and about.spec.repeats:  # given once for each value
-            settings |= {"action": "append", "metavar": about.spec.item.metavar}
-        text = texts[name].replace("%", "%%")
-        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **settings)
+            settings |= {"nargs": "?", "const": True, "metavar": "true"}
+        elif isinstance(about.spec, Repeated) and about.spec.repeats:
+            settings |= {"action": "append", "metavar": about.spec.item.metavar, "help": settings["help"] + "; may be repeated"}
+        group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, **settings)
 
 
 def make_folder(folder: Path) -> Path:

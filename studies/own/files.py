@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from buckler.mbs.declare import Declaration, Quantity, Spec, Whole, declarations
-from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import change
+from buckler.mbs.documents.document import read as read_document
 from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import Interrupted
@@ -40,12 +40,9 @@ VARIED_HELP = "the parameters of the file, or all its numbers that are neither z
 """Help text on the numbers that change where none are named; see `varied_numbers`."""
 TRIAL_DURATION = 1e-6
 """Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
-DECLARED = declarations(Parameters)
-OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
+OPTIONS = {name: about for name, about in declarations(Parameters).items() if about.group}
 """Options of a run, which may also stand in a file's table [run]. In the help they have a heading, `group`."""
-REPEATED = ("of", "measure")
-"""Options of a run that may be given several times."""
-SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
+SETTINGS = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
 """Keys of a file's table [run]."""
 
 
@@ -64,46 +61,43 @@ def name_errors(path: Path) -> Iterator[None]:
 
 def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the document of a file, with its short forms expanded, and its table [run]."""
-    document = expand(documents.read(path))
+    document = expand(read_document(path))
     document.pop("about", None)
     run = document.pop(RUN, {})
-    if not isinstance(run, dict) or set(run) - set(SETTINGS):
-        unknown = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
+    unknown = sorted(run.keys() - SETTINGS.keys()) if isinstance(run, dict) else [str(run)]
+    if unknown:
         raise ValueError(f"{RUN}.{unknown[0]}: unknown key; known: {', '.join(SETTINGS)}")
     return document, {name: SETTINGS[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
 
 
-def read_value(text: str) -> Any:
-    """Read a TOML value, or a text such as 0.3mm or Beam."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except ValueError:
-        return text.strip()
+class TomlValue(Spec):
+    """Any TOML value, or a text such as 0.3mm or Beam."""
+
+    allowed = "what the file takes there"
+
+    def read(self, name: str, given: object) -> Any:
+        """Return the TOML value that a text writes, or else the text; any other value stays."""
+        if not isinstance(given, str):
+            return given
+        try:
+            return tomllib.loads(f"value = {given}")["value"]
+        except ValueError:
+            return given.strip()
 
 
 def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[str, Any]:
     """Read the changes `--set PATH=VALUE`; a ValueError if the document with one of them describes no mechanism."""
     found: dict[str, Any] = {}
     for text in texts:
-        path, equals, value = text.partition("=")
-        if not equals or not value.strip():
+        path, _, value = (part.strip() for part in text.partition("="))
+        if not value:
             raise ValueError(f"--set {text}: write PATH=VALUE, as links.coupler.body.section.thickness=0.2mm")
-        found[path.strip()] = read_value(value)
+        found[path] = TomlValue().read(path, value)
         try:
-            Mechanism.from_dict(change(document, {path.strip(): found[path.strip()]}))
+            Mechanism.from_dict(change(document, {path: found[path]}))
         except ValueError as error:
             raise ValueError(f"--set {text}: {error}") from None
     return found
-
-
-class TomlValue(Spec):
-    """Any TOML value or text, for an entry that is no number."""
-
-    allowed = "what the file takes there"
-
-    def read(self, name: str, given: object) -> Any:
-        """Return a TOML value, or else the text."""
-        return read_value(given) if isinstance(given, str) else given
 
 
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
@@ -129,47 +123,42 @@ class File(Study):
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
         """Declare the options of the run and of the solver, and `--set`. None is an option of `sweep`, `excluded`."""
-        texts = {key: each.doc + ("; may be repeated" if key in REPEATED else "") for key, each in OPTIONS.items()}
-        add_options(parser, OPTIONS, texts)
+        add_options(parser, OPTIONS)
         about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
-        add_options(parser, solver_options(), {name: each.doc for name, each in solver_options().items()})
+        add_options(parser, solver_options())
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
         """Make the parameters of one run from the options and the file, and try its first microsecond."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             parameters = Parameters(**base, changes=tuple(changes.items()), report=True)  # cases of a sweep write no report page
-            self.check(parameters)
+        self.check(parameters)
         return parameters
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
         """Return the maker of the cases of a sweep over the paths of `--vary`, and no further values: the maker has them all."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            document, numbers = change(json.loads(base["document"]), changes), {}
-            for name in (text.partition("=")[0].strip() for text in options.vary):
+            document = change(json.loads(base["document"]), changes)
+            numbers = {}
+            for text in options.vary:
+                name = text.partition("=")[0].strip()
                 try:
                     numbers[name] = declare_path(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
-
-        def make(values: dict[str, Any]) -> Parameters:
-            """Make the parameters of a case."""
-            return Parameters(**base, changes=tuple((changes | values).items()))
-
-        return Cases(make, numbers), {}
+        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), numbers), {}
 
     def check(self, parameters: Any) -> None:
         """Run a microsecond; raise an error for a wrong start or an unknown signal."""
         with name_errors(self.path):
             result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
-            if not result.signals:  # a failed run, in which no name can be looked up
-                return
-            for name in target_signals(parameters):
-                _ = result[name]
-            for text in parameters.measure:
-                check_reading(text, result.signals)
+            if result.signals:  # a failed run has none, so that no name can be looked up
+                for name in target_signals(parameters):
+                    _ = result[name]  # raises for an unknown name
+                for text in parameters.measure:
+                    check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
         """Return name and hash of the document."""
@@ -193,10 +182,9 @@ class File(Study):
             solver = {}
         if given:
             run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
-        solver |= given
         run |= _read_options(options, OPTIONS)
         text = json.dumps(document, ensure_ascii=False)
-        return {**run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
+        return {**run, "name": self.title, "document": text, "solver": tuple((solver | given).items())}, changes
 
 
 def _read_options(options: argparse.Namespace, declared: Mapping[str, Declaration]) -> dict[str, Any]:
@@ -261,10 +249,7 @@ def file_command(
 
 
 def ask(call: Callable[..., T], options: argparse.Namespace, *arguments: Any, **named: Any) -> tuple[T, int]:
-    """Call a function with `timeout` from the option, and with a progress bar; return its answer and the exit status.
-
-    After Ctrl-C these are its best answer so far and `INTERRUPTED`, else its answer and 0.
-    """
+    """Call a function with `--timeout` and a progress bar; return its answer, at Ctrl-C the best so far, and the exit status."""
     try:
         return call(*arguments, **named, timeout=options.timeout, progress=True), 0
     except Interrupted as stop:
@@ -297,8 +282,8 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
     """Return a document, and the paths in it of the numbers that change where a user names none.
 
-    The numbers are the parameters of the file. If it has none, they are the nonzero numbers of the document written in full,
-    where numbers are floats, except under `FIXED_KEYS` and the `omitted` keys.
+    These are the parameters of the file. Without any they are the nonzero numbers of the document written in full, where numbers
+    are floats, except under `FIXED_KEYS` and the `omitted` keys.
     """
     if named := free_parameters(file.document):
         return file.document, named

@@ -71,16 +71,19 @@ def settings() -> dict[str, SolverSetting]:
         for key, about in declarations(kind).items():
             if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
                 name = RENAMED.get(key, key)
-                classes = (*found[name].classes, kind) if name in found else (kind,)
-                found[name] = SolverSetting(classes, key, about._replace(group=SOLVER_GROUP))
+                others = found[name].classes if name in found else ()
+                found[name] = SolverSetting((*others, kind), key, about._replace(group=SOLVER_GROUP))
     return found
 
 
 @cache
 def solver_options() -> dict[str, Declaration]:
     """Collect the declarations of the option `solver` and of all settings."""
-    texts = {name: f"; of {each.solvers[0]}" if len(each.solvers) == 1 else "" for name, each in settings().items()}
-    return {"solver": KIND} | {name: each.about._replace(doc=each.about.doc + texts[name]) for name, each in settings().items()}
+    found = {"solver": KIND}
+    for name, setting in settings().items():
+        about, solvers = setting.about, setting.solvers
+        found[name] = about._replace(doc=f"{about.doc}; of {solvers[0]}") if len(solvers) == 1 else about
+    return found
 
 
 class Settings(Spec):
@@ -108,16 +111,15 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
     """
     if not given:
         return None
+    rest = {key: value for key, value in given.items() if key != "kind"}
     closure_classes = {Closure, Controlled, Equal}  # classes with settings of this solver: its own and those of its steps
-    suits_closure = all(closure_classes.intersection(settings()[key].classes) for key in given if key != "kind")
+    suits_closure = all(closure_classes.intersection(settings()[key].classes) for key in rest)
     name = given.get("kind", "closure" if suits_closure and Scene.of(mechanism).is_kinematic else "exudyn")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled
     values: dict[type, dict[str, Any]] = {kind: {}, steps: {}}
-    for key, value in given.items():
-        if key == "kind":
-            continue
+    for key, value in rest.items():
         setting = settings()[key]
         owner = next((each for each in setting.classes if each in values), None)
         if owner is None:
@@ -177,26 +179,21 @@ class Parameters(StudyParameters):
             check(text)
         make_solver(dict(self.solver), self.mechanism())
 
-    def __getattr__(self, path: str) -> Any:
-        """Return the new value of a change by its path: a sweep reads any parameter by `getattr`, also one named by a path."""
-        if not path.startswith("_"):
-            for changed_path, value in self.changes:
-                if changed_path == path:
-                    return value
-        raise AttributeError(path)
-
     def mechanism(self) -> Mechanism:
         """Make the mechanism with its changes."""
         return Mechanism.from_dict(change(json.loads(self.document), dict(self.changes)))
 
     def plain(self) -> dict[str, Any]:
         """Return the parameters as files keep them: name and hash of the mechanism's document, settings, changes."""
-        run: dict[str, Any] = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger}
-        run |= {"measures": list(self.measure)}
-        run |= {"verify": True} if self.verify else {}
-        run |= {"solver": dict(self.solver)} if self.solver else {}
-        run |= {} if self.of == PLACES else {"of": write_signals(self.of)}
-        return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
+        found: dict[str, Any] = {"mechanism": f"{self.name} {digest(self.document)}", "duration": self.duration}
+        found |= {"accuracy": self.accuracy, "ledger": self.ledger, "measures": list(self.measure)}
+        if self.verify:
+            found["verify"] = True
+        if self.solver:
+            found["solver"] = dict(self.solver)
+        if self.of != PLACES:
+            found["of"] = write_signals(self.of)
+        return found | dict(self.changes)
 
 
 def digest(document: str) -> str:

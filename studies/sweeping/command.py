@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..kit.cli import INTERRUPTED, print_error
-from ..kit.parameters import specs
+from ..kit.parameters import StudyParameters, specs
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import Study, find_study, finish, make_folder, make_parser
 from ..kit.style import house_style
 from .store import Row
 from .sweep import Part, SweepError, sweep
-from .table import Plan, choose, figures, parse, plan, points, table, to_csv
+from .table import Axis, choose, figures, make_cases, parse, points, table, to_csv
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
 """Names of the options of a sweep. A parameter of the study with such a name has no option of its own; --vary can set it."""
@@ -35,7 +35,8 @@ class _Sweep(NamedTuple):
 
     study: Study
     options: argparse.Namespace
-    plan: Plan
+    axes: Sequence[Axis]
+    cases: Sequence[StudyParameters]
     units: Mapping[str, str]
     stored_as: str
     folder: Path
@@ -62,7 +63,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
             stack.callback(signal.signal, signal.SIGTERM, former_handler)
             executor = stack.enter_context(_dask(options.scheduler_file))
             rows = sweep(
-                request.study.module, request.plan.cases, workers=workers, executor=executor, store=request.store,
+                request.study.module, request.cases, workers=workers, executor=executor, store=request.store,
                 retry=options.retry, progress=Progress(options.quiet), name=request.stored_as, units=request.units,
                 part=request.part,
             )  # fmt: skip
@@ -119,21 +120,20 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    # `make_case`: class or function that makes a case; `shared`: values of the parameters that do not vary
-    make_case, shared = study.find_case_maker(options, OPTIONS)
+    make_case, shared = study.find_case_maker(options, OPTIONS)  # `shared`: values of the parameters that do not vary
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
-    planned = plan(make_case, shared, [parse(text, make_case) for text in options.vary])
-    first_case = planned.cases[0]
-    study.check(first_case)  # an error of a later case is in its row
-    stored_as = study.stored_name(first_case)
+    axes = [parse(text, make_case) for text in options.vary]
+    cases = make_cases(make_case, shared, axes)
+    study.check(cases[0])  # an error of a later case is in its row
+    stored_as = study.stored_name(cases[0])
     folder = make_folder(Path(options.out) / f"{study.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.unit for key, about in specs(make_case).items()}
-    return _Sweep(study, options, planned, units, stored_as, folder, store, part)
+    return _Sweep(study, options, axes, cases, units, stored_as, folder, store, part)
 
 
 def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
@@ -146,7 +146,7 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     first = next((row for row in rows if row.status != "OK"), None)
     others = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
     result = StudyResult(
-        parameters=request.plan.cases[0], status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
+        parameters=request.cases[0], status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
         message=f"{others} of {len(rows)} cases; the first is case {first.number}: {first.message}" if first else "",
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
         work={"wall_s": wall, "vary": options.vary, "store": str(request.store)},
@@ -155,14 +155,14 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     if request.part:
         ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
         return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)
-    design_points = points(request.plan, rows)
+    design_points = points(request.axes, rows)
     try:
         shown = choose(design_points, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return print_error(error)
     pages = {"cases.csv": to_csv(rows, request.units)}
-    result = replace(result, tables=[table(request.plan, design_points, shown, request.units)], pages=pages)
+    result = replace(result, tables=[table(request.axes, design_points, shown)], pages=pages)
     with house_style():
-        drawn = figures(request.plan, design_points, shown, request.units)
+        drawn = figures(request.axes, design_points, shown)
     ending = f"in {wall:.2g} s, written to {request.folder}, cases in {request.store}"
     return finish(name, result, drawn, request.folder, options, ending)

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import cycle, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from buckler.mbs.declare import Declaration
 from buckler.mbs.geometry import Array
 from buckler.mbs.units import label_with_unit, measured, parse_quantity, written_unit
 
-from ..kit.parameters import Cases, StudyParameters, specs
+from ..kit.parameters import CaseMaker, StudyParameters, specs
 from ..kit.registry import hint
 from ..kit.report import Metric, Table
 from ..kit.style import COLOURS, Figure, subplots
@@ -41,34 +41,22 @@ CONSTANT = 1e-9
 class Axis(NamedTuple):
     """Varied parameter and its values in SI; `log` where the values are equally spaced in the logarithm.
 
-    Tables and figures show the values in the unit that the text of `--vary` has, `unit`, which is `factor` in SI. Without one
-    they show them in the parameter's unit.
+    Tables and figures show the values in `unit`, which is `factor` in SI.
     """
 
     name: str
     values: tuple[Any, ...]
-    log: bool = False
-    unit: str = ""
-    factor: float = 1.0
+    log: bool
+    unit: str
+    factor: float
 
     def show(self, value: Any) -> Any:
         """Return a value in the unit of tables and figures."""
-        return float(f"{value / self.factor:.{DIGITS}g}") if self.unit and isinstance(value, float) else value
-
-    def shown_unit(self, units: Mapping[str, str]) -> str:
-        """Return the unit of tables and figures."""
-        return self.unit or units[self.name]
+        return float(f"{value / self.factor:.{DIGITS}g}") if self.factor != 1.0 else value
 
 
-class Plan(NamedTuple):
-    """Cases of a sweep, and its varied parameters."""
-
-    cases: Sequence[StudyParameters]
-    axes: Sequence[Axis]
-
-
-def parse(text: str, make_case: type[StudyParameters] | Cases) -> Axis:
-    """Read one text `NAME=VALUES` of `--vary`; `make_case` is the class or function that makes the parameters of a case."""
+def parse(text: str, make_case: CaseMaker) -> Axis:
+    """Read one text `NAME=VALUES` of `--vary`."""
     name, equals, values = text.partition("=")
     known = specs(make_case)
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
@@ -78,22 +66,18 @@ def parse(text: str, make_case: type[StudyParameters] | Cases) -> Axis:
         raise ValueError(f"--vary {text}: no values; write {name}=START:STOP:COUNT or {name}=A,B,C")
     try:
         if ":" in values:
-            return _set_unit(_range(name, values, known[name]), values, known[name].unit)
-        items = tuple(_value(name, part, known[name]) for part in values.split(","))
-        if len(set(items)) < len(items):
-            raise ValueError("one of them given twice")
-        return _set_unit(Axis(name, items), values, known[name].unit)
+            items = _range(name, values, known[name])
+        else:
+            items = [_value(name, part, known[name]) for part in values.split(",")]
+            if len(set(items)) < len(items):
+                raise ValueError("one of them given twice")
+        unit, factor = known[name].unit, 1.0
+        if isinstance(items[0], float) and (written := written_unit(re.split("[:,]", values)[0])):  # the unit of the first value
+            one = f"1 {written}"  # `measured` reads any unit, for a parameter without a declared one
+            unit, factor = written, parse_quantity(one, unit) if unit else float(measured(one))
+        return Axis(name, tuple(items), values.endswith(":log"), unit, factor)
     except ValueError as reason:
         raise ValueError(f"--vary {text}: {reason}") from None
-
-
-def _set_unit(axis: Axis, text: str, unit: str) -> Axis:
-    """Give an axis of numbers the unit of the first value in the text, where it has one; `unit` is the parameter's, or empty."""
-    shown = written_unit(re.split("[:,]", text)[0])
-    if not shown or not isinstance(axis.values[0], float):
-        return axis
-    one = f"1 {shown}"  # `measured` reads any unit, for a parameter without a declared one
-    return axis._replace(unit=shown, factor=parse_quantity(one, unit) if unit else float(measured(one)))
 
 
 def _value(name: str, text: str, spec: Declaration) -> Any:
@@ -102,8 +86,8 @@ def _value(name: str, text: str, spec: Declaration) -> Any:
     return value[0] if isinstance(value, tuple) else value
 
 
-def _range(name: str, text: str, spec: Declaration) -> Axis:
-    """Read START:STOP:COUNT or START:STOP:COUNT:log."""
+def _range(name: str, text: str, spec: Declaration) -> list[Any]:
+    """Read the values of START:STOP:COUNT or START:STOP:COUNT:log."""
     start, stop, *rest = text.split(":")
     log = rest[-1:] == ["log"]
     low, high = _value(name, start, spec), _value(name, stop, spec)
@@ -124,10 +108,10 @@ def _range(name: str, text: str, spec: Declaration) -> Axis:
         if fractions := [x for x in inner if not x.is_integer()]:
             raise ValueError(f"gives {fractions[0]:g}, which is not a whole number; choose another count or list them")
         inner = [int(x) for x in inner]
-    return Axis(name, (low, *inner, high), log)
+    return [low, *inner, high]
 
 
-def plan(make_case: type[StudyParameters] | Cases, shared: Mapping[str, object], axes: Sequence[Axis]) -> Plan:
+def make_cases(make_case: CaseMaker, shared: Mapping[str, object], axes: Sequence[Axis]) -> list[StudyParameters]:
     """Make a case for each combination of values of the axes, with the other parameters that all cases share."""
     names = [axis.name for axis in axes]
     for i, name in enumerate(names):
@@ -138,19 +122,19 @@ def plan(make_case: type[StudyParameters] | Cases, shared: Mapping[str, object],
     total = math.prod(len(axis.values) for axis in axes)
     if total > MOST_CASES:
         raise ValueError(f"{total} cases; allowed: up to {MOST_CASES}")
-    known, cases = specs(make_case), []
+    cases: list[StudyParameters] = []
     for values in product(*(axis.values for axis in axes)):
         varied = dict(zip(names, values, strict=True))
         try:
             cases.append(make_case(**{**shared, **varied}))
         except ValueError as error:
-            shown = ", ".join(f"{name} = {known[name].show(value)}" for name, value in varied.items())
+            shown = ", ".join(f"{name} = {specs(make_case)[name].show(value)}" for name, value in varied.items())
             raise ValueError(f"{shown}: {error}") from None
-    return Plan(cases, axes)
+    return cases
 
 
 class DesignPoint(NamedTuple):
-    """Point of the sweep: its values of the varied parameters, and the row of its case."""
+    """Point of the sweep: its values of the varied parameters in the order of the axes, and the row of its case."""
 
     values: tuple[Any, ...]
     row: Row
@@ -160,20 +144,19 @@ class DesignPoint(NamedTuple):
         return self.row.metrics.get(name) if self.row.status in VALID else None
 
 
-def points(plan: Plan, rows: Sequence[Row]) -> list[DesignPoint]:
+def points(axes: Sequence[Axis], rows: Sequence[Row]) -> list[DesignPoint]:
     """Combine the cases of a sweep with their rows.
 
-    A prefix of a metric that is the case's own value of a varied parameter is cut off: where `models` varies, the metric
-    `strut.force` of the case "strut" becomes `force`, so that all cases have the same metrics.
+    A metric's prefix that is a varied value of its case is cut off, so that all cases have the same metrics: where `models`
+    varies, `strut.force` of the case "strut" becomes `force`.
     """
     found = []
-    for case, row in zip(plan.cases, rows, strict=True):
-        pairs = ((axis, getattr(case, axis.name)) for axis in plan.axes)
-        values = tuple(axis.show(value[0] if isinstance(value, tuple) else value) for axis, value in pairs)
+    shown = product(*(map(axis.show, axis.values) for axis in axes))
+    for values, row in zip(shown, rows, strict=True):
         metrics = {}
         for name, metric in row.metrics.items():
-            first, _, rest = name.partition(".")
-            metrics[rest if rest and first in values else name] = metric
+            prefix, _, rest = name.partition(".")
+            metrics[rest if rest and prefix in values else name] = metric
         found.append(DesignPoint(values, replace(row, metrics=metrics)))
     return found
 
@@ -187,13 +170,14 @@ def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str
     return {name: known[name] for name in wanted or list(known)[:4]}
 
 
-def table(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
+def table(axes: Sequence[Axis], found: Sequence[DesignPoint], shown: Mapping[str, str]) -> Table:
     """Tabulate the points of the sweep; with a column `status` where not all are OK."""
-    has_status = any(point.row.status != "OK" for point in found)
-    headers = [label_with_unit(axis.name, axis.shown_unit(units)) for axis in plan.axes]
-    headers += [label_with_unit(name, unit) for name, unit in shown.items()] + ["status"] * has_status
-    cells = [[*point.values, *(_cell(point.metric(name)) for name in shown), point.row.status] for point in found[:MOST_LINES]]
-    lines = [line if has_status else line[:-1] for line in cells]
+    headers = [label_with_unit(axis.name, axis.unit) for axis in axes]
+    headers += [label_with_unit(name, unit) for name, unit in shown.items()]
+    lines = [[*point.values, *(_cell(point.metric(name)) for name in shown)] for point in found[:MOST_LINES]]
+    if any(point.row.status != "OK" for point in found):
+        headers.append("status")
+        lines = [[*line, point.row.status] for line, point in zip(lines, found, strict=False)]
     notes = []
     if len(found) > MOST_LINES:
         notes.append(f"{len(found) - MOST_LINES} more lines: cases.csv has all of them.")
@@ -209,23 +193,21 @@ def _units(rows: Sequence[Row]) -> dict[str, str]:
 def _cell(metric: Metric | None) -> str | float | None:
     if metric is None or math.isnan(metric.value):
         return None
-    return metric.value if (error := metric.error_in_unit) is None or math.isnan(error) else metric.format(".6g")
+    error = metric.error_in_unit
+    return metric.value if error is None or math.isnan(error) else metric.format(".6g")
 
 
-def figures(plan: Plan, found: Sequence[DesignPoint], shown: Mapping[str, str], units: Mapping[str, str]) -> dict[str, Figure]:
+def figures(axes: Sequence[Axis], found: Sequence[DesignPoint], shown: Mapping[str, str]) -> dict[str, Figure]:
     """Draw a figure for each metric, by its name."""
-    return {metric.replace("/", "_per_"): _draw(plan, found, metric, unit, units) for metric, unit in shown.items()}
+    return {metric.replace("/", "_per_"): _draw(axes, found, metric, unit) for metric, unit in shown.items()}
 
 
-def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, units: Mapping[str, str]) -> Figure:
-    """Draw a metric over the numeric parameter with most values, with a curve for each combination of the others.
-
-    If all varied parameters are words, it is drawn over the cases.
-    """
-    numbers = [axis for axis in plan.axes if not isinstance(axis.values[0], str)]
+def _draw(axes: Sequence[Axis], found: Sequence[DesignPoint], metric: str, unit: str) -> Figure:
+    """Draw a metric over the numeric parameter with most values, or over the cases; the others give a curve each."""
+    numbers = [axis for axis in axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
-    others = [(i, axis) for i, axis in enumerate(plan.axes) if axis is not across]
-    labels = np.array([", ".join(_label(axis, point.values[i], units) for i, axis in others) for point in found])
+    others = [(i, axis) for i, axis in enumerate(axes) if axis is not across]
+    labels = np.array([", ".join(_label(axis, point.values[i]) for i, axis in others) for point in found])
     y, error = _values(found, metric)
     fig, ax = subplots(height=90)
     ax.set_ylabel(label_with_unit(metric, unit))
@@ -234,16 +216,15 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
         ax.set_xticks(x, [label or "all" for label in labels])
         labels[:] = ""  # a single series without a legend
     else:
-        x = np.array([point.values[plan.axes.index(across)] for point in found], float)
-        ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.shown_unit(units)))
+        x = np.array([point.values[axes.index(across)] for point in found], float)
+        ax.set_xlabel(label_with_unit(across.name.replace("_", " "), across.unit))
         if across.log:
             ax.set_xscale("log")
         else:
             ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
     status = np.array([point.row.status for point in found])
     line = "" if across is None else "-"
-    for i, label in enumerate(dict.fromkeys(labels.tolist())):
-        mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
+    for label, mark, colour in zip(dict.fromkeys(labels.tolist()), cycle(MARKS), cycle(COLOURS), strict=False):
         curve = np.flatnonzero(labels == label)
         curve = curve[np.argsort(x[curve], kind="stable")]
         bars = None if np.isnan(error[curve]).all() else np.nan_to_num(error[curve])
@@ -259,9 +240,8 @@ def _draw(plan: Plan, found: Sequence[DesignPoint], metric: str, unit: str, unit
 
 def _values(found: Sequence[DesignPoint], metric: str) -> Array:
     """Return values and absolute errors of a metric, nan where unknown; values that differ by rounding errors are made equal."""
-    metrics = [point.metric(metric) for point in found]
-    pairs = [(None, None) if each is None else (each.value, each.error_in_unit) for each in metrics]
-    y, error = np.array(pairs, float).T  # None becomes nan
+    metrics = (point.metric(metric) for point in found)
+    y, error = np.array([(each.value, each.error_in_unit) if each else (None, None) for each in metrics], float).T  # None: nan
     is_known = np.isfinite(y)
     if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
         y[is_known] = np.median(y[is_known])
@@ -279,11 +259,10 @@ def _legend(ax: Any, failed: bool, suspect: bool) -> None:
         ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)  # about nine lines a column
 
 
-def _label(axis: Axis, value: object, units: Mapping[str, str]) -> str:
+def _label(axis: Axis, value: object) -> str:
     if isinstance(value, str):
         return value
-    unit = axis.shown_unit(units)
-    return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if unit == '1' else unit}".rstrip()
+    return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if axis.unit == '1' else axis.unit}".rstrip()
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
@@ -293,7 +272,7 @@ def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[obj
     """
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
-        values = [row.parameters.get(name) for row in rows]
+        values = (row.parameters.get(name) for row in rows)
         found[label_with_unit(name, units.get(name, ""))] = [",".join(map(str, v)) if isinstance(v, list) else v for v in values]
     found |= {"status": [row.status for row in rows], "message": [row.message for row in rows]}
     for name, unit in _units(rows).items():

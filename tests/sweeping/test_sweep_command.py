@@ -12,10 +12,9 @@ import sweep_toy
 from made_up_study import metrics_of
 from sweep_runs import ENVIRONMENT, ROOT, same, start, stored
 
-from buckler.studies.kit.parameters import specs
 from buckler.studies.kit.style import house_style
 from buckler.studies.sweeping.sweep import sweep
-from buckler.studies.sweeping.table import choose, figures, parse, plan, points, to_dataframe
+from buckler.studies.sweeping.table import choose, figures, make_cases, parse, points, to_dataframe
 
 
 def lines_of(out):
@@ -136,14 +135,12 @@ def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
 def drawn(*texts, endings=("fine",)):
     """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
     kind = sweep_toy.Parameters
-    found = plan(kind, {}, [parse(text, kind) for text in texts])
-    cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(found.cases)]
-    found = found._replace(cases=cases)
-    design = points(found, sweep(sweep_toy, cases, workers=0))
+    axes = [parse(text, kind) for text in texts]
+    cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(make_cases(kind, {}, axes))]
+    design = points(axes, sweep(sweep_toy, cases, workers=0))
     name = "force" if any("models" in text for text in texts) else "strut.force"
-    units = {key: spec.unit for key, spec in specs(kind).items()}
     with house_style():
-        (figure,) = figures(found, design, choose(design, [name]), units).values()
+        (figure,) = figures(axes, design, choose(design, [name])).values()
         figure.draw_without_rendering()
     return figure.axes
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from sweep_toy import Parameters
 
-from buckler.studies.sweeping.table import MOST_CASES, parse, plan
+from buckler.studies.sweeping.table import MOST_CASES, make_cases, parse
 
 
 def words(*texts):
@@ -13,7 +13,7 @@ def words(*texts):
 
 
 def cases(*texts, given=None, **options):
-    return plan(Parameters, given or {}, words(*texts), **options).cases
+    return make_cases(Parameters, given or {}, words(*texts), **options)
 
 
 @pytest.mark.parametrize(
@@ -35,9 +35,9 @@ def test_values_of_a_grid(text, values):
 
 def test_values_are_shown_in_the_unit_in_which_they_were_written():
     length, speed, plain = (parse(text, Parameters) for text in ("length=0.1mm:0.3mm:3", "speed=12rpm,24rpm", "speed=1,2"))
-    assert ([length.show(value) for value in length.values], length.shown_unit({})) == ([0.1, 0.2, 0.3], "mm")
-    assert ([speed.show(value) for value in speed.values], speed.shown_unit({})) == ([12.0, 24.0], "rpm")
-    assert (plain.show(1.0), plain.shown_unit({"speed": "rad/s"})) == (1.0, "rad/s")
+    assert ([length.show(value) for value in length.values], length.unit) == ([0.1, 0.2, 0.3], "mm")
+    assert ([speed.show(value) for value in speed.values], speed.unit) == ([12.0, 24.0], "rpm")
+    assert (plain.show(1.0), plain.unit) == (1.0, "rad/s")
 
 
 @pytest.mark.parametrize(
@@ -64,9 +64,9 @@ def test_wrong_words_are_named_in_one_line(text, message):
 
 
 def test_grids_combine_each_with_each_in_the_order_given():
-    found = plan(Parameters, {"noise": "2N"}, words("models=strut,beam", "length=1,2,3"))
-    assert [(c.models, c.length) for c in found.cases] == [((m,), length) for m in ("strut", "beam") for length in (1, 2, 3)]
-    assert {case.noise for case in found.cases} == {2}
+    found = make_cases(Parameters, {"noise": "2N"}, words("models=strut,beam", "length=1,2,3"))
+    assert [(c.models, c.length) for c in found] == [((m,), length) for m in ("strut", "beam") for length in (1, 2, 3)]
+    assert {case.noise for case in found} == {2}
 
 
 @pytest.mark.parametrize(
