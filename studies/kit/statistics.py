@@ -41,19 +41,6 @@ def mean(unit: str, values: Any) -> Metric:
     return Mean(float(x.mean()) if n else nan, float(x.std(ddof=1)) / sqrt(n) if n > 1 else nan, n).metric(unit)
 
 
-class PowerFit(NamedTuple):
-    """Power law y = c x1^s1 x2^s2 ... by least squares: slopes s, their standard errors, standard deviation of ln y about it."""
-
-    slope: Array
-    error: Array
-    scatter: float
-
-    def metrics(self) -> list[Metric]:
-        """Return a metric for each slope, with its relative standard error where the slope is not 0."""
-        pairs = zip(self.slope.tolist(), self.error.tolist(), strict=True)
-        return [Metric(slope, "1", error=abs(error / slope) if slope else None) for slope, error in pairs]
-
-
 def exponent(x: Any, y: Any) -> float:
     """Fit the exponent n of y ~ x^n by least squares to the positive points; nan for fewer than two different x."""
     x, y = np.asarray(x), np.asarray(y)
@@ -62,15 +49,20 @@ def exponent(x: Any, y: Any) -> float:
     return float((x - x.mean()) @ (y - y.mean()) / ((x - x.mean()) @ x)) if len(set(x)) > 1 else nan
 
 
-def power_law(inputs: Array, output: Array) -> PowerFit:
-    """Fit a power law of an output, shape (n,), in inputs, shape (d, n), by least squares of the logarithms; n > d + 1."""
+def power_law(inputs: Array, output: Array) -> tuple[list[Metric], Metric]:
+    """Fit y = c x1^s1 x2^s2 ... to an output, shape (n,), and inputs, shape (d, n), by least squares of logarithms; n > d + 1.
+
+    Return the powers s with their standard errors, and the standard deviation of ln y about the law.
+    """
     x, y = np.log(inputs), np.log(output)
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
-    slope, *_ = np.linalg.lstsq(x, y, rcond=None)
-    residual = y - x @ slope
-    variance = residual @ residual / (len(y) - x.shape[1] - 1)  # slopes and the factor c are fitted
-    error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
-    return PowerFit(slope, error, float(np.sqrt(variance)))
+    powers, *_ = np.linalg.lstsq(x, y, rcond=None)
+    residual = y - x @ powers
+    variance = residual @ residual / (len(y) - x.shape[1] - 1)  # powers and the factor c are fitted
+    errors = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
+    pairs = zip(powers.tolist(), errors.tolist(), strict=True)
+    found = [Metric(power, "1", error=abs(error / power) if power else None) for power, error in pairs]
+    return found, Metric(float(np.sqrt(variance)), "1")
 
 
 Name = TypeVar("Name", bound=Hashable)
@@ -116,8 +108,8 @@ def work_precision(
         variants[name]()
         times[name].append(process_time() - start)
     points = {name: WorkPoint(errors[name], tuple(spent)) for name, spent in times.items()}
-    all_points = points.values()
-    return {name: replace(p, front=isfinite(p.error) and not any(q.beats(p) for q in all_points)) for name, p in points.items()}
+    fronts = {name for name, p in points.items() if isfinite(p.error) and not any(q.beats(p) for q in points.values())}
+    return {name: replace(p, front=name in fronts) for name, p in points.items()}
 
 
 def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:

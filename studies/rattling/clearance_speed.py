@@ -127,9 +127,7 @@ def _metrics(grid: Sequence[tuple[float, float]], points: Sequence[Turns], chose
 
 def _powers(name: str, points: Array, values: Array) -> dict[str, Metric]:
     """Fit powers of clearance and speed, points (n, 2), with standard errors, and the scatter about the law."""
-    fit = power_law(points.T, values)
-    of_clearance, of_speed = fit.metrics()
-    scatter = Metric(fit.scatter, "1")
+    (of_clearance, of_speed), scatter = power_law(points.T, values)
     return {f"{name}.power_of_clearance": of_clearance, f"{name}.power_of_speed": of_speed, f"{name}.scatter": scatter}
 
 

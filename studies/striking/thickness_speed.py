@@ -134,7 +134,7 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
         is_struck = np.isin(state[i, 1:], STRUCK)
         if is_struck.sum() > 2:  # a power law has two parameters
             speeds = np.array([p.speeds])[:, is_struck]  # (1, speeds): the only variable of the law
-            (found[f"{1e3 * h:g}mm.impact_power"],) = power_law(speeds, impact[i, 1:][is_struck]).metrics()
+            (found[f"{1e3 * h:g}mm.impact_power"],), _ = power_law(speeds, impact[i, 1:][is_struck])
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 
