@@ -2,9 +2,8 @@
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
 returns a mechanism and the duration of the run [s]. Numbers are in SI units. Points that are rotated or added are complex numbers
-x + i y; `place` makes them pairs, and `ray(angle)` is exp(i angle). `Dice.uniform` and `Dice.log` draw a number whose value or
-logarithm is uniform. `one` chooses one of its arguments, `some` takes each with the probability `share`, `chance` draws a truth
-value. The ranges of draws are a free choice. `PAPER` has the lengths of the published slider-crank.
+x + i y; `place` makes them pairs, and `ray(angle)` is exp(i angle). The methods of `Dice` draw numbers and choices. The ranges of
+draws are a free choice. `PAPER` has the lengths of the published slider-crank.
 """
 
 from collections.abc import Mapping, Sequence
@@ -84,10 +83,7 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         mechanism, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        (crank_length, _), (slider_start, _) = (
-            mechanism.points["A"],
-            mechanism.points["B"],
-        )  # the crank starts along x, at 0
+        (crank_length, _), (slider_start, _) = mechanism.points["A"], mechanism.points["B"]  # the crank starts along x, at 0
         turning_point = slider_start - 2 * crank_length  # least x of the slider, at crank angle pi
         face = turning_point + dice.log(1e-6, 3e-3)
         stops = [mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]
@@ -185,9 +181,8 @@ def _draw_spinning(dice: Dice) -> Run:
             mbs.TorsionSpring("ground", "link", 0.0, law=Expression(f"{stiffness!r}*(x + x**3)"), free_angle=dice.uniform(-1, 1)),
         ],
         masses=[mbs.Mass("M" if body.meshed else "B", dice.uniform(0.02, 0.1))],
-        velocities={"link": spin, "arm": spin},
-        gravity=parts.WEIGHT,
-    ), dice.uniform(0.1, 0.3)
+        velocities={"link": spin, "arm": spin}, gravity=parts.WEIGHT,
+    ), dice.uniform(0.1, 0.3)  # fmt: skip
 
 
 def _draw_coupled(dice: Dice) -> Run:
@@ -249,9 +244,8 @@ FAMILIES: dict[str, Generator] = {
 """Generator of each family.
 
 The families before `any ...` are difficult to simulate, by axial forces, kinks, grazing contacts and others. The families
-`any ...` cover what both `Exudyn` and `Spectral` solve: elements, joints, laws. Those after them are the linkages of
-`draw_turning` and `draw_rattling` with one kind of body, drive or joint. By default `draw_turning` draws slider-cranks and
-four-bars, rigid or with a strip, at constant speed.
+`any ...` cover the elements, joints and laws that both `Exudyn` and `Spectral` solve. The families after them have one kind of
+linkage, body and drive.
 """
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""
