@@ -18,7 +18,6 @@ from math import isfinite
 from pathlib import Path
 from threading import Event, Lock
 from time import perf_counter
-from types import MappingProxyType
 from typing import Any
 
 from buckler.mbs.documents import document as documents
@@ -54,18 +53,16 @@ class Explorer:
     """Mechanism with sliders: `free` maps paths of numbers in the document to ranges (low, high), or None for the default.
 
     `changes` are the entries that `--set` has changed; `timeout` [s] limits a run of `judge`.
-
-    Requests are answered one at a time. A change of a number ends a run of `judge` that is in progress.
     """
 
     def __init__(
-        self, path: Path, file: FileContent, free: Mapping[str, Any], changes: Mapping[str, Any] = MappingProxyType({}),
+        self, path: Path, file: FileContent, free: Mapping[str, Any], changes: Mapping[str, Any] | None = None,
         timeout: float | None = None,
     ) -> None:  # fmt: skip
         self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
         self.lock, self.changed = Lock(), Event()
         # `file.document` has the changes already, but neither the units of the file nor its table [run], which `save` writes.
-        self.written = change(expand(documents.read(path)), changes)
+        self.written = change(expand(documents.read(path)), changes or {})
         self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
@@ -75,16 +72,13 @@ class Explorer:
             raise ValueError(f"{without_slider[0]}: has no slider")
 
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
-        """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI.
-
-        A ValueError names a number whose value in the file lies outside the range.
-        """
+        """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
         now, unit = self.family.values[path], self.family.units[path]
         low, high = bounds or sorted(factor * now for factor in DEFAULT_RANGE)
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
-        shown, factor = self._unit(path, unit)
         check_range(path, now, low, high, unit)
+        shown, factor = self._unit(path, unit)
         return {"path": path, "value": float(now), "low": low, "high": high, "unit": shown, "factor": factor}
 
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
@@ -99,8 +93,7 @@ class Explorer:
     def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Answer a request: the name is one of `ANSWERS`, the values of the sliders are by path, in SI.
 
-        Requests wait for each other, but a `move` sets `changed`, which stops a running `judge`. When its turn comes the `move`
-        clears it, so that a later `judge` runs until the next `move`.
+        Requests are answered one at a time. A `move` sets `changed`, which stops a running `judge`, and clears it at its turn.
         """
         if name == "move":
             self.changed.set()
@@ -118,9 +111,9 @@ class Explorer:
     def move(self, values: Mapping[str, object]) -> dict[str, Any]:
         """Run once and return what the page shows; the error of the run is unknown."""
         begin = perf_counter()
-        mechanism = self.mechanism(values)
         # with a solver given, one run without an error estimate; without a compiler the default solver is quicker
-        result = simulate(mechanism, self.duration, solver=Spectral() if has_compiler() else None, progress=False)
+        solver = Spectral() if has_compiler() else None
+        result = simulate(self.mechanism(values), self.duration, solver=solver, progress=False)
         return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 
     def judge(self, values: Mapping[str, object]) -> dict[str, Any]:

@@ -2,8 +2,9 @@
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -64,11 +65,11 @@ def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
     """Read the numbers of `--by`: a list of paths, or standard deviations by path."""
-    pairs = [text.partition("=") for text in texts]
-    if not any(equals for _, equals, _ in pairs):
-        return [path for path, _, _ in pairs]
+    if not any("=" in text for text in texts):
+        return list(texts)
     found = {}
-    for path, equals, value in pairs:
+    for text in texts:
+        path, equals, value = text.partition("=")
         if not equals:
             raise ValueError(f"--by {path}: no standard deviation, but others have one")
         found[path] = read_quantities(document, path, [value], f"--by {path}={value}")[0]
@@ -131,8 +132,7 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
         find_optimum, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
         starts=options.starts, budget=options.budget,
     )  # fmt: skip
-    document = change(file.document, found.values)
-    path = documents.write(document, make_folder(options.out) / f"{options.file.stem}-chosen.toml")
+    path = documents.write(change(file.document, found.values), make_folder(options.out) / f"{options.file.stem}-chosen.toml")
     if options.json:
         print(to_json(asdict(found)), end="")
     else:
@@ -210,15 +210,14 @@ def _table(found: Ensemble) -> str:
         interval = f"{each['low']:.6g} to {each['high']:.6g}"
         rows.append([each["reading"], f"{each['mean']:.6g}", f"{each['error']:.2g}", interval, *quantiles])
     heads = ("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %")
-    tables = [str(Table(heads, rows))]
-    if found.members.grid:
-        combinations = zip(*(found.cells(reading) for reading in found.readings), strict=True)
-        lines = [
-            [*(f"{value:g}" for value in cells[0].values.values()), *(f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells)]
-            for cells in combinations
-        ]
-        tables.append(str(Table([*found.members.grid, *found.readings], lines)))
-    return "\n\n".join(tables)
+    text = str(Table(heads, rows))
+    if not found.members.grid:
+        return text
+    lines = []
+    for cells in zip(*(found.cells(reading) for reading in found.readings), strict=True):  # of one combination
+        values, means = cells[0].values.values(), [f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells]
+        lines.append([*(f"{value:g}" for value in values), *means])
+    return f"{text}\n\n{Table([*found.members.grid, *found.readings], lines)}"
 
 
 def _write(found: Ensemble, out: Path) -> None:
@@ -230,15 +229,15 @@ def _write(found: Ensemble, out: Path) -> None:
     columns += [found.values[..., k].ravel() for k in range(len(readings))]
     header = ",".join(["member", "window", *paths, *(f'"{reading}"' for reading in readings)])
     np.savetxt(out / "members.csv", np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.10g")
-    lists: Sequence[str] = list(found.members.grid)
+    drawings: dict[str, Callable[..., object]] = {"histogram": found.histogram}
+    if len(found.members.grid) == 2:
+        x, y = found.members.grid
+        drawings["map"] = partial(found.map, x, y)
     with house_style():
-        for name in ("histogram", "map") if len(lists) == 2 else ("histogram",):
+        for name, draw in drawings.items():
             fig, axes = subplots(len(readings), 1, height=15.0 + 55.0 * len(readings), squeeze=False)
             for reading, ax in zip(readings, axes[:, 0], strict=True):
-                if name == "histogram":
-                    found.histogram(reading, ax=ax)
-                else:
-                    found.map(lists[0], lists[1], reading, ax=ax)
+                draw(reading, ax=ax)
             fig.savefig(out / f"{name}.png", dpi=150)
 
 

@@ -66,14 +66,14 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
 
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: FileContent) -> int:
     """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
-    follows_path = "to" in options
-    if follows_path:
+    is_path = "to" in options
+    if is_path:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
-    arguments = {name: getattr(options, name) for name in names if name in options}
+    arguments = {name: getattr(options, name) for name in names}
     found, exit_status = ask(method, options, file.mechanism, **arguments)  # the answer; after Ctrl-C, its best so far
-    if follows_path and options.plot and len(found.parameter):
+    if is_path and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
     if options.csv:
@@ -89,12 +89,10 @@ def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
     is_response = "period" in options
     if options.parameter:
         unit = find_entry(mechanism.to_dict(), options.parameter).unit
-    elif options.load:  # the factor of these loads
-        unit = "1"
-    elif is_response:  # the frequency of the periodic motion
+    elif is_response and not options.load:  # the frequency of the periodic motion
         unit = "Hz"
-    else:  # the travel of a drive, or the factor of all loads
-        unit = "rad or m" if options.drive else "1"
+    else:  # the travel of a drive, or the factor of loads
+        unit = "rad or m" if not is_response and options.drive else "1"
     try:
         return float(number("--to", measured(options.to), -inf, inf, unit))
     except ValueError as error:  # of `number`, which begins with --to, or of `measured`
@@ -138,9 +136,8 @@ def describe(mechanism: Mechanism) -> str:
         elements = () if name == "links" else getattr(mechanism, name)  # links are in the table
         if others := [f"{type(each).__name__} {each.key}" for each in elements]:
             lines.append(f"{name}: {'; '.join(others)}")
-    counts, driven = mobility(mechanism), len(mechanism.drives)
-    is_driven = False
-    if counts:
+    driven, is_driven = len(mechanism.drives), False
+    if counts := mobility(mechanism):
         coordinates, constraints, independent = counts
         freedoms, redundant = coordinates - independent, constraints - independent
         extra = f", {redundant} of them redundant" if redundant else ""
@@ -148,8 +145,8 @@ def describe(mechanism: Mechanism) -> str:
         is_driven = freedoms <= driven
         numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}"
         lines.append(f"as an ideal rigid linkage: {numbers}{drives}")
-    is_rigid = not any(link.body.flexible for link in mechanism.links)
-    lines += [] if is_driven and is_rigid else _frequencies(mechanism)
+    if not is_driven or any(link.body.flexible for link in mechanism.links):
+        lines += _frequencies(mechanism)
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
     return "\n".join(lines)
 

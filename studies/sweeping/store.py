@@ -155,16 +155,15 @@ class Store:
 
         The cases must include all that are stored; others may be added. A StoreError refuses another sweep or other versions.
         """
-        texts = [to_json(case.plain()) for case in cases]  # equal for equal parameters
         keys: dict[str, int] = {}
-        for number, text in enumerate(texts):
+        for number, case in enumerate(cases):
+            text = to_json(case.plain())  # equal for equal parameters
             if text in keys:
                 raise ValueError(f"case {keys[text]} is given twice: {text}")
             keys[text] = number
         with self._transaction():
             self._compare(about)
-            foreign = [key for (key,) in self.ask("SELECT parameters FROM cases") if key not in keys]
-            if foreign:
+            if foreign := [key for (key,) in self.ask("SELECT parameters FROM cases") if key not in keys]:
                 raise StoreError(f"{self.path} holds another sweep, {_difference(foreign[0], keys)}; name another with --store")
             for name, value in about._asdict().items():
                 self.ask("INSERT OR REPLACE INTO about VALUES (?, ?)", (name, json.dumps(value)))
@@ -180,8 +179,7 @@ class Store:
         if found and found["study"] != about.study:
             raise StoreError(f"{self.path} holds a sweep of {found['study']}, not of {about.study}; name another file")
         for name, version in about.versions.items() if found else ():
-            if found["versions"].get(name) != version:
-                old = found["versions"].get(name)
+            if (old := found["versions"].get(name)) != version:
                 raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
     def copy(self, path: Path, about: About) -> None:
