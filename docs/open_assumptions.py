@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from buckler.mbs.declare import Declaration
+from buckler.mbs.declare import Declaration, declarations
 from buckler.studies.kit import registry
-from buckler.studies.kit.parameters import specs
 
 STRIKING = ("gravity", "gravity_angle", "motor", "motor_inertia", "imperfection", "mass", "friction")
 """Assumptions of the striking slider-crank."""
@@ -42,7 +41,7 @@ def studies(package: str) -> list[str]:
 
 def missing(package: str) -> list[tuple[str, str]]:
     """Studies and assumptions of a package that have neither a parameter nor something in its place."""
-    found = {name: specs(registry.load(name).Parameters) for name in studies(package)}
+    found = {name: declarations(registry.load(name).Parameters) for name in studies(package)}
     return [
         (name, what) for name, own in found.items() for what in PAGES[package] if what not in own and (name, what) not in INSTEAD
     ]
@@ -57,7 +56,7 @@ def _cell(name: str, what: str, own: Mapping[str, Declaration], default: object)
 def tables(package: str) -> str:
     """Markdown: a row for each assumption: meaning, range, default of each study."""
     kinds = {name: registry.load(name).Parameters for name in studies(package)}
-    own = {name: specs(kind) for name, kind in kinds.items()}
+    own = {name: declarations(kind) for name, kind in kinds.items()}
     heads = ["assumption", "meaning", "allowed", *(f"`{name}`" for name in kinds)]
     rows = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for what in PAGES[package]:

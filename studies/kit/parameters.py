@@ -5,12 +5,12 @@ With `thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "strip thickness")` a f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from math import cos, degrees, pi, sin
 from typing import Any
 
-from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Whole, declarations, field
+from buckler.mbs.declare import Declared, Quantity, Several, Whole, declarations, field
 from buckler.mbs.declare.spec import Choice
 
 UNGROUPED = "parameters"
@@ -78,7 +78,7 @@ class StudyParameters(Declared):
 
     def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
         """Return, by name, the parameters that another class of parameters also has."""
-        return {name: getattr(self, name) for name in specs(kind) if name in specs(type(self))}
+        return {name: getattr(self, name) for name in declarations(kind) if name in declarations(type(self))}
 
     def plain(self) -> dict[str, Any]:
         """Return all parameters by name, as files and the store of a sweep keep them."""
@@ -103,28 +103,3 @@ class Gravity(StudyParameters):
     def gravity_text(self) -> str:
         """Size and direction of gravity, as text."""
         return f"{self.gravity:g} m/s² at {degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
-
-
-@dataclass(frozen=True)
-class Cases:
-    """Maker of the parameters of cases, in a sweep over numbers of a mechanism's file.
-
-    It is called as a class of parameters is, with values as keywords. Their names are paths in the file, as `links.crank.length`,
-    so that they are given by `**`. `numbers` declares what each path takes.
-    """
-
-    make: Callable[..., StudyParameters]
-    numbers: Mapping[str, Declaration]
-
-    def __call__(self, **values: object) -> StudyParameters:
-        """Make the parameters of one case."""
-        return self.make(values)
-
-
-CaseMaker = type[StudyParameters] | Cases
-"""Class or function that makes the parameters of a case of a sweep."""
-
-
-def specs(kind: CaseMaker) -> Mapping[str, Declaration]:
-    """Return the declarations of all parameters, by name."""
-    return kind.numbers if isinstance(kind, Cases) else declarations(kind)

@@ -10,15 +10,15 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
-from buckler.mbs.declare import Declaration, Flag
+from buckler.mbs.declare import Declaration, Flag, declarations
 from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
 from . import registry
 from .cli import INTERRUPTED, MECHANISM_SUFFIXES, Parser, import_name, print_error
-from .parameters import CaseMaker, Repeated, StudyParameters, specs
+from .parameters import Repeated, StudyParameters
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
 
@@ -103,6 +103,14 @@ EPILOG = (
 )
 
 
+class CaseMaker(NamedTuple):
+    """Maker of the parameters of a case from values by name; what it takes; the values that all cases share."""
+
+    make: Callable[..., StudyParameters]
+    known: Mapping[str, Declaration]
+    shared: Mapping[str, Any]
+
+
 class Study:
     """Study by its name or file, as `run` and `sweep` use it; its subclass in `own.files` makes a study of a mechanism's file."""
 
@@ -116,20 +124,22 @@ class Study:
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
         """Declare an option for each parameter that is not excluded, in the study's groups."""
         fields = {}
-        for name, about in specs(self.module.Parameters).items():
+        for name, about in declarations(self.module.Parameters).items():
             if name not in excluded:
                 fields[name] = about._replace(doc=f"{about.doc}; default {about.show(about.default)}; {about.allowed}")
         add_options(parser, fields)
 
     def parameters(self, options: argparse.Namespace) -> StudyParameters:
         """Make the parameters of one run from the values of the options."""
-        make_case, values = self.find_case_maker(options, ())
+        make_case, _, values = self.find_case_maker(options, ())
         return make_case(**values)
 
-    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[CaseMaker, dict[str, Any]]:
-        """Return the maker of the parameters of a case, and the given options that are not excluded."""
-        names = set(specs(self.module.Parameters)) - set(excluded)
-        return self.module.Parameters, {name: each for name, each in vars(options).items() if name in names and each is not None}
+    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
+        """Return the maker of the cases of a sweep, with the given options that are not excluded as shared values."""
+        known = declarations(self.module.Parameters)
+        given = {name: each for name, each in vars(options).items() if each is not None}
+        shared = {name: each for name, each in given.items() if name in known and name not in excluded}
+        return CaseMaker(self.module.Parameters, known, shared)
 
     def check(self, parameters: StudyParameters) -> None:
         """Raise an error if no run is possible with these parameters; a study in Python checks them when they are made."""

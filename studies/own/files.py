@@ -27,10 +27,9 @@ from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import INTERRUPTED, Command, Parser, add_repeated
-from ..kit.parameters import Cases
-from ..kit.running import Study, add_options
+from ..kit.running import CaseMaker, Study, add_options
 from . import study
-from .study import Parameters, digest, solver_options, target_signals
+from .study import Parameters, solver_options, target_signals
 
 T = TypeVar("T")
 
@@ -136,8 +135,8 @@ class File(Study):
         self.check(parameters)
         return parameters
 
-    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> tuple[Cases, dict[str, Any]]:
-        """Return the maker of the cases of a sweep over the paths of `--vary`, and no further values: the maker has them all."""
+    def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
+        """Return the maker of the cases of a sweep over the paths of `--vary`, which has all other values already."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document = change(json.loads(base["document"]), changes)
@@ -148,7 +147,7 @@ class File(Study):
                     numbers[name] = declare_path(document, name)
                 except ValueError as error:
                     raise ValueError(f"--vary {name}: {error}") from None
-        return Cases(lambda values: Parameters(**base, changes=tuple((changes | values).items())), numbers), {}
+        return CaseMaker(lambda **values: Parameters(**base, changes=tuple((changes | values).items())), numbers, {})
 
     def check(self, parameters: Any) -> None:
         """Run a microsecond; raise an error for a wrong start or an unknown signal."""
@@ -162,13 +161,13 @@ class File(Study):
 
     def stored_name(self, parameters: Any) -> str:
         """Return name and hash of the document."""
-        return f"{self.title} {digest(parameters.document)}"
+        return str(parameters.plain()["mechanism"])
 
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
 
-        An option for an accuracy replaces the file's solver. An option of the solver replaces the file's accuracy and `of`, the
-        signals that the accuracy is asked of. An option for another kind of solver replaces all settings of the file's solver.
+        `--accuracy`, or another kind of solver, replaces all settings of the file's solver. An option of the solver replaces the
+        file's accuracy and `of`, the signals that the accuracy is asked of.
         """
         document, run = read_file(self.path)
         Mechanism.from_dict(document)

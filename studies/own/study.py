@@ -185,7 +185,8 @@ class Parameters(StudyParameters):
 
     def plain(self) -> dict[str, Any]:
         """Return the parameters as files keep them: name and hash of the mechanism's document, settings, changes."""
-        found: dict[str, Any] = {"mechanism": f"{self.name} {digest(self.document)}", "duration": self.duration}
+        digest = hashlib.sha256(self.document.encode()).hexdigest()[:12]
+        found: dict[str, Any] = {"mechanism": f"{self.name} {digest}", "duration": self.duration}
         found |= {"accuracy": self.accuracy, "ledger": self.ledger, "measures": list(self.measure)}
         if self.verify:
             found["verify"] = True
@@ -194,11 +195,6 @@ class Parameters(StudyParameters):
         if self.of != PLACES:
             found["of"] = write_signals(self.of)
         return found | dict(self.changes)
-
-
-def digest(document: str) -> str:
-    """Return the first twelve digits of the SHA-256 hash of a document."""
-    return hashlib.sha256(document.encode()).hexdigest()[:12]
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:

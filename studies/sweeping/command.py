@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..kit.cli import INTERRUPTED, print_error
-from ..kit.parameters import StudyParameters, specs
+from ..kit.parameters import StudyParameters
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import Study, find_study, finish, make_folder, make_parser
 from ..kit.style import house_style
@@ -120,11 +120,11 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    make_case, shared = study.find_case_maker(options, OPTIONS)  # `shared`: values of the parameters that do not vary
+    maker = study.find_case_maker(options, OPTIONS)
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
-    axes = [parse(text, make_case) for text in options.vary]
-    cases = make_cases(make_case, shared, axes)
+    axes = [parse(text, maker.known) for text in options.vary]
+    cases = make_cases(maker, axes)
     study.check(cases[0])  # an error of a later case is in its row
     stored_as = study.stored_name(cases[0])
     folder = make_folder(Path(options.out) / f"{study.title}-sweep")
@@ -132,7 +132,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
-    units = {key: about.unit for key, about in specs(make_case).items()}
+    units = {key: about.unit for key, about in maker.known.items()}
     return _Sweep(study, options, axes, cases, units, stored_as, folder, store, part)
 
 

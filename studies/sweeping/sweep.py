@@ -19,8 +19,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from buckler.mbs.declare import declarations
+
 from ..kit import registry
-from ..kit.parameters import StudyParameters, specs
+from ..kit.parameters import StudyParameters
 from ..kit.report import QUIET, Progress
 from ..kit.versions import provenance, versions
 from .store import About, Part, Row, Store, StoreError, read
@@ -75,7 +77,7 @@ def sweep(
         if not isinstance(case, module.Parameters):
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
-    units = {key: spec.unit for key, spec in specs(module.Parameters).items()} if units is None else units
+    units = {key: spec.unit for key, spec in declarations(module.Parameters).items()} if units is None else units
     about, numbers = About(name, versions(), units), range(len(cases))
     if part:  # every `part.of`-th case; parts are counted from 1
         numbers = numbers[part.number - 1 :: part.of]
@@ -86,8 +88,7 @@ def sweep(
                 opened.copy(other, about)
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
-        # Only the first job prints the forecast. How many workers an executor has is not known: it counts as one. `progress` may
-        # be another callable, which has no `quiet`.
+        # Only the first job prints a forecast, for the jobs of its worker; an executor counts as one worker.
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(jobs_a_worker=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
@@ -103,10 +104,7 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: its number, the module of its study, its parameters.
-
-    The first job of a sweep prints a forecast of the run time of all jobs that its worker has to run, `jobs_a_worker`.
-    """
+    """Case to run: its number, the module of its study, its parameters; and for how many jobs it forecasts the run time."""
 
     number: int
     module: str
@@ -120,7 +118,7 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            # Progress without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by `cases`.
+            # without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by `cases`
             forecast = {"progress": Progress(quiet=True, cases=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
             result = study.run(job.parameters, **forecast)
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}

@@ -18,9 +18,10 @@ from buckler.mbs.declare import Declaration
 from buckler.mbs.geometry import Array
 from buckler.mbs.units import label_with_unit, measured, parse_quantity, written_unit
 
-from ..kit.parameters import CaseMaker, StudyParameters, specs
+from ..kit.parameters import StudyParameters
 from ..kit.registry import hint
 from ..kit.report import Metric, Table
+from ..kit.running import CaseMaker
 from ..kit.style import COLOURS, Figure, subplots
 from .store import Row
 
@@ -55,10 +56,9 @@ class Axis(NamedTuple):
         return float(f"{value / self.factor:.{DIGITS}g}") if self.factor != 1.0 else value
 
 
-def parse(text: str, make_case: CaseMaker) -> Axis:
-    """Read one text `NAME=VALUES` of `--vary`."""
+def parse(text: str, known: Mapping[str, Declaration]) -> Axis:
+    """Read one text `NAME=VALUES` of `--vary`, with a name that is known."""
     name, equals, values = text.partition("=")
-    known = specs(make_case)
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
     if name not in known:
         raise ValueError(f"--vary {text}: unknown parameter '{name}'; {hint(name, known) or 'see --help'}")
@@ -111,13 +111,13 @@ def _range(name: str, text: str, spec: Declaration) -> list[Any]:
     return [low, *inner, high]
 
 
-def make_cases(make_case: CaseMaker, shared: Mapping[str, object], axes: Sequence[Axis]) -> list[StudyParameters]:
+def make_cases(maker: CaseMaker, axes: Sequence[Axis]) -> list[StudyParameters]:
     """Make a case for each combination of values of the axes, with the other parameters that all cases share."""
     names = [axis.name for axis in axes]
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"--vary {name}: given twice")
-        if name in shared:
+        if name in maker.shared:
             raise ValueError(f"--vary {name}: also given as --{name.replace('_', '-')}")
     total = math.prod(len(axis.values) for axis in axes)
     if total > MOST_CASES:
@@ -126,9 +126,9 @@ def make_cases(make_case: CaseMaker, shared: Mapping[str, object], axes: Sequenc
     for values in product(*(axis.values for axis in axes)):
         varied = dict(zip(names, values, strict=True))
         try:
-            cases.append(make_case(**{**shared, **varied}))
+            cases.append(maker.make(**{**maker.shared, **varied}))
         except ValueError as error:
-            shown = ", ".join(f"{name} = {specs(make_case)[name].show(value)}" for name, value in varied.items())
+            shown = ", ".join(f"{name} = {maker.known[name].show(value)}" for name, value in varied.items())
             raise ValueError(f"{shown}: {error}") from None
     return cases
 

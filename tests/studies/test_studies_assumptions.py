@@ -11,9 +11,9 @@ from clearance_pair import beam_modes
 from fourbar import FourBar, ideal_state, run
 
 from buckler.mbs import simulate
+from buckler.mbs.declare import declarations
 from buckler.mbs.laws import Coulomb, NoFriction
 from buckler.mbs.library import CLOSED
-from buckler.studies.kit.parameters import specs
 from buckler.studies.rattling import (
     buffering,
     clearance_speed,
@@ -88,7 +88,7 @@ def test_a_joint_has_one_pin():
 @pytest.mark.parametrize("study", [clearance_speed, crank_rocker, modes])
 def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
-    assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
+    assert set(declarations(JointAssumptions)) <= set(declarations(study.Parameters))
     assert p.reversed_joints == "" and p.gravity_vector == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
     assert "gravity none in the plane" in p.describe() and "0.1 and 1 m/s" in p.describe()
 

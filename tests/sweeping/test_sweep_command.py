@@ -12,6 +12,8 @@ import sweep_toy
 from made_up_study import metrics_of
 from sweep_runs import ENVIRONMENT, ROOT, same, start, stored
 
+from buckler.mbs.declare import declarations
+from buckler.studies.kit.running import CaseMaker
 from buckler.studies.kit.style import house_style
 from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.sweeping.table import choose, figures, make_cases, parse, points, to_dataframe
@@ -135,8 +137,9 @@ def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
 def drawn(*texts, endings=("fine",)):
     """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
     kind = sweep_toy.Parameters
-    axes = [parse(text, kind) for text in texts]
-    cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(make_cases(kind, {}, axes))]
+    maker = CaseMaker(kind, declarations(kind), {})
+    axes = [parse(text, maker.known) for text in texts]
+    cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(make_cases(maker, axes))]
     design = points(axes, sweep(sweep_toy, cases, workers=0))
     name = "force" if any("models" in text for text in texts) else "strut.force"
     with house_style():

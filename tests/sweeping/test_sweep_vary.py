@@ -5,15 +5,19 @@ import math
 import pytest
 from sweep_toy import Parameters
 
+from buckler.mbs.declare import declarations
+from buckler.studies.kit.running import CaseMaker
 from buckler.studies.sweeping.table import MOST_CASES, make_cases, parse
+
+KNOWN = declarations(Parameters)
 
 
 def words(*texts):
-    return [parse(text, Parameters) for text in texts]
+    return [parse(text, KNOWN) for text in texts]
 
 
 def cases(*texts, given=None, **options):
-    return make_cases(Parameters, given or {}, words(*texts), **options)
+    return make_cases(CaseMaker(Parameters, KNOWN, given or {}), words(*texts), **options)
 
 
 @pytest.mark.parametrize(
@@ -28,13 +32,13 @@ def cases(*texts, given=None, **options):
     ],
 )
 def test_values_of_a_grid(text, values):
-    grid = parse(text, Parameters)
+    grid = parse(text, KNOWN)
     assert grid.values == pytest.approx(values, rel=1e-11) if not isinstance(values[0], str) else grid.values == values
     assert {type(value) for value in grid.values} == {type(grid.values[0])}
 
 
 def test_values_are_shown_in_the_unit_in_which_they_were_written():
-    length, speed, plain = (parse(text, Parameters) for text in ("length=0.1mm:0.3mm:3", "speed=12rpm,24rpm", "speed=1,2"))
+    length, speed, plain = (parse(text, KNOWN) for text in ("length=0.1mm:0.3mm:3", "speed=12rpm,24rpm", "speed=1,2"))
     assert ([length.show(value) for value in length.values], length.unit) == ([0.1, 0.2, 0.3], "mm")
     assert ([speed.show(value) for value in speed.values], speed.unit) == ([12.0, 24.0], "rpm")
     assert (plain.show(1.0), plain.unit) == (1.0, "rad/s")
@@ -58,13 +62,13 @@ def test_values_are_shown_in_the_unit_in_which_they_were_written():
 )
 def test_wrong_words_are_named_in_one_line(text, message):
     with pytest.raises(ValueError) as error:
-        parse(text, Parameters)
+        parse(text, KNOWN)
     assert str(error.value).startswith(f"--vary {text}: {message}")
     assert "\n" not in str(error.value)
 
 
 def test_grids_combine_each_with_each_in_the_order_given():
-    found = make_cases(Parameters, {"noise": "2N"}, words("models=strut,beam", "length=1,2,3"))
+    found = make_cases(CaseMaker(Parameters, KNOWN, {"noise": "2N"}), words("models=strut,beam", "length=1,2,3"))
     assert [(c.models, c.length) for c in found] == [((m,), length) for m in ("strut", "beam") for length in (1, 2, 3)]
     assert {case.noise for case in found} == {2}
 
