@@ -30,22 +30,14 @@ P = TypeVar("P", bound=StudyParameters)
 
 @dataclass(frozen=True)
 class Metric:
-    """Number that answers the question of a study.
-
-    Attributes
-    ----------
-    value, unit : the computed number and its unit, "1" for a number without unit
-    published, exact : published and exact value, in the same unit
-    error : relative error of the value, estimated by the study; by default the difference from `exact`, if that is not zero
-    absolute : error in the unit of the value; given instead of `error` where the value is zero or below its error
-    """
+    """Number that answers the question of a study; `published` and `exact` are known values of it."""
 
     value: float
-    unit: str
+    unit: str  # of all but `error`; "1" for a number without unit
     published: float | None = None
     exact: float | None = None
-    error: float | None = None
-    absolute: float | None = None
+    error: float | None = None  # relative, estimated by the study; by default the difference from `exact`, if that is not zero
+    absolute: float | None = None  # absolute error, given instead of `error` where the value is zero or below its error
 
     def __post_init__(self) -> None:
         if self.error is None and self.exact:
@@ -83,32 +75,18 @@ class Table:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResult:
-    """Value that a study's `run` returns.
-
-    Attributes
-    ----------
-    parameters : the parameters of the run
-    status : "OK", "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure
-    message : a sentence a person can act on; needed unless the status is "OK"
-    metrics : dict of Metric
-    signals : arrays for signals.npz, in SI
-    units : units of the signals, where they are known
-    work : counts of steps, Jacobians, evaluations; `wall_s`, the time of the run [s], is added where it is missing
-    tables : tables that are printed instead of the table of metrics
-    pages : contents of text files by file name, such as report.html
-    notes : remarks that are printed after the status
-    """
+    """Value that a study's `run` returns."""
 
     parameters: StudyParameters
-    status: str = "OK"
-    message: str = ""
+    status: str = "OK"  # or "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure
+    message: str = ""  # sentence a person can act on; needed unless the status is "OK"
     metrics: Mapping[str, Metric] = field(default_factory=dict)
-    signals: Mapping[str, np.ndarray] = field(default_factory=dict)
-    work: Mapping[str, Any] = field(default_factory=dict)
-    tables: Sequence[Table] = ()
-    pages: Mapping[str, str] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    notes: Sequence[str] = ()
+    signals: Mapping[str, np.ndarray] = field(default_factory=dict)  # for signals.npz, in SI
+    work: Mapping[str, Any] = field(default_factory=dict)  # counts, as of steps; the time of the run, `wall_s` [s], is added
+    tables: Sequence[Table] = ()  # printed instead of the table of metrics
+    pages: Mapping[str, str] = field(default_factory=dict)  # contents of text files by file name, such as report.html
+    units: Mapping[str, str] = field(default_factory=dict)  # of the signals, where they are known
+    notes: Sequence[str] = ()  # remarks that are printed after the status
 
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:
@@ -130,13 +108,10 @@ def status_of(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
 
 
 def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Return the worst status of runs, given as pairs of name and result, and all their messages with the notes.
-
-    The status is the first failure, else SUSPECT if a run is suspect, else OK.
-    """
+    """Return the worst status of runs, given as pairs of name and result, and all their messages with the notes."""
     wrong = [(name, run) for name, run in runs if run.status != "OK"]
-    statuses = [run.status for _, run in wrong]
-    status = next((each for each in statuses if each != "SUSPECT"), "SUSPECT" if statuses else "OK")
+    failures = [run.status for _, run in wrong if run.status != "SUSPECT"]
+    status = failures[0] if failures else "SUSPECT" if wrong else "OK"
     return {"status": str(status), "message": "; ".join([*(f"{name}: {run.message}" for name, run in wrong), *notes])}
 
 
@@ -198,11 +173,11 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_a
         for name, writer in writers.items():
             with atomic(folder / name) as file:
                 writer(file)
-    head = {"status": result.status, "message": result.message} | ({"trusted": True} if is_allowed else {})
-    metrics = {name: metric.plain() for name, metric in result.metrics.items()}
-    tables = [asdict(table) for table in result.tables]
-    origin = {"work": result.work, "provenance": provenance(result.parameters), "files": list(writers)}
-    text = to_json(head | {"metrics": metrics, "tables": tables} | origin)
+    content: dict[str, Any] = {"status": result.status, "message": result.message}
+    content |= {"trusted": True} if is_allowed else {}
+    content["metrics"] = {name: metric.plain() for name, metric in result.metrics.items()}
+    content |= {"tables": [asdict(table) for table in result.tables], "work": result.work}
+    text = to_json(content | {"provenance": provenance(result.parameters), "files": list(writers)})
     with atomic(folder / "metrics.json") as file:
         file.write(text.encode())
     return text
@@ -251,7 +226,7 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
 
-    A forecast multiplies the time of one `simulate` by `cases`: the cases of a sweep over the number of its processes.
+    A forecast is the time of one `simulate` times `cases`, the number of cases that one process of a sweep runs.
     """
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
