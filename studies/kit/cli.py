@@ -46,12 +46,16 @@ OPTIONS = {
     "--compile": ("compile the solver for this machine, so that no run waits for it", "own.statics:compile_solver"),
 }
 """Options in place of a command: help of each, and `module:name` of its function."""
+MECHANISM_SUFFIXES = (".toml", ".json")
+"""Suffixes of files of mechanisms."""
+EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
+"""Folder of the files that `new` copies."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`, by default that of the process; return the exit status.
 
-    With `study` all arguments are options of that study. The file of a study calls this when Python runs it as a script. The
+    The file of a study calls this with the name of its study when Python runs it as a script: all arguments are its options. The
     study is then imported again by its module name, because classes of the module `__main__` cannot be pickled.
     """
     words = list(sys.argv[1:] if argv is None else argv)
@@ -105,10 +109,6 @@ def _parser() -> Parser:
         if name in BY_NAME:
             command.add_argument("name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list")
     return parser
-
-
-MECHANISM_SUFFIXES = (".toml", ".json")
-"""Suffixes of files of mechanisms."""
 
 
 class Command(NamedTuple):
@@ -169,10 +169,6 @@ def print_error(error: Exception | str) -> int:
 def add_repeated(parser: argparse.ArgumentParser, name: str, metavar: str, about: str, **more: Any) -> None:
     """Add an option that may be repeated; its value is the list of what was given."""
     parser.add_argument(name, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)
-
-
-EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
-"""Folder of the files that `new` copies."""
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -21,6 +21,8 @@ from buckler.mbs.validate import whole
 from .parameters import StudyParameters
 from .report import Metric, provenance
 
+Name = TypeVar("Name", bound=Hashable)
+
 
 class Mean(NamedTuple):
     """Mean of independent values, its standard error (nan for a single value), and the number of values."""
@@ -63,9 +65,6 @@ def power_law(inputs: Array, output: Array) -> tuple[list[Metric], Metric]:
     pairs = zip(powers.tolist(), errors.tolist(), strict=True)
     found = [Metric(power, "1", error=abs(error / power) if power else None) for power, error in pairs]
     return found, Metric(float(np.sqrt(variance)), "1")
-
-
-Name = TypeVar("Name", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -122,5 +121,4 @@ def footnote(parameters: StudyParameters) -> str:
     origin = provenance(parameters)
     versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
     machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
-    repeats = origin["parameters"]["repeats"]
-    return f"Medians of {repeats} rounds; {machine}; {versions}; commit {origin['commit']}."
+    return f"Medians of {origin['parameters']['repeats']} rounds; {machine}; {versions}; commit {origin['commit']}."
