@@ -98,8 +98,8 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            words = f"dask worker --scheduler-file {scheduler_file}"
-            raise SweepError(f"the Dask cluster has no workers; start some with `{words}`") from None
+            advice = f"start some with `dask worker --scheduler-file {scheduler_file}`"
+            raise SweepError(f"the Dask cluster has no workers; {advice}") from None
         yield client.get_executor(pure=False)  # with pure=True Dask returns an earlier result for an equal call
 
 
@@ -126,14 +126,13 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     axes = [parse(text, maker.known) for text in options.vary]
     cases = make_cases(maker, axes)
     study.check(cases[0])  # an error of a later case is in its row
-    stored_as = study.stored_name(cases[0])
     folder = make_folder(Path(options.out) / f"{study.title}-sweep")
     part = Part.read(options.part) if options.part else None
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.unit for key, about in maker.known.items()}
-    return _Sweep(study, options, axes, cases, units, stored_as, folder, store, part)
+    return _Sweep(study, options, axes, cases, units, study.stored_name(cases[0]), folder, store, part)
 
 
 def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:

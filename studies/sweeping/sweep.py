@@ -206,10 +206,7 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
 
 
 def _outcomes(executor: Executor, jobs: Sequence[Job], limit: int) -> Iterator[tuple[Job, Row | Exception]]:
-    """Run jobs, `limit` at a time, and yield each with its row or exception at its end.
-
-    If the executor dies, jobs that still wait are dropped without an outcome.
-    """
+    """Run jobs, `limit` at a time, and yield each with its row or exception; jobs that wait when the executor dies have none."""
     waiting, running = deque(jobs), dict[Future[Row], Job]()
     try:
         while waiting or running:

@@ -40,16 +40,13 @@ CONSTANT = 1e-9
 
 
 class Axis(NamedTuple):
-    """Varied parameter and its values in SI; `log` where the values are equally spaced in the logarithm.
-
-    Tables and figures show the values in `unit`, which is `factor` in SI.
-    """
+    """Varied parameter of a sweep."""
 
     name: str
-    values: tuple[Any, ...]
-    log: bool
-    unit: str
-    factor: float
+    values: tuple[Any, ...]  # in SI
+    log: bool  # the values are equally spaced in the logarithm
+    unit: str  # in which tables and figures show the values
+    factor: float  # this unit in SI
 
     def show(self, value: Any) -> Any:
         """Return a value in the unit of tables and figures."""
@@ -151,8 +148,7 @@ def points(axes: Sequence[Axis], rows: Sequence[Row]) -> list[DesignPoint]:
     varies, `strut.force` of the case "strut" becomes `force`.
     """
     found = []
-    shown = product(*(map(axis.show, axis.values) for axis in axes))
-    for values, row in zip(shown, rows, strict=True):
+    for values, row in zip(product(*(map(axis.show, axis.values) for axis in axes)), rows, strict=True):
         metrics = {}
         for name, metric in row.metrics.items():
             prefix, _, rest = name.partition(".")
