@@ -154,8 +154,8 @@ def _draw_cantilever(dice: Dice) -> Run:
 def _draw_landing(dice: Dice) -> Run:
     """Draw a rigid pendulum or a clamped strip that a force drives onto a stop."""
     length = dice.uniform(0.2, 0.4)
-    strip_body = parts.draw_strip(dice, length, thin=1.5e-3, thick=2.5e-3)
-    strip = mbs.Link("bar", "O", "A", strip_body, carries={"M": 0.6})  # M at 60 % of it
+    body = parts.draw_strip(dice, length, thin=1.5e-3, thick=2.5e-3)
+    strip = mbs.Link("bar", "O", "A", body, carries={"M": 0.6})  # M at 60 % of it
     bar = mbs.Link("bar", "O", "A", parts.draw_bar(dice), carries=("M",))
     link, joint = dice.one((strip, mbs.Weld), (bar, mbs.Revolute))
     return mbs.Mechanism(
@@ -243,9 +243,8 @@ FAMILIES: dict[str, Generator] = {
 }
 """Generator of each family.
 
-The families before `any ...` are difficult to simulate, by axial forces, kinks, grazing contacts and others. The families
-`any ...` cover the elements, joints and laws that both `Exudyn` and `Spectral` solve. The families after them have one kind of
-linkage, body and drive.
+The families before `any ...` are difficult to simulate. The families `any ...` cover the elements, joints and laws that both
+`Exudyn` and `Spectral` solve. The families after them have one kind of linkage, body and drive.
 """
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
 """Families that together cover all elements, joints and laws."""

@@ -154,10 +154,7 @@ def _commit() -> str | None:
 
 
 def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_allowed: bool = False) -> str:
-    """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last.
-
-    `is_allowed` records, under the key `trusted`, that the user accepted failed checks; status and message stay.
-    """
+    """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last."""
     writers: dict[str, Callable[[IO[bytes]], object]] = {}
     if result.signals:
         signals: dict[str, Any] = dict(result.signals)
@@ -174,7 +171,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_a
             with atomic(folder / name) as file:
                 writer(file)
     content: dict[str, Any] = {"status": result.status, "message": result.message}
-    content |= {"trusted": True} if is_allowed else {}
+    content |= {"trusted": True} if is_allowed else {}  # the user accepts failed checks; status and message stay
     content["metrics"] = {name: metric.plain() for name, metric in result.metrics.items()}
     content |= {"tables": [asdict(table) for table in result.tables], "work": result.work}
     text = to_json(content | {"provenance": provenance(result.parameters), "files": list(writers)})
@@ -224,13 +221,10 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 
 
 class Progress:
-    """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`.
-
-    A forecast is the time of one `simulate` times `cases`, the number of cases that one process of a sweep runs.
-    """
+    """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`."""
 
     def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
-        self.quiet, self.cases = quiet, cases
+        self.quiet, self.cases = quiet, cases  # `cases`: number of cases that one process of a sweep runs
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items, and show a bar with their number after some time."""
@@ -243,7 +237,7 @@ class Progress:
         yield from tqdm(items, label or None, total, leave=False, mininterval=delay / 5, delay=delay)
 
     def forecast(self, title: str) -> Forecast | bool:
-        """Return the display for one `simulate`: a bar, and the expected run time of all `cases` if they are many."""
+        """Return the display for one `simulate`: a bar, and a forecast, its run time times `cases`, if they are many."""
         is_shown = self.cases > 1 or not self.quiet  # a long sweep is forecast even without a bar
         return Forecast(title, self.cases, bar=not self.quiet) if is_shown else False
 

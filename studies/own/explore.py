@@ -21,7 +21,6 @@ from time import perf_counter
 from typing import Any
 
 from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.document import change, get
 from buckler.mbs.documents.shorthand import expand
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import has_compiler
@@ -50,19 +49,15 @@ class LateError(Exception):
 
 
 class Explorer:
-    """Mechanism with sliders: `free` maps paths of numbers in the document to ranges (low, high), or None for the default.
-
-    `changes` are the entries that `--set` has changed; `timeout` [s] limits a run of `judge`.
-    """
+    """Mechanism with sliders: `free` has their ranges (low, high) by path, None for the default; `changes` come from `--set`."""
 
     def __init__(
-        self, path: Path, file: FileContent, free: Mapping[str, Any], changes: Mapping[str, Any] | None = None,
-        timeout: float | None = None,
-    ) -> None:  # fmt: skip
+        self, path: Path, file: FileContent, free: Mapping[str, Any], changes: Mapping[str, Any], timeout: float | None = None
+    ) -> None:
         self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
         self.lock, self.changed = Lock(), Event()
         # `file.document` has the changes already, but neither the units of the file nor its table [run], which `save` writes.
-        self.written = change(expand(documents.read(path)), changes or {})
+        self.written = documents.change(expand(documents.read(path)), changes)
         self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
         self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
@@ -84,7 +79,7 @@ class Explorer:
     def _unit(self, path: str, unit: str) -> tuple[str, float]:
         """Find the unit in which the file writes a number, and that unit in SI; by default `unit` and 1."""
         try:
-            text = get(self.written, path)
+            text = documents.get(self.written, path)
         except (KeyError, ValueError):  # the file omits the entry
             return unit, 1.0
         shown = written_unit(text) if isinstance(text, str) else ""
@@ -138,10 +133,9 @@ class Explorer:
         for path, value in values.items():
             unit, factor = self._unit(path, self.family.units[path])
             entries[path] = float(value) if factor == 1.0 else f"{value / factor:.12g} {unit}"  # a bare number is in SI
-        written = change(self.written, entries)
         paths = (self.path.with_name(f"{self.path.stem}-{k}{self.path.suffix}") for k in count(1))
         out = next(path for path in paths if not path.exists())
-        return {"saved": str(documents.write(written, out))}
+        return {"saved": str(documents.write(documents.change(self.written, entries), out))}
 
     def page(self) -> str:
         """Return the page, as it is before the first run, as HTML."""

@@ -20,9 +20,8 @@ from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.progress import TimeUpError
+from buckler.mbs.sensitivity import reading
 from buckler.mbs.sensitivity.numbers import find_entry
-from buckler.mbs.sensitivity.reading import RunFailedError
-from buckler.mbs.sensitivity.reading import check as check_reading
 from buckler.mbs.simulation import simulate
 from buckler.mbs.units import parse_quantity
 
@@ -36,7 +35,7 @@ T = TypeVar("T")
 FIXED_KEYS = ("elements", "points", "velocities", "gravity")
 """Keys whose numbers change only if a user names them: numbers of elements, places of points, initial velocities, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
-"""Help text on the numbers that change where none are named; see `varied_numbers`."""
+"""Help text on the numbers of `varied_numbers`."""
 TRIAL_DURATION = 1e-6
 """Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 OPTIONS = {name: about for name, about in declarations(Parameters).items() if about.group}
@@ -157,7 +156,7 @@ class File(Study):
                 for name in target_signals(parameters):
                     _ = result[name]  # raises for an unknown name
                 for text in parameters.measure:
-                    check_reading(text, result.signals)
+                    reading.check(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
         """Return name and hash of the document."""
@@ -240,7 +239,7 @@ def file_command(
         except TimeUpError as error:
             # The text of the error begins with "timeout = ": with hyphens before it, that is the option.
             print(f"{options.file}: TIMED_OUT: --{error}, and there is no answer yet", file=sys.stderr)
-        except RunFailedError as error:
+        except reading.RunFailedError as error:
             print(f"{options.file}: {error}", file=sys.stderr)
         return 1
 
@@ -279,14 +278,10 @@ def read_quantities(document: Mapping[str, object], path: str, texts: Sequence[s
 
 
 def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[dict[str, Any], list[str]]:
-    """Return a document, and the paths in it of the numbers that change where a user names none.
-
-    These are the parameters of the file. Without any they are the nonzero numbers of the document written in full, where numbers
-    are floats, except under `FIXED_KEYS` and the `omitted` keys.
-    """
+    """Return a document and the paths in it of the numbers that change where a user names none, without the `omitted` keys."""
     if named := free_parameters(file.document):
         return file.document, named
-    document = file.mechanism.to_dict()
+    document = file.mechanism.to_dict()  # written in full, with numbers as floats
     return document, list(_find_numbers(document, {*FIXED_KEYS, *omitted}))
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from scipy.stats import uniform
 
 from buckler.mbs.documents import document as documents
-from buckler.mbs.documents.document import change
 from buckler.mbs.ensembles.ensemble import ensemble as run_ensemble
 from buckler.mbs.ensembles.result import Ensemble
 from buckler.mbs.geometry import Array
@@ -100,7 +99,7 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
     # TIME_ZERO shifts the data and is no number of the mechanism
     numbers = {name: value for name, value in found.values.items() if name != TIME_ZERO}
-    mechanism = documents.write(change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
+    mechanism = documents.write(documents.change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
     figure = out / "fit.png"
     found.plot().savefig(figure)
     if options.json:
@@ -132,17 +131,13 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
         find_optimum, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
         starts=options.starts, budget=options.budget,
     )  # fmt: skip
-    path = documents.write(change(file.document, found.values), make_folder(options.out) / f"{options.file.stem}-chosen.toml")
+    out = make_folder(options.out) / f"{options.file.stem}-chosen.toml"
+    path = documents.write(documents.change(file.document, found.values), out)
     if options.json:
         print(to_json(asdict(found)), end="")
     else:
         print(found, f"mechanism with these numbers: {path}", sep="\n")
     return exit_status or int(not found.possible)
-
-
-sensitivity = file_command(_declare_sensitivity, _sensitivity)
-fit = file_command(_declare_fit, _fit, has_duration=False)
-optimise = file_command(_declare_optimise, _optimise)
 
 
 def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
@@ -241,4 +236,7 @@ def _write(found: Ensemble, out: Path) -> None:
             fig.savefig(out / f"{name}.png", dpi=150)
 
 
+sensitivity = file_command(_declare_sensitivity, _sensitivity)
+fit = file_command(_declare_fit, _fit, has_duration=False)
+optimise = file_command(_declare_optimise, _optimise)
 ensemble = file_command(_declare_ensemble, _ensemble)

@@ -119,8 +119,7 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     else:
         positions = found.point(*link_and_point)
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
-        negative_eigenvalues = found.unstable  # their number, for each equilibrium
-        stability = list(zip(found.growth.tolist(), negative_eigenvalues.tolist(), strict=True))
+        stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))  # `unstable`: negative eigenvalues
     rows = zip(found.parameter.tolist(), positions.tolist(), stability, strict=True)
     return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
@@ -167,10 +166,7 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
 
 
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
-    """Count coordinates, constraints and independent constraints; None if an element gives no equations of a rigid linkage.
-
-    All links count as rigid and joints with clearance as ideal joints; drives do not count.
-    """
+    """Count coordinates, constraints and independent constraints: links are rigid, joints ideal, drives free. None if unknown."""
     try:
         rows, _ = compute_jacobians(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
         return rows.shape[1], rows.shape[0], rank(rows)

@@ -97,17 +97,15 @@ class Settings(Spec):
             raise self.refusal(name, given)
         content = {"kind": given} if isinstance(given, str) else dict(given)
         about = {"kind": KIND} | {key: setting.about for key, setting in settings().items()}
-        for key in content:
-            if key not in about:
-                raise ValueError(f"{name}.{key}: unknown key; known: {', '.join(about)}")
+        if unknown := [key for key in content if key not in about]:
+            raise ValueError(f"{name}.{unknown[0]}: unknown key; known: {', '.join(about)}")
         return tuple((key, about[key].spec.read(f"{name}.{key}", value)) for key, value in content.items())
 
 
 def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
     """Make the solver with these settings, or return None without any.
 
-    Without a kind it is `Closure` if that has all settings and solves the mechanism, else `Exudyn`. A ValueError names a setting
-    that the solver or its steps do not have.
+    Without a kind it is `Closure` if that has all settings and solves the mechanism, else `Exudyn`.
     """
     if not given:
         return None

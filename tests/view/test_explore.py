@@ -72,7 +72,7 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
 
 
 def explorer(free):
-    return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml", duration="0.5"), free)
+    return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml", duration="0.5"), free, changes={})
 
 
 def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch):
