@@ -104,11 +104,11 @@ EPILOG = (
 
 
 class CaseMaker(NamedTuple):
-    """Maker of the parameters of a case from values by name; what it takes; the values that all cases share."""
+    """Maker of the parameters of the cases of a sweep."""
 
-    make: Callable[..., StudyParameters]
-    known: Mapping[str, Declaration]
-    shared: Mapping[str, Any]
+    make: Callable[..., StudyParameters]  # takes values by name
+    known: Mapping[str, Declaration]  # of the values that it takes
+    shared: Mapping[str, Any]  # values that are the same in all cases
 
 
 class Study:
@@ -135,7 +135,7 @@ class Study:
         return make_case(**values)
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
-        """Return the maker of the cases of a sweep, with the given options that are not excluded as shared values."""
+        """Return the maker of the cases of a sweep. The given options that are not excluded are shared values."""
         known = declarations(self.module.Parameters)
         given = {name: each for name, each in vars(options).items() if each is not None}
         shared = {name: each for name, each in given.items() if name in known and name not in excluded}

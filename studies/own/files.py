@@ -281,7 +281,7 @@ def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[di
     """Return a document and the paths in it of the numbers that change where a user names none, without the `omitted` keys."""
     if named := free_parameters(file.document):
         return file.document, named
-    document = file.mechanism.to_dict()  # written in full, with numbers as floats
+    document = file.mechanism.to_dict()  # in full, with numbers as floats
     return document, list(_find_numbers(document, {*FIXED_KEYS, *omitted}))
 
 

@@ -104,12 +104,12 @@ def sweep(
 
 
 class Job(NamedTuple):
-    """Case to run: its number, the module of its study, its parameters; and for how many jobs it forecasts the run time."""
+    """Case to run."""
 
     number: int
-    module: str
+    module: str  # of the study
     parameters: StudyParameters
-    jobs_a_worker: float = 1.0
+    jobs_a_worker: float = 1.0  # above 1 this job prints a forecast of the run time of so many jobs
 
 
 def run_case(job: Job) -> Row:

@@ -50,11 +50,11 @@ class Axis(NamedTuple):
 
     def show(self, value: Any) -> Any:
         """Return a value in the unit of tables and figures."""
-        return float(f"{value / self.factor:.{DIGITS}g}") if self.factor != 1.0 else value
+        return float(f"{value / self.factor:.{DIGITS}g}") if isinstance(value, float) and self.factor != 1.0 else value
 
 
 def parse(text: str, known: Mapping[str, Declaration]) -> Axis:
-    """Read one text `NAME=VALUES` of `--vary`, with a name that is known."""
+    """Read one text `NAME=VALUES` of `--vary`; `known` declares the parameters that may vary."""
     name, equals, values = text.partition("=")
     name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
     if name not in known:
