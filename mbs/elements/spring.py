@@ -10,7 +10,7 @@ from ..functions import Argument, Called
 from ..functions.edge_search import evaluate, find_edges_between
 from ..functions.fields import Function
 from ..geometry import Array, unit
-from .element import GROUND, Parts, Push, Recorded
+from .element import GROUND, Parts, Push, Recorded, place
 from .load import Load, on_both, sample
 from .references import angle_reference, check_reference, check_turning, distance, holder, holder_reference
 from .signal import Energy, Kind, Signal
@@ -182,13 +182,12 @@ class TorsionSpring(Elastic):
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the ends have an angle, and differ in the body or, on a flexible link, in the point."""
-        where = self.where
-        bodies = [at.partition(":")[0] for at in (self.first, self.second)]
-        if bodies[0] == bodies[1] and ":" not in self.first + self.second:
-            raise ValueError(f"{where}: two different links, or a link and 'ground', are needed")
-        for at, body in zip((self.first, self.second), bodies, strict=True):
-            if body != GROUND:
-                check_turning(mechanism, at, where)
+        for at in (self.first, self.second):
+            if at.partition(":")[0] != GROUND:
+                check_turning(mechanism, at, self.where)
+        (first, first_point), (second, second_point) = map(place, self.ends(mechanism))
+        if first == second and (first == GROUND or first_point == second_point or not mechanism.link(first).body.flexible):
+            raise ValueError(f"{self.where}: two different links, or a link and 'ground', are needed")
 
     def ends(self, mechanism: Parts) -> tuple[str, str]:
         """Return the point references at which the torques act."""

@@ -64,6 +64,14 @@ WRONG = {
         lambda: stiff(joints=[mbs.Clearance("A", "crank", "rod", pin=0.01, gap=2.0, law=Hertz(1e8))]),
         ["gap = 2 m at 'A'", "below the length", "1 m"],
     ),
+    "a torsion spring of one section": (
+        lambda: stiff(loads=[mbs.TorsionSpring("rod:A", "rod:A", stiffness=1.0)]),
+        ["torsion spring of 'rod:A'", "two different links"],
+    ),
+    "a torsion spring of one rigid link": (
+        lambda: stiff(loads=[mbs.TorsionSpring("crank:O", "crank:A", stiffness=1.0)]),
+        ["torsion spring of 'crank:O'", "two different links"],
+    ),
     "a beam as thick as long": (
         lambda: stiff(links=[mbs.Link("crank", "O", "A", mbs.Beam(mbs.Section(0.1, 1.0))), mbs.Link("rod", "A", "B", BAR)]),
         ["thickness of flexible link 'crank' = 1 m", "below its length"],
