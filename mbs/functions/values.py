@@ -282,7 +282,11 @@ def component_functions(function: Any, variables: Sequence[str], size: int = 1) 
         return list(function.components(variables, size))
     if not callable(function):
         return [lambda *_: function]
-    return [function] if size == 1 else [lambda *values, i=i: function(*values)[i] for i in range(size)]
+    return [function] if size == 1 else [_component(function, i) for i in range(size)]
+
+
+def _component(function: Callable[..., Any], i: int) -> Callable[..., float]:
+    return lambda *values: function(*values)[i]  # without a keyword argument, which Numba does not compile
 
 
 def has_user_code(value: object) -> bool:
