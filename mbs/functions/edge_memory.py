@@ -120,7 +120,8 @@ class EdgeMemory:
         # functions have numbers, by their order in a run
         self._known: dict[int, _Known] = {}
         self._names: list[str] = []  # of the element of each function
-        self._times_before: dict[int, Array] = {}  # edges of each function in the last run [s]
+        self._times: dict[int, Array] = {}  # edges of each function in its last search [s]
+        self._times_before: dict[int, Array] = {}  # and in its last search of an earlier run
         self._located: dict[str, Array] = {}  # by element: values of the first state on which the run's steps end
         self._of_time: dict[tuple[int, float], tuple[Callable[..., object], Edges]] = {}  # by function and duration
 
@@ -144,6 +145,7 @@ class EdgeMemory:
     def find_passed(self, time: Array, functions: Iterable[tuple[str, Called]]) -> Passed:
         """Find the edges [s] of elements' functions that a run passed between its samples, on which the next run will step."""
         time, first = np.unique(time, return_index=True)
+        self._times_before = dict(self._times)
         self._names, every_function = [], []
         for name, (function, arguments) in functions:
             self._names.append(name)
@@ -184,7 +186,7 @@ class EdgeMemory:
         edges = find_edges(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
         of_states = scan_states(function, time, curves)  # edges in each state alone
         times = _merge([np.array(edges.times), find_crossings(curves, of_states, end)], time)
-        before, self._times_before[k] = self._times_before.get(k), times
+        before, self._times[k] = self._times_before.get(k), times
         if edges.capped:
             return times, True
         state = find_state_of_edges(function, time, curves, times)

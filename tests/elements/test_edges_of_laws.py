@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler.mbs import Guide, Link, Mechanism, Revolute, Rigid, Spring, Status, Torque, simulate
+from buckler.mbs.functions import Argument, EdgeMemory
 
 DRAWS = np.random.default_rng(4207)
 
@@ -91,3 +92,16 @@ def test_edges_in_the_angle_are_found_beside_a_drag_of_the_speed(drag):
         speed += (push * step - drag * way) / inertia
         time, angle = time + step, angle + way
     check(rotor, end, "end(rotor.angle)", angle)
+
+
+def test_edges_of_two_states_are_found_anew_in_each_run_until_two_runs_agree():
+    """The confirming search of the first run is no second run."""
+    time, memory = np.linspace(0.0, 1.0, 2001), EdgeMemory()
+    angle = Argument(np.sin(3 * time), 3 * np.cos(3 * time))
+    of_one_state = ("spring", (lambda _t, x: 1.0 * (x > 0.5), (angle,)))
+    for shift in (0.0, 1e-3):
+        other = Argument(time + shift, np.ones_like(time))
+        of_two_states = ("force", (lambda _t, x, y: 1.0 * (x + y > 1.3), (angle, other)))
+        memory.find_passed(time, [of_one_state, of_two_states])
+        exact = brentq(lambda t, shift=shift: np.sin(3 * t) + t + shift - 1.3, 0.2, 0.5)
+        assert np.abs(memory.edges - exact).min() < 1e-7
