@@ -22,7 +22,7 @@ from ..validate import one_of, whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import FAILURE_RESIDUAL, TIME_ZERO, Bounds, FitProblem, gather, signals_of
+from .residuals import TIME_ZERO, Bounds, FitProblem, gather, signals_of
 from .runs import require_compiler
 
 BEST_STARTS = 2
@@ -164,10 +164,9 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
     d, ranked, minima = len(problem.names), list[RankedPoint](), list[RankedPoint]()
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
-            r = problem.residuals(x)
-            has_failed = np.all(r == FAILURE_RESIDUAL)
-            if not has_failed:
-                ranked.append(RankedPoint(float(r @ r), x))
+            squares = problem.sum_of_squares(x)
+            if np.isfinite(squares):
+                ranked.append(RankedPoint(squares, x))
         for start in sorted(ranked, key=lambda each: each.squares)[:BEST_STARTS]:
             x = _solve(problem, start.x)
             minima.append(RankedPoint(problem.sum_of_squares(x), x))
@@ -208,6 +207,8 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
         x = best.copy()
         for fraction in (0.25, 0.5, 0.75, 1.0):
             x[i] = np.clip(best[i] + side * fraction * width, 0.0, 1.0)
+            if np.isinf(problem.sum_of_squares(x)):  # a run fails: the profile ends before this value
+                break
             x = _solve(problem, x, fixed=i)
             sums[float(x[i])] = problem.sum_of_squares(x)
     at = np.array(sorted(sums))

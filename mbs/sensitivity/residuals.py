@@ -139,8 +139,10 @@ class FitProblem:
         return self.compare(self.cached[1])
 
     def sum_of_squares(self, x: Array) -> float:
-        """Compute the sum of the squared residuals at a point."""
-        return float(np.sum(self.residuals(x) ** 2))
+        """Compute the sum of the squared residuals at a point; inf if a run fails there."""
+        residuals = self.residuals(x)
+        has_failed = np.all(residuals == FAILURE_RESIDUAL)
+        return np.inf if has_failed else float(np.sum(residuals**2))
 
     def jacobian(self, x: Array) -> Array:
         """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers).

@@ -78,6 +78,19 @@ def test_a_run_that_fails_beside_the_best_point_does_not_end_the_fit():
     assert found.intervals["stiffness"].high - found.values["stiffness"] < 0.5
 
 
+@pytest.mark.parametrize("free", [{"stiffness": (100.0, 300.0)}, {"stiffness": (100.0, 300.0), "damping": (0.0, 10.0)}])
+def test_a_profile_ends_where_runs_fail(free):
+    """Above the true number no mechanism can be made: the interval has no upper end."""
+
+    def limited(stiffness, damping=2.0):
+        if stiffness > 200.0:
+            raise ValueError("too stiff")
+        return block(stiffness=stiffness, damping=damping)
+
+    interval = fit(limited, made(), free=free, starts=3, profiles=["stiffness"]).intervals["stiffness"]
+    assert 195.0 < interval.low < 200.0 and interval.high == np.inf
+
+
 def test_a_number_beside_which_all_runs_fail_is_named():
     mass = 0.5
 
