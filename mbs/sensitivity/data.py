@@ -104,8 +104,8 @@ def read_csv(
     `signals` are columns to be fitted: `NAME`, or `COLUMN=NAME` where the signal has another name. `settings` are columns that
     separate experiments: consecutive rows with equal values are one experiment. A setting with a point in its name is the path of
     a number of the mechanism. `start` is the time of the file at which the run begins [s], by default 0. It is required if the
-    first time exceeds the file's duration. With settings, if time increases over the whole file, it has no effect: the time of
-    each experiment counts from its first row.
+    first time exceeds the file's duration. With settings, if time increases over the whole file, the time of each experiment
+    counts from its first row, and `start` has no effect.
     """
     try:
         content = Path(path).read_bytes()
@@ -196,16 +196,16 @@ def _experiments(
                 values[column].append(value * factors[column])
     arrays = {column: np.array(numbers) for column, numbers in values.items()}
     time = arrays[columns[0]]
-    if start is None and time[0] > time[-1] - time[0] > 0:
+    counts_from_first_rows = bool(settings) and bool((np.diff(time) > 0).all())
+    if start is None and not counts_from_first_rows and time[0] > time[-1] - time[0] > 0:
         late = f"its time begins at {time[0]:g} s, later than it lasts"
         raise ValueError(f"{late}: give start={time[0]:g} if the run begins there, start=0 if it begins at 0 s")
     time = time - (start or 0.0)
-    is_continuous = bool(settings) and bool((np.diff(time) > 0).all())
     keys = np.column_stack([arrays[column] for column in set_columns.values()]) if settings else np.zeros((len(time), 1))
     experiments = []
     for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
         constants = {name: float(arrays[column][part[0]]) for name, column in set_columns.items()}
-        first_time = time[part[0]] if is_continuous else 0.0
+        first_time = time[part[0]] if counts_from_first_rows else 0.0
         experiments.append(Experiment(
             time[part] - first_time, {name: arrays[column][part] for name, column in fitted.items()},
             units={name: column.unit for name, column in fitted.items() if column.unit},

@@ -97,6 +97,9 @@ def test_a_clock_is_kept_or_begins_where_it_is_said_to(tmp_path):
         read_csv(late, ["place=O.x"])
     assert read_csv(late, ["place=O.x"], start=12.3)[0].time == pytest.approx(0.01 * np.arange(6))
     assert read_csv(late, ["place=O.x"], start=0)[0].time[0] == 12.3
+    lines = [HEAD + ",load", *(f"{12.3 + 0.01 * k:g},{k},{k // 3}" for k in range(6))]
+    for each in read_csv(data(tmp_path, "\n".join(lines)), ["place=O.x"], ["load"]):  # a setting: from the first row of each
+        assert each.time == pytest.approx(0.01 * np.arange(3))
 
 
 @pytest.mark.parametrize(
