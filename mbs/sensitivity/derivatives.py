@@ -209,8 +209,9 @@ class Neighbours(NamedTuple):
         """
         has_degree_to_lower = solver.degree is not None and solver.degree > DEGREE_STEP
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
-        coarse_unchanged, slopes = self.read(readings, coarse_solver), dict[str, Array]()
+        slopes: dict[str, Array] = {}
         try:
+            coarse_unchanged = self.read(readings, coarse_solver)
             for name in self.scales:
                 fine = self.slopes(readings, name, solver, width, unchanged)
                 coarse = self.slopes(readings, name, coarse_solver, WIDER * width, coarse_unchanged)

@@ -25,6 +25,8 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
+from buckler.mbs.progress import TimeUpError
+from buckler.mbs.sensitivity import derivatives
 from buckler.mbs.sensitivity.derivatives import Derivative, Sensitivities
 from buckler.mbs.sensitivity.runs import scale_tolerances
 from buckler.mbs.spectral.run import once
@@ -242,6 +244,19 @@ def test_a_step_that_ends_right_after_an_onset(late, method):
     found = once(made, float(ends[-1]), Spectral(Controlled(tolerance=1e-7, max_steps=2000), method=method), ends=ends)
     assert not found.failure
     assert np.abs(found.record.time - onset).min() < 1e-7 * onset
+
+
+def test_a_time_limit_after_the_first_run_leaves_derivatives_unknown(monkeypatch):
+    unlimited = derivatives.read
+
+    def read(readings, mechanism, duration, solver):
+        if solver != derivatives.TIGHT:  # the coarser run, the second one
+            raise TimeUpError("time is over")
+        return unlimited(readings, mechanism, duration, solver)
+
+    monkeypatch.setattr(derivatives, "read", read)
+    row = sensitivities(pendulum, 0.1, by=["length"], at={"length": 0.5}, of="end(A.x)")["end(A.x)", "length"]
+    assert np.isfinite(row.value) and np.isnan(row.derivative) and row.note == "time is over"
 
 
 def test_unknown_contributions_come_last():
