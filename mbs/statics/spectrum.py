@@ -162,10 +162,11 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     error of this |mu| is about its ratio to the shift times `ROUNDING`. Half the lowest |mu| is such a shift.
     """
     symmetric = is_symmetric(k)
-    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
+    k, m, next_shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
     dense = algebra.modes_of_symmetric if symmetric else algebra.modes_of_unsymmetric
     find = partial(algebra.lowest_modes, count=count) if issparse(k) else dense
-    for _ in range(4):  # shifts; the last result is taken in any case
+    for _ in range(4):  # shifts, a chosen number; the last result is taken in any case
+        shift = next_shift
         mu, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, mu, left, right, shift)
         if known:  # it may exceed the lowest |mu|
@@ -175,7 +176,7 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         if is_away and lowest <= 100.0 * shift:
             break
         # the nearest mu is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
-        shift = 0.6 * shift if known and not is_away else 0.5 * lowest
+        next_shift = 0.6 * shift if known and not is_away else 0.5 * lowest
     theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)
     errors = _errors_of_inverse(theta, left, m @ right)  # m @ right: right vectors of M (K + shift M)^-1, left ones are the same
     if symmetric:
@@ -233,8 +234,9 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
     theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.
     """
     n, least = len(m), float(np.sqrt(_first_shift(m, k)))
-    shift = least
-    for _ in range(3):  # shifts; the last result is taken in any case
+    next_shift = least
+    for _ in range(3):  # shifts, a chosen number; the last result is taken in any case
+        shift = next_shift
         place_rows = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
         rate_rows = place_rows.copy()
         rate_rows[:, :n] += np.eye(n) / shift
@@ -248,7 +250,7 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, by a margin, but not far
         if is_near or (shift == least and lowest <= 2.0 * least):  # a smaller shift than the least is lost in rounding
             break
-        shift = max(least, 0.5 * lowest)
+        next_shift = max(least, 0.5 * lowest)
     return values, left, right, errors, shift**2
 
 
