@@ -51,9 +51,10 @@ def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver:
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        # 8 by default. Runs here have no contacts: the setting only makes finer levels have more samples. 0.2 is chosen.
+        # samples in a step; 0.2 is chosen. No run here has contacts, but the resolution, 8 by default, grows with the level
         least = ceil(0.2 * solver.steps.contact_resolution)
-        grid = _refine_short_steps(follower.anchors.time, grid, least)
+        longest_gap = 2 * BEFORE_KINK * follower.linkage.last  # of a pair at a kink; the end as given, not an early one
+        grid = _add_samples(follower.anchors.time, grid, least, longest_gap)
     course = follower.at(grid)  # coordinates, rates and second rates at the samples
     record = follower.record(course)
     failed_load = _find_failed_load(record)
@@ -89,8 +90,8 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-    count = ceil(max(duration / steps.longest(duration), 400 * turns))  # one at each 0.9 degrees
-    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one more shows that they are too many
+    count = ceil(max(duration / steps.longest(duration), 400 * turns))  # 400 a turn: one at each 0.9 degrees
+    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one step more than allowed: a sign of too many
     if count <= steps.max_steps:
         equidistant[-1] = duration
     kinks = np.array(Scene.of(mechanism).kinks(duration))
@@ -100,12 +101,15 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     return times[is_distinct]
 
 
-def _refine_short_steps(anchors: Array, grid: Array, least: int) -> Array:
-    """Replace the samples of the grid in a step, from anchor to anchor [s], by `least` equal intervals if they are fewer."""
+def _add_samples(anchors: Array, grid: Array, least: int, longest_gap: float) -> Array:
+    """Divide each step with fewer than `least` sample times equally; keep pairs of times at most `longest_gap` [s] apart.
+
+    Steps lead from anchor to anchor [s]. In a divided step no other time of the grid stays.
+    """
     ends = np.append(anchors[anchors < grid[-1]], grid[-1])
     has_few_samples = np.diff(np.searchsorted(grid, ends)) < least  # for each step
     finer = [np.linspace(ends[k], ends[k + 1], least + 1) for k in np.flatnonzero(has_few_samples)]
-    is_pair = np.diff(grid) < 2 * BEFORE_KINK * grid[-1]  # 2: the distance in a pair has an error of rounding
+    is_pair = np.diff(grid) < longest_gap
     step = np.searchsorted(ends, grid, side="right") - 1  # number of the step in which a sample lies
     # pairs at kinks stay; other old samples would make intervals uneven, which spoils the energy balance
     stays = ~np.append(has_few_samples, False)[step]  # False: the last sample is the end of the last step

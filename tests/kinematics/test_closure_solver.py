@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from simulations import BAR, block, fine, pendulum
 
-from buckler.mbs import Beam, Closure, Controlled, Equal, Exudyn, Section, Spectral, Torque, crank_rocker, simulate, slider_crank
+from buckler.mbs import (
+    Beam, Closure, Controlled, Drive, Equal, Exudyn, Guide, Link, Mechanism, Revolute, Section, Spectral, Torque, crank_rocker,
+    simulate, slider_crank,
+)  # fmt: skip
+from buckler.mbs.functions import Piecewise
+from buckler.mbs.kinematics.exact import once
 from buckler.mbs.laws import Coulomb
 from buckler.mbs.process import has_compiler
 
@@ -56,3 +61,14 @@ def test_loads_are_felt_by_the_drive():
     free, loaded = (simulate(m, 0.1, solver=Closure()) for m in (mechanism, mechanism.__class__(
         **{**vars(mechanism), "loads": [Torque("crank", 2.0)]})))  # fmt: skip
     assert loaded["drive.torque"] == pytest.approx(free["drive.torque"] - 2.0, abs=1e-9)
+
+
+def test_both_sides_of_a_jump_are_samples_of_a_run_that_locks_early():
+    linkage = Mechanism(
+        {"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0)}, [Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
+        [Revolute("O", "ground", "a"), Revolute("A", "a", "b")], guides=[Guide("B", "b")], drives=[Drive("B", 0.1)],
+        loads=[Torque("a", Piecewise(lambda t, angle, spin: float(t > 0.3), breaks=(0.3,)))],
+    )  # fmt: skip
+    record = once(linkage, 2.0, Closure(Controlled(contact_resolution=5000)), None, None).record
+    k = int(np.searchsorted(record.time, 0.3 + 1e-9))
+    assert record.time[-1] < 1.0 and record.time[k - 1] - record.time[k - 2] < 1e-11
