@@ -99,7 +99,8 @@ class Builder:
     separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # with own dofs: first, link, point, is rotor
     state_rates: dict[int, float] = field(default_factory=dict)  # by dof whose rate is a law's state: this state at t = 0
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
-    units: dict[int, float] = field(default_factory=dict)  # by dof, where it is not the mechanism's length
+    angles: set[int] = field(default_factory=set)  # dofs that are angles, with the unit 1 rad
+    units: dict[int, float] = field(default_factory=dict)  # by dof, of modes and of states of laws
     elastic: list[tuple[int, ...]] = field(default_factory=list)  # columns of `Elastic`
     _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
@@ -112,8 +113,8 @@ class Builder:
         return first
 
     def set_angle_units(self, *dofs: int) -> None:
-        """Set the unit of coordinates that are angles, 1 rad; that of others is the mechanism's length."""
-        self.units |= dict.fromkeys(dofs, 1.0)
+        """Set the unit of coordinates that are angles, 1 rad."""
+        self.angles.update(dofs)
 
     def add_mass(self, dofs: Sequence[int], block: Array) -> None:
         """Add a block to the mass matrix at these dofs."""

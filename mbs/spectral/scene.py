@@ -116,9 +116,14 @@ class CompiledScene:
 
     @property
     def units(self) -> Array:
-        """Unit of each coordinate, shape (n,): the longest link's length [m], 1 rad, or 1 of a law's state."""
+        """Unit of each coordinate, (n,): the longest link's length [m], 1 rad, that of a mode, or 1 of a law's state."""
         units, length = self.builder.units, self.length
-        return np.array([units.get(i, length) for i in range(self.size)])
+        return np.where(self.is_angle, 1.0, [units.get(i, length) for i in range(self.size)])
+
+    @property
+    def is_angle(self) -> Array:
+        """True for coordinates that are angles, shape (n,)."""
+        return np.isin(np.arange(self.size), list(self.builder.angles))
 
     @cached_property
     def strips(self) -> list[StripBody]:

@@ -69,16 +69,15 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        angles = list(self.scene.builder.units)  # indices of coordinates that are angles; the others are lengths
-        self.is_angle = np.isin(np.arange(self.scene.size), angles)
+        self.is_angle = self.scene.is_angle
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
     def extents(self) -> Array:
-        """Extents of the coordinates, (n,): the size of the mechanism, which may be many links long, or 1 rad."""
+        """Extents of the coordinates, (n,): units with the size of the mechanism for the length of the longest link."""
         points = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
-        return np.where(self.is_angle, 1.0, extent)
+        return np.where(self.is_angle, 1.0, self.units * (extent / self.scene.length))
 
     def with_degree(self, increment: int) -> "Problem":
         """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""

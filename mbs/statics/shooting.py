@@ -61,8 +61,7 @@ class Shooting:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        angles = list(self.scene.builder.units)  # indices of coordinates that are angles; the others are lengths
-        self.is_angle = np.isin(np.arange(self.scene.size), angles)
+        self.is_angle = self.scene.is_angle
         self.autonomous = self._is_autonomous()
         self.step_ends: Array = np.array([1.0])  # of the stored steps, over the period
         self.has_onsets = self.grazes = False
