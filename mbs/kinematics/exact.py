@@ -91,7 +91,7 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
         return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), 400 * turns))  # 400 a turn: one at each 0.9 degrees
-    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one step more than allowed: a sign of too many
+    equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one step above the limit is enough
     if count <= steps.max_steps:
         equidistant[-1] = duration
     kinks = np.array(Scene.of(mechanism).kinks(duration))

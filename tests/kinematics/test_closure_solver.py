@@ -5,8 +5,22 @@ import pytest
 from simulations import BAR, block, fine, pendulum
 
 from buckler.mbs import (
-    Beam, Closure, Controlled, Drive, Equal, Exudyn, Guide, Link, Mechanism, Revolute, Section, Spectral, Torque, crank_rocker,
-    simulate, slider_crank,
+    Beam,
+    Closure,
+    Controlled,
+    Drive,
+    Equal,
+    Exudyn,
+    Guide,
+    Link,
+    Mechanism,
+    Revolute,
+    Section,
+    Spectral,
+    Torque,
+    crank_rocker,
+    simulate,
+    slider_crank,
 )  # fmt: skip
 from buckler.mbs.functions import Piecewise
 from buckler.mbs.kinematics.exact import once
