@@ -173,8 +173,9 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     status = Ending.OK if error < LARGEST_ERROR and not shooting.grazes else Ending.INACCURATE
     if shooting.grazes:
         message.append("its multipliers are not determined: motions beside it touch a contact that it does not, or miss one")
-    if LARGEST_ERROR <= error < np.inf:
-        message.append(f"its error is {error:.1e} of the longest link; give a higher degree")
+    if error >= LARGEST_ERROR:
+        size = f"{error:.1e} of the longest link" if error < np.inf else "not known"  # no refinement has succeeded
+        message.append(f"its error is {size}; give a higher degree")
     out = found.out
     is_first = np.diff(out.time, prepend=-np.inf) > 1e-9 * found.period  # of the two rows at the time of an event
     ends = out.time[is_first]

@@ -256,9 +256,10 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
     notes = [message] if message else []
     notes += [f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}"] if neutral else []
     notes += [f"unstable: a small motion grows at {growth:.4g} 1/s"] if growth else []
-    if status is Ending.INACCURATE and error < np.inf:
+    if status is Ending.INACCURATE:
         hint = "; give a higher degree, or points along the strip" if problem.scene.strips else ""
-        notes.append(f"its error is {error:.1e} of the longest link{hint}")
+        size = f"{error:.1e} of the longest link" if error < np.inf else "not known"  # no refinement has succeeded
+        notes.append(f"its error is {size}{hint}")
     problem.set_parameter(1.0)  # also in the scene of a higher degree, which is that of the result
     notes += list_omissions(problem.scene.mechanism, FRICTION)
     return Equilibrium(status, "; ".join(notes), problem.scene, *rest, growth == 0.0, growth, neutral, error)

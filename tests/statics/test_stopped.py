@@ -9,6 +9,8 @@ from stopping import stop_at
 from buckler import mbs
 from buckler.mbs.functions import Components, Expression
 from buckler.mbs.process import Interrupted
+from buckler.mbs.statics.problem import Problem, StaticsError
+from buckler.mbs.statics.shooting import Shooting
 
 
 def column(*loads):
@@ -97,3 +99,29 @@ def test_a_response_keeps_the_motions_that_it_found(monkeypatch, by):
     assert 1 < len(found.parameter) and 25.0 < found.parameter[-1] < 40.0
     exact = np.abs(1.5 / (found.parameter - 16.0 + 2.4j))
     assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-5)
+
+
+def test_an_equilibrium_whose_refinement_fails_says_that_its_error_is_unknown(monkeypatch):
+    newton = Problem.newton
+
+    def fail_if_fine(problem, *args, **options):
+        if problem.scene.degree > 8:
+            raise StaticsError("diverges")
+        return newton(problem, *args, **options)
+
+    monkeypatch.setattr(Problem, "newton", fail_if_fine)
+    rest = mbs.equilibrium(column())
+    assert rest.status == "INACCURATE" and "its error is not known" in rest.message
+
+
+def test_a_periodic_motion_whose_refinement_fails_says_that_its_error_is_unknown(monkeypatch):
+    search = Shooting.search
+
+    def fail_if_fine(shooting, *args):
+        if shooting.longest < 1 / 64:
+            raise StaticsError("diverges")
+        return search(shooting, *args)
+
+    monkeypatch.setattr(Shooting, "search", fail_if_fine)
+    found = mbs.periodic(block(), pi / 2)
+    assert found.status == "INACCURATE" and "its error is not known" in found.message
