@@ -222,7 +222,10 @@ def _call_under(state: Watch, call: Callable[..., Any], arguments: tuple[Any, ..
     token = watching.set(state)
     try:
         with catch_ctrl_c() as state.ctrl_c:  # in a nested call this is the handler of the outer one
-            return call(*arguments, **named)
+            answer = call(*arguments, **named)
+        if state.ctrl_c() and not state.ended:
+            state.ended = CTRL_C  # not seen by `check`: in the compiler the handler itself raises, and `call` catches that
+        return answer
     except Exception as error:
         if state.ctrl_c():  # the compiler turns a KeyboardInterrupt into an exception of its own
             raise KeyboardInterrupt(CTRL_C) from error

@@ -11,7 +11,8 @@ from own_file import metrics
 from stopping import stop_at
 
 from buckler.mbs import Status
-from buckler.mbs.progress import Forecast, Ticker, Watch, write_duration
+from buckler.mbs.process import COMPILING, Interrupted
+from buckler.mbs.progress import USER_STOPS, Forecast, Ticker, Watch, watch, write_duration
 from buckler.studies.kit.cli import main
 
 
@@ -83,6 +84,22 @@ def test_a_command_without_an_answer_says_so(pendulum, capsys, monkeypatch):
     stop_at(monkeypatch, 5, "Ctrl-C")
     assert main(argv=words) == 130
     assert "Ctrl-C" in capsys.readouterr().out
+
+
+def test_ctrl_c_while_a_function_is_compiled_ends_the_call(monkeypatch):
+    """The handler itself raises in the compiler, and the function keeps its best answer."""
+    monkeypatch.setattr(COMPILING, "is_active", True)
+
+    @watch("steps")
+    def search():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except USER_STOPS:
+            return "best"
+
+    with pytest.raises(Interrupted) as stop:
+        search(progress=False)
+    assert stop.value.result == "best"
 
 
 def test_ctrl_c_keeps_what_there_is_and_exits_130(pendulum, capsys):
