@@ -30,7 +30,7 @@ from .levels import Level, Levels, Runner
 from .trajectory import Trajectory, compute_energies, find_drive_period
 
 PATIENCE = 3
-"""Number of coarse runs that may fail before the failure is reported."""
+"""Number of coarse runs that may fail before the failure is reported: chosen."""
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
 MOST_LEVELS = 2
@@ -39,8 +39,8 @@ CONFIRMED = 2
 """Refinements in a row that must delay the separation too little before a motion is chaotic. One would call stick-slip chaotic,
 whose coarse runs do not resolve the bristles. Where pins rattle, one is enough: each costs a run."""
 LATER = 0.5
-"""Share of the time from separation to end that the refinements left must gain, if each gains the mean delay of those made. It is
-below 1, as delays vary: a double pendulum of the predicted share 0.84 reached the end."""
+"""Least delay of the separation that is expected of the refinements left, over the time from separation to end: with less the
+motion is chaotic. It is chosen below 1, as delays vary: a double pendulum with 0.84 was followed to its end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 
@@ -55,9 +55,10 @@ def refine(run: Runner, levels: Levels, demand: Demand) -> CheckedRun:
         fine = refinement.make(refinement.next_level(coarse, levels.ratio), end)
         return refinement.refine_further(coarse, fine)
     except _FailedError as failure:
-        found = refinement.best() if refinement.best else CheckedRun(failure.run)
+        if refinement.best is None:  # no run has ended: the answer is the failure
+            return CheckedRun(failure.run, count=refinement.count)
         status, message = failure.run.failure or (Status.NOT_FINITE, "no samples")
-        return replace(found, reason=f"a finer run ended as {status}: {message}", count=refinement.count)
+        return replace(refinement.best(), reason=f"a finer run ended as {status}: {message}", count=refinement.count)
 
 
 class _Trial(NamedTuple):

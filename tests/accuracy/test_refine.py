@@ -118,6 +118,11 @@ def test_without_a_finer_run_the_error_is_not_known():
     assert not answer.errors.known and "not known (2 runs); a finer run ended as NEWTON_DIVERGED" in answer.shortfall(Asked(1e-3))
 
 
+def test_where_the_coarsest_runs_fail_no_finer_run_is_named():
+    answer, levels = found(power(0.5, 1e-3), fails=[1, 2, 3, 4])
+    assert answer.run.failure is not None and not answer.reason and answer.count == len(levels) == 4
+
+
 def test_a_coarse_run_that_fails_is_made_finer_and_a_late_failure_keeps_the_best():
     answer, levels = found(power(0.5, 1e-3), fails=[1])
     assert answer.run.failure is None and answer.errors.known and len(levels) == 3
