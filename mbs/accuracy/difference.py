@@ -6,8 +6,8 @@ difference of two functions does not, and bounds the difference of maxima, means
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
 A contact that begins later in one run makes the forces differ by their whole size in between. So onsets of both runs are matched
-if each is the nearest of the other, and forces and rates are compared on a time scale on which these coincide. Normal forces of
-contacts are compared impact by impact, see `impacts`.
+if each is the nearest of the other. The time axis of run b is stretched piecewise until matched onsets coincide. Then forces and
+rates are compared. Normal forces of contacts are compared impact by impact, see `impacts`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ BLOCK = 50_000
 class Difference:
     """Run a less run b, up to a time [s].
 
-    A norm is relative to the size of the signal, by name and norm. Run b, the finer one, gives the sizes: those of `Trajectory`
-    in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
+    Norms are relative to `sizes`, which has a size for each pair of signal and norm. Run b, the finer one, gives the sizes: those
+    of `Trajectory` in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
     """
 
     def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: Grid | None = None) -> None:
@@ -47,7 +47,7 @@ class Difference:
         self._found = dict[Key, float]()
 
     def norms(self, keys: Iterable[Key] | None = None) -> tuple[dict[Key, float], dict[Key, float]]:
-        """Return relative norms, all by default, and the sizes to which they are relative."""
+        """Return relative norms and their sizes, by default of all keys; keys of signals that the runs lack are left out."""
         wanted = set(self.keys if keys is None else keys)
         asked = [key for key in self.keys if key in wanted]
         with np.errstate(all="ignore"):
@@ -56,12 +56,10 @@ class Difference:
         return {key: self._found[key] for key in asked}, {key: self.sizes[key] for key in asked}
 
     def _compare(self, keys: list[Key]) -> dict[Key, float]:
-        """Return norms in the signals' units; with one norm of a continuous signal all norms of all of them."""
-        norms, signals = dict[Key, float](), {name: self.b.signals[name] for name, _ in keys}
-        if any(signal.kind in CONTINUOUS for signal in signals.values()):
-            for names, difference in self._continuous:
-                norms |= self._means_and_peaks(names, difference, self.grid.weights)
-            del self._continuous  # frees memory: the norms of all continuous signals are known now
+        """Return norms in the signals' units."""
+        signals = {name: self.b.signals[name] for name, _ in keys}
+        has_continuous = any(signal.kind in CONTINUOUS for signal in signals.values())
+        norms = self._compare_continuous() if has_continuous else {}
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         normal = {name for name, _ in jumping if is_normal_force(signals[name])}
         by_impact = [name for name, norm in jumping if name in normal and norm is not Norm.RMS]
@@ -77,9 +75,17 @@ class Difference:
 
     @cached_property
     def _continuous(self) -> list[tuple[list[str], Array]]:
-        """Continuous signals in groups: names, and differences (signals, times). `places` uses them first, then `norms`."""
+        """Continuous signals in groups: names, and differences (signals, times)."""
         signals = self.b.signals
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
+
+    def _compare_continuous(self) -> dict[Key, float]:
+        """Return all norms of all continuous signals, and free the memory of the differences, which are mostly used once more."""
+        norms = dict[Key, float]()
+        for names, difference in self._continuous:
+            norms |= self._means_and_peaks(names, difference, self.grid.weights)
+        del self._continuous  # `places` would compute them again
+        return norms
 
     def places(self) -> Iterator[tuple[list[str], Array]]:
         """Yield places of both runs in groups: names, and differences over their sizes, (places, times)."""
@@ -112,9 +118,9 @@ class Difference:
         """Grid on which matched onsets coincide, and a mask of its times, True next to a jump in either run."""
         onsets_a, onsets_b = self.onsets
         grid = Grid(self.a.time, self.b.time, self.onsets)
-        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads
+        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads, at the same times in both runs
         jumps_a = np.append(onsets_a[1:-1], kinks)
-        jumps_b = np.interp(jumps_a, onsets_a, onsets_b)  # moved as the onsets are, kinks as well
+        jumps_b = np.interp(jumps_a, onsets_a, onsets_b)  # times of b on the grid: of a kink slightly off, by the onsets' shift
         is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
         return grid, is_next_in_a | _is_next_to_jump(grid.times_b, self.b.time, jumps_b)
 
@@ -156,7 +162,7 @@ class Difference:
                 near = np.abs(a[i] - b[j]) < NEAR * self.end
                 found += zip(a[i][near].tolist(), b[j][near].tolist(), strict=True)
         for time_a, time_b in sorted(found):
-            if time_a > pairs[-1][0] and time_b > pairs[-1][1]:
+            if time_a > pairs[-1][0] and time_b > pairs[-1][1]:  # times of both must increase: a pair that crosses is left out
                 pairs.append((time_a, time_b))
         return np.array([*pairs, (self.end, self.end)]).T
 
@@ -169,7 +175,7 @@ class Difference:
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
     def _possible_contact_force(self, a: Signal, b: Signal) -> Array:
-        """Return the force [N] of contacts that a better run might make where neither run touches, (times,).
+        """Return the force [N] of contacts that the exact motion might have where neither run touches, (times,) of the grid.
 
         Depths are uncertain by their largest difference in the two runs, so that the possible depth is the larger one plus this.
         An interval of positive possible depth in which a run touches has no such force: the forces of the runs are compared. The
@@ -177,20 +183,20 @@ class Difference:
         """
         if not len(b.depth):
             return np.empty(0)
-        depth_a = between(self.a.time, a.depth, None, self.grid.times_a, smooth=True)
-        depth_b = between(self.b.time, b.depth, None, self.grid.times_a, smooth=True)
+        order, times = self.grid.order, self.grid.times_a
+        depth_a = between(self.a.time, a.depth, None, times, smooth=True)[order]
+        depth_b = between(self.b.time, b.depth, None, times, smooth=True)[order]
         larger = np.maximum(depth_a, depth_b)
-        possible, order = larger + np.abs(depth_a - depth_b).max(), self.grid.order
-        is_possible = possible[order] > 0
-        begins = is_possible & ~np.append(False, is_possible[:-1])
-        interval = np.empty(len(order), int)
-        interval[order] = np.cumsum(begins)  # number of the last interval of possible contact that has begun
-        touching = interval[larger > 0]
-        return np.asarray(np.where(np.isin(interval, touching), 0.0, b.elastic(np.maximum(possible, 0.0))))
+        possible = larger + np.abs(depth_a - depth_b).max()
+        interval = np.cumsum(np.diff(possible > 0, prepend=False))  # number of sign changes so far: one for each interval
+        has_touch = np.isin(interval, interval[larger > 0])
+        force = np.empty(len(order))
+        force[order] = np.where(has_touch, 0.0, b.elastic(np.maximum(possible, 0.0)))
+        return force
 
 
 def norms_of(signal: Signal) -> tuple[Norm, ...]:
-    """Return the norms in which a signal is compared; an energy only in RMS, the one norm in which it has a limit."""
+    """Return the norms in which a signal is compared; an energy only in RMS, as no other error of it is used."""
     if signal.kind is Kind.ENERGY:
         return (Norm.RMS,)
     impulse = (Norm.IMPULSE,) if signal.kind in FORCE_KINDS else ()
@@ -205,11 +211,11 @@ def is_normal_force(signal: Signal) -> bool:
 def _is_next_to_jump(times: Array, samples: Array, jumps: Array) -> Array:
     """Return a mask of times of a run, True from the sample before a jump to the sample after it, or for a jump at a sample."""
     near = 1e-6 * float(samples[-1])  # chosen: a jump this near to a sample [s] is at the sample
-    after = np.minimum(np.searchsorted(samples, jumps - near), len(samples) - 1)
-    before = np.maximum(np.searchsorted(samples, jumps + near, side="right") - 1, 0)
-    first, last = samples[np.minimum(before, after)], samples[np.maximum(before, after)]
-    begun = np.searchsorted(np.sort(first), times, side="right")  # number of intervals from first to last that have begun
-    ended = np.searchsorted(np.sort(last), times)  # number of those that end before the time
+    up_to_jump, from_jump = np.searchsorted(samples, jumps + near, side="right") - 1, np.searchsorted(samples, jumps - near)
+    # at a jump between two samples these are the two; at a jump at samples, the last and the first one of these
+    neighbours = samples[np.clip([up_to_jump, from_jump], 0, len(samples) - 1)]
+    first, last = np.sort(neighbours.min(axis=0)), np.sort(neighbours.max(axis=0))
+    begun, ended = np.searchsorted(first, times, side="right"), np.searchsorted(last, times)  # numbers of intervals so far
     return np.asarray(begun > ended)
 
 

@@ -4,7 +4,7 @@ The error goes as e ~ tol^q. The difference of runs B and C at tolerances tol_B 
 
     e_C = |B - C| / (gain - 1),    gain = (tol_B / tol_C)^q.
 
-A first pair does not show the order q. A low one of `levels.Orders` is assumed, which overestimates the error where the true
+A first pair does not show the order q. A low order is assumed, see `levels.Orders`, which overestimates the error where the true
 order is higher. With q = 1/3 and tolerances in the ratio 8 the estimated error is the difference itself. If the true order is
 between 1.46 and 0.2, the true error is 0.05 to 2 times the estimated one. Later pairs show the order. This is the error estimate
 of L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307, doi 10.1098/rsta.1911.0009, without extrapolation.
@@ -19,8 +19,8 @@ from ..record.errors import Key, Norm
 from .difference import Difference
 
 SEPARATED = 0.1
-"""Difference of places, over their range, beyond which runs are separate: ten times the usual error allowed, a tenth of the most
-by which two motions within one range can differ."""
+"""Difference of places, over their range, beyond which runs are separate: ten times `demand.PLACE_ERROR`, a tenth of the most by
+which two motions within one range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
 LASTING = 0.5
@@ -47,10 +47,11 @@ def estimate_gains(
     gains, (ratio, ratio_before) = dict[Key, float](), ratios
     for key, difference in now.items():
         order, least, largest = orders(key[0])
-        if before is not None and difference > 0 and before.get(key, 0.0) > 0 and np.isfinite(difference):
+        earlier = before.get(key, 0.0) if before else 0.0  # difference of the pair before
+        if earlier > 0 and 0 < difference < inf:  # both show the order; infinite: a signal is not finite
             q = 0.5
             for _ in range(20):
-                q = log(1 + before[key] / difference * (1 - ratio**-q)) / log(ratio_before)
+                q = log(1 + earlier / difference * (1 - ratio**-q)) / log(ratio_before)
             order = float(np.clip(q, least, largest))
         gains[key] = ratio**order
     return gains
@@ -62,15 +63,16 @@ def estimate_errors(differences: Mapping[Key, float], gains: Mapping[Key, float]
 
 
 class Separation:
-    """Difference of two runs over time, the largest of all places: over their ranges, and over the allowed errors in RMS."""
+    """Largest difference of all places at each time: once divided by their ranges, once by the errors allowed in RMS."""
 
     def __init__(self, pair: Difference, allowed: Mapping[Key, float]) -> None:
-        self.time, self.end = pair.grid.times_a, pair.end  # times at which the runs are compared, not in order; the last [s]
+        self.time = pair.grid.times_a  # samples of both runs [s], not in order
+        self.end = pair.end  # [s]
         self.relative, self.over_allowed = np.zeros(len(self.time)), np.zeros(len(self.time))
-        for names, relative in pair.places():
+        for names, relative in pair.places():  # (places, times)
+            limits = np.array([[allowed.get((name, Norm.RMS), inf)] for name in names])
             np.maximum(self.relative, relative.max(axis=0), out=self.relative)
-            relative /= np.array([[allowed.get((name, Norm.RMS), inf)] for name in names])
-            np.maximum(self.over_allowed, relative.max(axis=0), out=self.over_allowed)
+            np.maximum(self.over_allowed, (relative / limits).max(axis=0), out=self.over_allowed)
         self.is_ever_separate = bool((self.relative > SEPARATED).any())  # though perhaps not later on
 
     @property

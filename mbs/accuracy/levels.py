@@ -5,9 +5,9 @@ strike, and as h^3 ~ tol^(3/4) at best: h^3 is the local error of the forces of 
 M. Roche, Lect. Notes Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's generalized-alpha is of second order, with steps
 ~ tol^(1/3). Loop closure integrates nothing: only its samples can be too few.
 
-The degree of a strip is chosen by the last two terms of the polynomials in its deflection, which must be small enough: runs of
-neighbouring degrees may agree by chance. If errors of forces or rates are limited, the terms at any time are compared with the
-largest deflection of their strip. If errors of places are, their root mean square is compared with the allowed error [m].
+Runs of neighbouring degrees may agree by chance. So the degree of a strip is high enough only if the last two terms of the
+polynomials in its deflection are small. Limits of forces or rates limit the terms at any time, over the strip's largest
+deflection. Limits of places limit the root mean square of the terms over time [m].
 """
 
 from collections.abc import Callable
@@ -27,8 +27,8 @@ from .demand import PLACE_ERROR, DeflectionLimits
 from .trajectory import TINY
 
 FIRST = 1e-3
-"""Tolerance of the compiled solver's first run, over the longest link or the smallest clearance: the coarsest at which most
-random mechanisms are within a fifth of a fine run. At 1e-2 runs fail, at 1e-4 one run of three is wasted."""
+"""Tolerance of the compiled solver's first run, over the smallest clearance or, if there is none, the longest link. It is the
+coarsest at which most random mechanisms are within a fifth of a fine run. At 1e-2 runs fail, at 1e-4 every third is wasted."""
 STICKING = 1 / 128
 """First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
@@ -91,7 +91,7 @@ class Levels:
     runs_at_most = 10
     """Most runs for one result: eight levels from `FIRST` to `FINEST`, and two for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
-    """Orders of errors: for 1/4 and 3/4 see the head of this file, for 1/3 that of `estimate`."""
+    """Orders of errors: for 1/4 and 3/4 see the head of this file. At 1/3 the error is the difference, at the ratio 8."""
     finest = 0.0
     """Least tolerance of a level; 0 if only the number of runs is limited."""
     degrees = 1
@@ -167,7 +167,7 @@ class SpectralLevels(Levels):
         coarseness = level.tolerance / second_tolerance
         longest = self.duration / SECOND_LEVEL_STEPS * coarseness ** (1 / 4)
         steps = Controlled(level.tolerance * self.clearance, longest, max_steps=self.solver.steps.max_steps)
-        # the tolerance of the depth of a contact: chosen, a quarter of that of the level before, 8^(-2/3), and at most 0.5
+        # local error of a contact's depth, over the depth. Chosen: each level has 8^(-2/3) = 1/4 of the level before, at most 0.5
         contact = min(0.5, self.solver.contact_tolerance * coarseness ** (2 / 3))
         meshed = any(link.body.meshed for link in self.mechanism.links)
         degree = min(60, level.degree) if meshed else self.solver.degree  # 60: limit of the setting
@@ -177,13 +177,13 @@ class SpectralLevels(Levels):
         """Find the truncation of the strip with the largest excess.
 
         Terms are coefficients normal to the chord times the largest value of their polynomial [m]: the integrated Legendre
-        polynomial of degree k is at most sqrt(2/pi)/(k - 1/2) for large k. The decay counts as if the largest term were the
-        first.
+        polynomial of degree k is at most sqrt(2/pi)/(k - 1/2) for large k. The decay is the ratio of a geometric series that
+        begins with the largest term and ends with the last one.
         """
         found, time = Truncation(), run.record.time
-        for link in run.record.mechanism.links:
-            motion: Any = run.record.links.get(link.name)
-            for piece in motion.pieces if motion is not None and link.body.meshed else ():
+        for link in (link for link in run.record.mechanism.links if link.body.meshed and link.name in run.record.links):
+            motion: Any = run.record.links[link.name]
+            for piece in motion.pieces:
                 # each (times, 2 + terms): the places of both ends, then the coefficients of N_2, N_3, ...
                 x, y = (motion.q[:, piece.dofs[axis]] for axis in (0, 1))
                 chord = np.stack([x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]])
@@ -201,7 +201,10 @@ class SpectralLevels(Levels):
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn. With the usual `place_error` the second has the defaults, but twice the elements if a strip has one."""
+    """Levels of Exudyn. With the usual `place_error` the second has Exudyn's defaults.
+
+    It has twice the elements of each strip if some strip has a single one, which the first level cannot halve.
+    """
 
     orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before

@@ -80,13 +80,13 @@ class _FailedError(Exception):
 class _Pair:
     """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation.
 
-    `before` has the relative differences of the pair before and the ratio of its tolerances; of a first pair neither.
+    `before` has the relative differences of the pair before, `ratio_before` is the ratio of its tolerances.
     """
 
     def __init__(
-        self, coarse: _Trial, fine: _Trial, demand: Demand, before: tuple[Mapping[Key, float] | None, float] = (None, 1.0)
+        self, coarse: _Trial, fine: _Trial, demand: Demand, before: Mapping[Key, float] | None = None, ratio_before: float = 1.0
     ) -> None:
-        self.coarse, self.fine, (self.before, self.ratio_before) = coarse, fine, before
+        self.coarse, self.fine, self.before, self.ratio_before = coarse, fine, before, ratio_before
         self.ratio = coarse.level.tolerance / fine.level.tolerance
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
@@ -161,7 +161,7 @@ class _Refinement:
             if status is not None:
                 return self.best() if status is Status.SUSPECT else self.answer_until(pair, status)
             level = self.next_level(pair.fine, self.find_ratio(excess, pair.separates))
-            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand, before=(now, pair.ratio))
+            pair = _Pair(pair.fine, self.make(level, self.duration), self.demand, now, pair.ratio)
 
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
         """Return the status with which refinement ends at too large an error; None if it goes on.
@@ -241,7 +241,8 @@ class _Refinement:
         energies = Difference(coarse, fine, grid=signals.grid)
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
-            (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)
+            """Estimate errors of signals, energies and balance."""
+            (found, sizes), (more, more_sizes) = signals.norms(keys), energies.norms(keys)  # each of its own keys alone
             return self.estimate(pair, found | more) | {BALANCE: balance}, sizes | more_sizes
 
         allowed = pair.allowed | {BALANCE: BALANCE_ALLOWED} | {(name, Norm.RMS): USUAL_ERROR for name in self.demand.energies}
@@ -255,6 +256,7 @@ class _Refinement:
         difference = Difference(pair.coarse.trajectory, pair.fine.trajectory, until)
 
         def estimate(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors of the coarser run."""
             found, sizes = difference.norms(keys)
             return {key: max(LEAST_ERROR, error_over_difference * norm) for key, norm in found.items()}, sizes
 
@@ -277,12 +279,14 @@ class _Refinement:
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}
 
         def errors(keys: Iterable[Key] | None = None) -> Norms:
+            """Estimate errors, infinite ones of unresolved forces."""
             found, sizes = estimate(keys)
             return {key: unresolved.get(key, error) for key, error in found.items()}, sizes
 
         places = [(name, Norm.RMS) for name, signal in run.signals.items() if signal.kind is Kind.PLACE]
-        averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces with a running mean
+        averaged = [(mean.source, Norm.RMS) for mean in run.signals.values() if mean.period]  # forces that have a running mean
         known, sizes = errors([*allowed, *places, *averaged])
+        # such a force is of a flexible link; a large error is ascribed to axial vibrations, whose phases differ between the runs
         vibrating = tuple(name for name, norm in averaged if known.get((name, norm), 0.0) > USUAL_ERROR)
         if vibrating:
             others = " and others" if len(vibrating) > 1 else ""
