@@ -153,8 +153,11 @@ def _subtract_correction(order, state, defect, y):
 
 
 @inline
-def _compute_stages(model, t, h):
-    """Compute the seven stages; state.y_new becomes the solution of fifth order, reports are those of its end."""
+def _compute_stages(model, t, h, end):
+    """Compute the seven stages; state.y_new becomes the solution of fifth order, reports are those of its end.
+
+    Functions of time are taken up to the time `end`: just before a kink for a step to it, else t + h.
+    """
     state = model.state
     for stage in range(1, 7):
         target, f, c = state.y_new if stage == 6 else state.y_stage, state.stage_rates, WEIGHTS[stage]
@@ -162,7 +165,7 @@ def _compute_stages(model, t, h):
             target[i] = state.y[i] + h * (
                 c[0] * f[0, i] + c[1] * f[1, i] + c[2] * f[2, i] + c[3] * f[3, i] + c[4] * f[4, i] + c[5] * f[5, i]
             )
-        compute_rates(model, t + NODES[stage] * h, target, state.stage_rates[stage])
+        compute_rates(model, min(t + NODES[stage] * h, end), target, state.stage_rates[stage])
 
 
 @inline
@@ -184,10 +187,10 @@ def _estimate_error(state, h, tolerance):
 
 
 @kernel_function
-def _try_step(model, clock, h, last, controls, counts):
-    """Try a step of length h; return True if accepted, else shorten the next. If `last`, h ends at a kink or at the run's end."""
+def _try_step(model, clock, h, end, controls, counts):
+    """Try a step of length h to the time `end`; return True if accepted, else shorten the next."""
     state = model.state
-    _compute_stages(model, clock.time, h * (1.0 - 1e-15) if last else h)  # 1e-15: values just before a kink
+    _compute_stages(model, clock.time, h, end)
     counts.iterations += 6  # the first of seven stages is the last of the step before
     clock.error = error = _estimate_error(state, h, controls.tolerance)
     is_finite = error < math.inf
@@ -248,13 +251,15 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
         reach = 1.0 if clock.resumed_step > 0.0 else STEP_END_REACH  # a step to an onset must not be lengthened past it
         if clock.time + reach * h >= step_end:
             h = step_end - clock.time
-        last = h >= step_end - clock.time
+        ends_at_step_end = h >= step_end - clock.time
+        end = step_end if ends_at_step_end else clock.time + h
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY  # this step is still tried, then the loop ends
-        if not _try_step(model, clock, h, last, controls, counts):
+        # two roundings before a kink a function of time still has its form before it
+        if not _try_step(model, clock, h, end * (1.0 - 4e-16) if ends_at_step_end else end, controls, counts):
             counts.rejected += 1
             continue
-        _accept(model, clock, step_end if last else clock.time + h, step_end, controls, out, counts)
+        _accept(model, clock, end, step_end, controls, out, counts)
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
