@@ -148,7 +148,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
             if size_in_coordinate_units > ROUNDING and (ratio > DIVERGENT or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return 2.0
-                renew, last_size, left, error_ratio = True, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
+                renew, last_size, ratio, left, error_ratio = True, 0.0, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
                 continue
         if size_in_coordinate_units <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio
