@@ -23,10 +23,9 @@ from ..geometry import Array
 from ..laws.compiled import Pointer, function_pointer
 from ..laws.table import CODES, NUMBERS
 from ..mechanism import Mechanism
+from .table_rows import Attached, ConstraintRow, ForceRow, MarkerRow, MeasureRow, MotionRow, Pair, SeparateMass
 from .tables import LAW_STATE, ForceKind, MarkerKind, MeasureKind, MotionKind, PushData
 
-Pair = tuple[float, float]
-"""Coordinates (x, y) [m], or components of a direction."""
 ORIGIN: Pair = (0.0, 0.0)
 """Position of the origin [m]."""
 
@@ -38,42 +37,9 @@ class BuiltBody(Protocol):
         """Return the marker of a point on the body."""
 
 
-@dataclass(frozen=True)
-class Attached:
-    """Mass attached to a link at a point; one with an inertia turns with the link."""
-
-    point: str
-    mass: float  # [kg]
-    inertia: float  # [kg m^2]
-
-
-@dataclass
-class ConstraintRow:
-    """Constraint on the sum of consecutive measures, each times its factor in `MeasureNumber`."""
-
-    name: str
-    measures: range  # indices of the measures
-    motion: int  # index of the drive's motion, or -1
-    value: float | None  # prescribed value; None: that at t = 0
-
-
-@dataclass
-class ForceRow:
-    """Force between markers, with the columns `Forces` as fields; an index that is absent is -1."""
-
-    name: str
-    kind: int  # of `ForceKind`
-    a: int  # measure, or marker a
-    b: int  # marker b, or the contact whose friction it is
-    law: int
-    friction: int  # friction law
-    row: int  # constraint whose reaction is the normal force of its friction
-    numbers: Sequence[float]  # in the order in which `lawtable` and `forces` read them for its kind
-
-
 @dataclass
 class Builder:
-    """Lists from which a mechanism's arrays are made. Rows of a table have the columns that `tables` names."""
+    """Lists from which a mechanism's arrays are made; the columns of tuples are those of `tables`."""
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
@@ -83,20 +49,18 @@ class Builder:
     q: list[float] = field(default_factory=list)  # coordinates at t = 0
     masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: dofs, entries
     weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: dofs, amounts
-    modal: list[tuple[int, int, int]] = field(default_factory=list)  # first dof, number of modes, index of the first number
+    modal: list[tuple[int, int, int]] = field(default_factory=list)  # columns of `Modal`
     strips: list[tuple[int, ...]] = field(default_factory=list)  # columns of `StripColumn`
-    markers: list[tuple[int, ...]] = field(default_factory=list)  # kind, offset, size, first dof, count, first number, twin
+    markers: list[MarkerRow] = field(default_factory=list)
     dofs: list[int] = field(default_factory=list)  # on which markers and strips depend
-    measures: list[tuple[int, int, int]] = field(default_factory=list)  # kind, markers a and b
-    measure_numbers: list[tuple[float, float, float]] = field(default_factory=list)  # direction x, y, coefficient in a constraint
+    measures: list[MeasureRow] = field(default_factory=list)
     rows: list[ConstraintRow] = field(default_factory=list)
-    motions: list[tuple[int, int, int]] = field(default_factory=list)  # kind, addresses of position and speed
-    ramps: list[tuple[float, float, float]] = field(default_factory=list)  # speeds at start and end, duration; of each motion
+    motions: list[MotionRow] = field(default_factory=list)
     forces: list[ForceRow] = field(default_factory=list)
     laws: list[list[int]] = field(default_factory=list)  # kind, addresses of functions; `CODES` integers
     law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
     data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
-    separate_masses: list[tuple[int, str, str, bool]] = field(default_factory=list)  # with own dofs: first, link, point, is rotor
+    separate_masses: list[SeparateMass] = field(default_factory=list)
     state_rates: dict[int, float] = field(default_factory=dict)  # by dof whose rate is a law's state: this state at t = 0
     pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     angles: set[int] = field(default_factory=set)  # dofs that are angles, with the unit 1 rad
@@ -156,7 +120,7 @@ class Builder:
         if kind == MarkerKind.FRAME:
             twin = self._frames.get(offset, -1)
             self._frames.setdefault(offset, index)
-        self.markers.append((kind, offset, size, len(self.dofs), len(dofs), self.add_numbers(numbers), twin))
+        self.markers.append(MarkerRow(kind, offset, size, len(self.dofs), len(dofs), self.add_numbers(numbers), twin))
         self.dofs += [int(p) for p in dofs]
         self._marker_rows[key] = index
         return index
@@ -184,20 +148,20 @@ class Builder:
 
     def angle_of(self, marker: int) -> float:
         """Compute the angle of a marker at t = 0 [rad]."""
-        kind, offset, size, first_dof, _count, data, _twin = self.markers[marker]
-        if kind == MarkerKind.GROUND:
-            return self.data[data + 2]
-        if kind == MarkerKind.FRAME:
-            return self.q[offset + 2] + self.data[data + 2]
+        row = self.markers[marker]
+        if row.kind == MarkerKind.GROUND:
+            return self.data[row.data + 2]
+        if row.kind == MarkerKind.FRAME:
+            return self.q[row.offset + 2] + self.data[row.data + 2]
 
-        def combine(component: int, at: int) -> float:
-            """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the factors that begin at index `at`."""
-            dofs = self.dofs[first_dof + component * size :][:size]
-            return sum(self.data[at + i] * self.q[dof] for i, dof in enumerate(dofs))
+        def combine(component: int, factors: int) -> float:
+            """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the numbers of `data` from `factors` on."""
+            first = row.first + component * row.size
+            return sum(self.data[factors + i] * self.q[self.dofs[first + i]] for i in range(row.size))
 
-        if kind == MarkerKind.LINEAR:
-            return combine(2, data + 2 * size)
-        slopes = data + size  # derivatives of the basis
+        if row.kind == MarkerKind.LINEAR:
+            return combine(2, row.data + 2 * row.size)
+        slopes = row.data + row.size  # derivatives of the basis
         return atan2(combine(1, slopes), combine(0, slopes))
 
     def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
@@ -206,25 +170,24 @@ class Builder:
             a = self._without_angle(a)
         if kind not in (MeasureKind.ANGLE, MeasureKind.TURNING):  # the direction of a TURNING measure turns with b
             b = self._without_angle(b)
-        self.measures.append((kind, a, b))
-        self.measure_numbers.append((float(direction[0]), float(direction[1]), 1.0))
+        self.measures.append(MeasureRow(kind, a, b, direction))
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
         """Replace a marker on a Kirchhoff strip by one without angle, which depends on fewer coordinates."""
-        kind, _offset, size, first_dof, _count, data, _twin = self.markers[marker]
-        if kind != MarkerKind.CURVE:
+        row = self.markers[marker]
+        if row.kind != MarkerKind.CURVE:
             return marker
-        values = self.data[data : data + size]
+        values = self.data[row.data : row.data + row.size]
         used = [i for i, value in enumerate(values) if abs(value) > 1e-15]  # basis functions that are not zero, up to rounding
-        x, y = ([self.dofs[first_dof + component * size + i] for i in used] for component in (0, 1))
+        x, y = ([self.dofs[row.first + component * row.size + i] for i in used] for component in (0, 1))
         value, zeros = [values[i] for i in used], [0.0] * len(used)
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
 
     def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
         """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a motion; return its index."""
         for factor, measure in terms:
-            self.measure_numbers[measure] = (*self.measure_numbers[measure][:2], factor)
+            self.measures[measure].factor = factor
         first = terms[0][1]
         self.rows.append(ConstraintRow(name, range(first, first + len(terms)), motion, value))
         return len(self.rows) - 1
@@ -257,15 +220,13 @@ class Builder:
     def add_motion(self, motion: Ramp | Motion, name: str) -> int:
         """Add the motion of a drive: a ramp of its speed, or functions of time; return its index."""
         if isinstance(motion, Ramp):
-            self.motions.append((MotionKind.RAMP, 0, 0))
-            self.ramps.append((motion.start, motion.end, motion.duration))
+            self.motions.append(MotionRow(MotionKind.RAMP, ramp=(motion.start, motion.end, motion.duration)))
             return len(self.motions) - 1
-        functions = [function_pointer(component_functions(f, ["t"])[0], 1) for f in (motion.position, motion.speed)]
+        functions = [function_pointer(component_functions(f, ["t"])[0], arguments=1) for f in (motion.position, motion.speed)]
         if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
             self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
         self.pointers += functions
-        self.motions.append((MotionKind.CALLED, functions[0].address, functions[1].address))
-        self.ramps.append((0.0, 0.0, 1.0))  # not used
+        self.motions.append(MotionRow(MotionKind.CALLED, functions[0].address, functions[1].address))
         return len(self.motions) - 1
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
@@ -286,7 +247,8 @@ class Builder:
             self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
             self.elastic.append((i, LAW_STATE, group, -1, -1, -1, -1))  # LAW_STATE marks a rate that is a state; no chord
         states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
-        numbers = (column, load.signature.size, len(initial), offset)
+        components = load.signature.size  # 2 of a force, 1 of a torque
+        numbers = (column, components, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
@@ -294,7 +256,8 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`."""
-        if kind == ForceKind.POINT_FORCE and not any(numbers[PushData.HAS_LINE :]):
+        has_line = len(numbers) > PushData.HAS_LINE  # numbers from HAS_LINE on are given only with a fixed line of action
+        if kind == ForceKind.POINT_FORCE and not has_line:
             a = self._without_angle(a)  # it has no moment, so the angle of its marker is not needed
         self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1

@@ -10,7 +10,8 @@ import numpy as np
 from ..elements.element import GROUND, Element, place
 from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import rotate
-from .builder import ORIGIN, Builder, Pair
+from .builder import ORIGIN, Builder
+from .table_rows import Pair
 from .tables import MeasureKind
 
 

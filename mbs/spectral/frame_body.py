@@ -9,7 +9,8 @@ import numpy as np
 from ..elements import Link, Modal
 from ..geometry import Array, rotate
 from ..modal.planar import STATIONS, PlanarModel
-from .builder import Attached, Builder
+from .builder import Builder
+from .table_rows import Attached, SeparateMass
 from .tables import MarkerKind, MeasureKind
 
 
@@ -31,12 +32,12 @@ class FrameBody:
         """Return the marker of a point of the link."""
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
-    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, from_start: bool = False) -> int:
-        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or its change since then if `from_start`.
+    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, from_zero: bool = False) -> int:
+        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or its change since then if `from_zero`.
 
         `shape` (modes, 3) has the mode shapes at the point: x, y in the frame, rotation; None for zeros.
         """
-        local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if from_start else 0.0]
+        local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if from_zero else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         dofs = range(self.offset, self.offset + 3 + self.modes)
         return builder.add_marker(MarkerKind.FRAME, self.offset, self.modes, dofs, [*local, *modes.ravel()])
@@ -60,10 +61,10 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
     """Add an attached mass with coordinates of its own: a point mass pinned to the marker, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     if each.mass:
-        builder.separate_masses.append((len(builder.q), link, each.point, False))  # False: a point mass, no rotor
+        builder.separate_masses.append(SeparateMass(len(builder.q), link, each.point))
         builder.pin(name, builder.add_point(x, y, each.mass), marker)
     if each.inertia:
-        builder.separate_masses.append((len(builder.q), link, each.point, True))  # True: a rotor
+        builder.separate_masses.append(SeparateMass(len(builder.q), link, each.point, is_rotor=True))
         o = builder.add_coordinates((0.0,))
         builder.set_angle_units(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
@@ -103,7 +104,7 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping_rates = 2 * model.damping * model.frequency  # 2 zeta omega [1/s], (m,)
-        # integrals of the mode shapes over the mass, (m,), (m, m), (m, m), see `kernel`; stiffness is (m,)
+        # X.phi_i, phi_i.phi_j and phi_i x phi_j integrated over the mass, see `kernel`; stiffness and damping of each mode
         at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping_rates)
         builder.modal.append((o, m, at))
         builder.group_deformations(range(o + 3, o + 3 + m))  # the error control gives them one unit

@@ -12,7 +12,8 @@ import numpy as np
 from ..geometry import Array
 from ..laws.table import CODES, NUMBERS
 from . import tables
-from .builder import Builder, ConstraintRow
+from .builder import Builder
+from .table_rows import ConstraintRow
 from .tables import FORCE_NUMBERS, ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
@@ -51,10 +52,10 @@ def _list_blocks(builder: Builder) -> list[Block]:
     forces = []
     for force in builder.forces:
         acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
-        a, b = builder.measures[force.a][1:] if acts_along_measure else (force.a, force.b)
-        markers = [a, b]
+        pair = builder.measures[force.a] if acts_along_measure else force
+        markers = [pair.a, pair.b]
         if force.kind == ForceKind.STATEFUL:  # each state of its law has a marker; they follow each other from b on
-            markers = [a, *range(b, b + int(force.numbers[StatefulData.STATES]))]
+            markers = [force.a, *range(force.b, force.b + int(force.numbers[StatefulData.STATES]))]
         unknowns = [dof for marker in markers for dof in _list_dofs(builder, marker)]
         if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
             unknowns.append(n + force.row)
@@ -72,19 +73,20 @@ def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> B
     unknowns: list[int] = []
     parts: list[tuple[slice, slice]] = []
     for number in row.measures:
-        kind, a, b = builder.measures[number]
-        begin, middle = len(unknowns), len(unknowns) + len(_list_dofs(builder, a))
-        unknowns += [*_list_dofs(builder, a), *_list_dofs(builder, b)]
+        measure = builder.measures[number]
+        of_marker_a = _list_dofs(builder, measure.a)
+        begin, middle = len(unknowns), len(unknowns) + len(of_marker_a)
+        unknowns += [*of_marker_a, *_list_dofs(builder, measure.b)]
         both, of_a, of_b = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
-        parts += [(both, both)] if kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(of_a, of_a), (of_b, of_b)]
+        parts += [(both, both)] if measure.kind in (MeasureKind.TURNING, MeasureKind.DISTANCE) else [(of_a, of_a), (of_b, of_b)]
     coordinates, last = slice(0, len(unknowns)), slice(len(unknowns), None)
     return Block([*unknowns, multiplier], (*parts, (coordinates, last), (last, coordinates)))
 
 
 def _list_dofs(builder: Builder, marker: int) -> list[int]:
     """List the dofs on which a marker depends."""
-    _kind, _offset, _size, first, count, *_ = builder.markers[marker]
-    return builder.dofs[first : first + count]
+    row = builder.markers[marker]
+    return builder.dofs[row.first : row.first + row.count]
 
 
 def pack(builder: Builder) -> Tables:
@@ -114,12 +116,12 @@ def pack(builder: Builder) -> Tables:
         strips=_build_table(builder.strips, len(tables.StripColumn)),
         markers=_build_table(builder.markers, len(tables.Markers)),
         dofs=np.array(builder.dofs, dtype=np.int64),
-        measures=_build_table(builder.measures, len(tables.Measures)),
-        measure_numbers=_build_table(builder.measure_numbers, len(tables.MeasureNumber), float),
+        measures=_build_table([(m.kind, m.a, m.b) for m in builder.measures], len(tables.Measures)),
+        measure_numbers=_build_table([(*m.direction, m.factor) for m in builder.measures], len(tables.MeasureNumber), float),
         rows=_build_table([(r.measures.start, r.motion, len(r.measures)) for r in builder.rows], len(tables.RowColumn)),
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_build_table(builder.motions, 3),
-        ramps=_build_table(builder.ramps, 3, float),
+        motions=_build_table([m[:3] for m in builder.motions], 3),
+        ramps=_build_table([m.ramp for m in builder.motions], 3, float),
         forces=_build_table(forces, len(tables.Forces)),
         factors=np.ones(len(forces) + 1),  # of each force, the last of gravity; statics varies them
         time_factor=np.ones(1),  # of the time in functions of time; statics varies it

@@ -69,7 +69,7 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
         if isinstance(body, FrameBody) and body.model is None:  # a rigid link; one with a model is modal
             mass, inertia, (x, y) = link.body.mass_properties(mechanism.length(link.name))  # without attached masses
             centre = body.start + rotate(np.array(body.angle), (x, y))
-            marker = body.marker_at(builder, centre, from_start=True)  # its angle is the turn since t = 0
+            marker = body.marker_at(builder, centre, from_zero=True)  # its angle is the turn since t = 0
             frames[link.name] = marker, mass, inertia, centre
     scene.refresh()  # packs the markers just added into the tables
     wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]

@@ -17,9 +17,10 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..scene.start import Start
 from .basis import basis, fit, gauss
-from .builder import Attached, Builder
+from .builder import Builder
 from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, locate, reissner
+from .table_rows import Attached
 from .tables import MarkerKind, Markers, MeasureKind, StripColumn, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]

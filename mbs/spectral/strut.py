@@ -9,6 +9,7 @@ from ..elements.strut import StrutLaw
 from ..functions import component_functions
 from ..laws.compiled import function_pointer
 from .builder import Builder
+from .table_rows import SeparateMass
 from .tables import ForceKind, MeasureKind
 
 
@@ -32,7 +33,7 @@ def add_strut(builder: Builder, link: Link) -> StrutBody:
     for each in builder.attached.get(link.name, ()):
         if each.point not in body.hosts and each.mass > 0:
             x, y = builder.mechanism.points[each.point]
-            builder.separate_masses.append((len(builder.q), link.name, each.point, False))  # False: a point mass, no rotor
+            builder.separate_masses.append(SeparateMass(len(builder.q), link.name, each.point))
             mass = sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
             body.hosts[each.point] = builder.add_point(x, y, mass)
     return body
