@@ -17,6 +17,8 @@ from ..declare.spec import did_you_mean
 
 PARAMETERS = "parameters"
 """Name of the table of named numbers; the path `d` is short for `parameters.d`."""
+NAMING = ("point", "link", "target", "a", "name")
+"""Keys of an entry by whose values a path may name the entry; `a` is the first end of a spring."""
 
 
 def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
@@ -176,17 +178,17 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
 
 
 def _find_entry(content: list[object], word: str, where: str) -> int:
-    """Return the index of the entry that a word names: `[index]`, or the value of one of the entry's keys listed below."""
+    """Return the index of the entry that a word names: `[index]`, or the value of one of its keys `NAMING`."""
     digits = word.strip("[]")
     if digits.isdecimal():
         if int(digits) >= len(content):
             raise ValueError(f"{where}: there are only {len(content)}, counted from 0")
         return int(digits)
-    numbers: dict[str, list[int]] = {}
+    numbers: dict[str, list[int]] = {}  # of the entries with each name
     for k, entry in enumerate(content):
-        for key in ("point", "link", "target", "a", "name"):  # `a` is the first end of a spring
-            if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
-                numbers.setdefault(entry[key], []).append(k)
+        values = [entry.get(key) for key in NAMING] if isinstance(entry, Mapping) else []
+        for name in dict.fromkeys(value for value in values if isinstance(value, str)):  # each once
+            numbers.setdefault(name, []).append(k)
     if len(numbers.get(word, [])) != 1:
         several = f"{len(numbers[word])} of them; " if word in numbers else ""
         names = ", ".join(numbers) or "none"

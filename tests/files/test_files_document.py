@@ -60,6 +60,10 @@ def test_a_link_with_points_by_name_and_by_fraction_survives_a_file(tmp_path):
     there_and_back(Mechanism(points, [link], [Revolute("O", "ground", "arm")]), tmp_path)
 
 
+def test_an_entry_whose_name_stands_twice_in_it_is_one_entry():
+    assert change({"springs": [{"name": "A", "a": "A"}]}, {"springs.A.stiffness": 1.0})["springs"][0]["stiffness"] == 1.0
+
+
 def test_numbers_with_units_are_the_same_floats():
     mechanism = Mechanism.from_dict(arm(gravity=[0, "-9.81 m/s^2"], velocities={"arm": "30 deg/s"}))
     section = mechanism.link("arm").body.section
