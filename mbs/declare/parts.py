@@ -117,8 +117,8 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     try:
         return kind(**values)
     except RefusalError as error:  # of a part that contradicts others; `error.place` is its path below the table
-        place = dot + error.place
-        raise ValueError(f"{place}: {error}" if place else str(error)) from None
+        path = ".".join(filter(None, (name, error.place)))
+        raise ValueError(f"{path}: {error}" if path else str(error)) from None
     except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other, or of a user's class
         message = " ".join(str(error).split())
         first_word = re.match(r"\w+", message)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import laws
-from buckler.mbs.declare import Declaration, Either, Quantity, declarations, fields_written, known_kinds
+from buckler.mbs.declare import Declaration, Either, Quantity, RefusalError, build, declarations, fields_written, known_kinds
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.schema import schema
 from buckler.mbs.units import parse_unit
@@ -38,6 +38,20 @@ class Tabled:
 
     first: dict[str, float] | None = None
     second: dict[str, float] | None = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True)
+class Refusing:
+    """A user's class that refuses all values and does not say at which part."""
+
+    def __post_init__(self) -> None:
+        raise RefusalError("two loads act at one point")
+
+
+@pytest.mark.parametrize(("name", "message"), [("", "two loads act"), ("loads", "loads: two loads act")])
+def test_a_refusal_without_a_place_begins_with_the_path_of_the_table(name, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        build(name, {}, {"Refusing": Refusing})
 
 
 def test_a_table_differs_from_none():
