@@ -93,9 +93,9 @@ def shortening(load: ArrayLike) -> Reals:
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
 
     def step(w: Array) -> Array:
+        """Compute Newton's step of w; dK/dw = B/2."""
         at = _integrals(w)
-        slope = at.B / 2.0  # dK/dw
-        return (at.K - target) / slope
+        return (at.K - target) / (at.B / 2.0)
 
     start = (target - np.pi / 2.0) * 8.0 / np.pi  # by the tangent at w = 0: above the root, as K is convex
     return _plain(_integrals(_newton(step, start)).shortening)
@@ -225,6 +225,7 @@ def _at_shortening(shortening: ArrayLike) -> _Integrals:
     target = require_range("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
 
     def step(w: Array) -> Array:
+        """Compute Newton's step of w."""
         at = _integrals(w)
         slope = at.m1 + at.m * (at.B / at.K) ** 2  # du/dw
         return (at.shortening - target) * (2.0 - at.shortening) / ((2.0 - target) * slope)

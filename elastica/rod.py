@@ -72,7 +72,8 @@ class Rod:
         towards_middle = Load(move=(-1.0, 0.0, 0.0))  # of the half's end; the load factor is the shortening
         found = half.equilibrium(towards_middle, shortening, guess)
         end = -float(found.theta[-1])
-        if np.any(found.theta[1:] >= 0.0) or end < 0.5 * end_angle:  # a higher mode changes sign, or has a smaller angle
+        # theta of a higher mode changes sign, a straight rod has the end angle 0; half of the expected angle is chosen
+        if np.any(found.theta[1:] >= 0.0) or end < 0.5 * end_angle:
             raise WrongBranchError(f"end angle {end:.3g} rad where about {end_angle:.3g} was expected; the rod is {self}")
         axial_force = float(found.force[0, 0])  # in x at mid-span, normalised by the half's length
         return RodSolution(-4.0 * axial_force, found)
@@ -86,11 +87,11 @@ class Rod:
             alpha pi^2 = 2 p int mode sin(alpha mode) ds + 2 c p^2 int mode sin(alpha mode) cos(alpha mode) ds.
 
         This is bending = linear p + quadratic p^2 below. By equation (1) of `strip` the shortening is the integral of
-        1 - x' = 1 - cos(theta) + p (cos(theta)^2/axial + sin(theta)^2/shear). A table of 200 angles is interpolated.
+        1 - x' = 1 - cos(theta) + p (cos(theta)^2/axial + sin(theta)^2/shear). A table over alpha is interpolated.
         """
         weights = half.grid.J[-1]  # `weights @ f` is the integral of f over s from 0 to 1
         mode = np.sin(pi / 2 * half.grid.s)
-        angles = np.geomspace(1e-6, 3.0, 200)
+        angles = np.geomspace(1e-6, 3.0, 200)  # alpha [rad]: chosen, from nearly straight to nearly a closed loop
         sin, cos = np.sin(np.outer(angles, mode)), np.cos(np.outer(angles, mode))
         bending = angles * pi**2
         linear, quadratic = 2.0 * (sin * mode) @ weights, 2.0 * self.softness * (sin * cos * mode) @ weights
@@ -99,5 +100,8 @@ class Rod:
         angles, sin, cos, bending = angles[has_load], sin[has_load], cos[has_load], bending[has_load]
         loads = 2.0 * bending / (linear[has_load] + np.sqrt(discriminant[has_load]))
         shortened = 1.0 - cos @ weights + loads * ((cos**2 / self.axial + sin**2 / self.shear) @ weights)
-        alpha, load = np.interp(shortening, shortened, angles), np.interp(shortening, shortened, loads)
-        return np.concatenate((-alpha * mode, (-alpha * pi / 2, -load / 4, 0.0))), float(alpha)  # theta, then m0, nx, ny
+        # beyond the table, 1.26 for an inextensible rod, its last row is the guess; `shortened` need not increase for soft rods.
+        # `at_shortening` checks to which branch Newton's method converges from there
+        alpha, load = (float(np.interp(shortening, shortened, column)) for column in (angles, loads))
+        moment, nx, ny = -alpha * pi / 2, -load / 4, 0.0  # at mid-span
+        return np.concatenate((-alpha * mode, (moment, nx, ny))), alpha

@@ -31,6 +31,7 @@ from functools import cached_property
 from math import inf, isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .collocation import Angle, Array, CollocationGrid, Fields, NewtonDivergedError, make_grid, newton, require, resample
 
@@ -39,9 +40,9 @@ PRESCRIBED = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinne
 LARGEST = 1e6
 """Largest load, displacement and load factor; above it the collocation cannot resolve the boundary layers."""
 MOST_ROTATION = 0.6
-"""Largest rotation of a section in one step of the load [rad]. A larger one may lead to another equilibrium."""
+"""Largest rotation of a section in one step of the load [rad], chosen. A larger one may lead to another equilibrium."""
 MOST_CORRECTION = 0.3
-"""Largest correction by Newton's method, over the rotation predicted by the tangent. A larger one may lead elsewhere."""
+"""Largest correction by Newton's method, over the rotation predicted by the tangent: chosen. A larger one may lead elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,11 @@ class Strip:
         """Collocation points, integration matrix and stress-free angle."""
         return make_grid(self.at, self.nodes, self.angle)
 
+    @property
+    def is_prescribed(self) -> NDArray[np.bool_]:
+        """Mask (3,) of x, y and the rotation at s = 1 that are prescribed."""
+        return np.isin(range(3), PRESCRIBED[self.end])
+
     @cached_property
     def finer(self) -> Strip:
         """Copy with 1.5 times as many points, for the residual, but at most 200: there it shows Newton's convergence alone."""
@@ -195,7 +201,7 @@ class Strip:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
         a, g, grid = 1.0 / self.axial, 1.0 / self.shear, self.grid
         theta, (b, start_nx, start_ny) = unknowns[:-3], unknowns[-3:]
-        # n is the sum of the forces on the part beyond s, so that the point load does not count on the second piece
+        # equilibrium of the part beyond s: n is the sum of the loads on it, without the point load on the second piece
         on_second = grid.beyond  # 1 at the points of the second piece, else 0
         nx, ny = start_nx - factor * load.inner[0] * on_second, start_ny - factor * load.inner[1] * on_second
         sin, cos = np.sin(theta), np.cos(theta)
@@ -209,14 +215,9 @@ class Strip:
         f, J = self.fields(load, factor, unknowns), self.grid.J
         theta = unknowns[:-3]
         balance = theta - self.grid.angle - f.phi - J @ f.m
-        place = (J[-1] @ f.x_prime, J[-1] @ f.y_prime, theta[-1])
-        force = (f.nx[-1], f.ny[-1], f.m[-1])
-        applied = (*load.end, load.moment)
-        ends = [
-            place[k] - self.rest[k] - factor * load.move[k] if k in PRESCRIBED[self.end] else force[k] - factor * applied[k]
-            for k in range(3)
-        ]
-        return np.concatenate((balance, ends))
+        place = np.array((J[-1] @ f.x_prime, J[-1] @ f.y_prime, theta[-1])) - self.rest - factor * np.array(load.move)
+        force = np.array((f.nx[-1], f.ny[-1], f.m[-1])) - factor * np.array((*load.end, load.moment))
+        return np.concatenate((balance, np.where(self.is_prescribed, place, force)))
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
         """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
@@ -240,17 +241,12 @@ class Strip:
         end_angle = np.zeros(count + 4)
         end_angle[count - 1] = 1.0  # theta at s = 1 is the last angle
         place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
-        applied = (*load.end, load.moment)
-        for k in range(3):
-            matrix[count + k] = place[k] if k in PRESCRIBED[self.end] else end_force[k]
-            matrix[count + k, factor_column] -= load.move[k] if k in PRESCRIBED[self.end] else applied[k]
+        matrix[count:] = np.where(self.is_prescribed[:, None], place, end_force)
+        matrix[count:, factor_column] -= np.where(self.is_prescribed, load.move, (*load.end, load.moment))
         return matrix
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
-        def step(unknowns: Array) -> Array:
-            return np.linalg.solve(self.jacobian(load, factor, unknowns)[:, :-1], self.defect(load, factor, unknowns))
-
-        return newton(step, unknowns)
+        return newton(lambda z: np.linalg.solve(self.jacobian(load, factor, z)[:, :-1], self.defect(load, factor, z)), unknowns)
 
     def _follow(self, load: Load, before: float, after: float, unknowns: Array) -> Array | None:
         """Follow the path from one load factor to another; return None if Newton's method leaves the tangent's prediction."""
