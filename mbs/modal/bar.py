@@ -22,7 +22,7 @@ LINE_POINTS = 33
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Compute bending modes, then axial ones, of a bar with free ends; `degree` is that of the polynomials.
 
-    By default it is 4 more than 3 times the larger number of modes, bending or axial, but 24 to 40. At most 13 modes are allowed.
+    By default it is 4 more than 3 times the larger number of modes, bending or axial, but 24 to 40. `BarModes` allows 13 of each.
     The highest frequencies are then right to 1e-8, the lowest to 1e-6, as rounding is relative to the highest one.
     """
     section, bending = modal.section, modes.bending
@@ -33,25 +33,23 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     turn, deflection = turn / deflection[bar.end], deflection / deflection[bar.end]  # 1 at the end: this fixes the modes' signs
     displacement = displacement / displacement[bar.end]
     m, frequency = bending + modes.axial, np.concatenate([bending_omega, axial_omega])
-    along, across, turns = (np.zeros((len(bar.x), m)) for _ in range(3))
-    across[:, :bending], turns[:, :bending], along[:, bending:] = deflection, turn, displacement
-    masses = bar.masses
-    inertias = bar.inertias if modes.shear else np.zeros_like(masses)  # Euler and Bernoulli neglect the sections' rotary inertia
-    modal_masses = masses @ (along**2 + across**2) + inertias @ turns**2
-    along, across, turns = (values / np.sqrt(modal_masses) for values in (along, across, turns))
-    by_mass, by_inertia = masses[:, None], inertias[:, None]
-    products = along.T @ (by_mass * across)  # integrals of phi_ix phi_jy dm
-    gram = along.T @ (by_mass * along) + across.T @ (by_mass * across) + turns.T @ (by_inertia * turns)  # 1 up to rounding
+    shapes = np.zeros((len(bar.x), 3, m))  # at each point: displacements along and across the bar, rotation; of each mode
+    shapes[:, 1, :bending], shapes[:, 2, :bending], shapes[:, 0, bending:] = deflection, turn, displacement
+    inertias = bar.inertias * modes.shear  # Euler and Bernoulli neglect the sections' rotary inertia
+    weights = np.column_stack([bar.masses, bar.masses, inertias])[:, :, None]
+    shapes /= np.sqrt((weights * shapes**2).sum(axis=(0, 1)))  # modal masses of 1
+    by_mass = weights * shapes
+    products = shapes[:, 0].T @ by_mass[:, 1]  # integrals of phi_ix phi_jy dm
     return PlanarModel(
-        length=length, mass=float(masses.sum()),
-        inertia=float(masses @ bar.x**2 + bar.inertias.sum()),  # of the rigid bar, in either theory
+        length=length, mass=float(bar.masses.sum()),
+        inertia=float(bar.masses @ bar.x**2 + bar.inertias.sum()),  # of the rigid bar, in either theory
         centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
         frequency=frequency, damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
-        shapes=np.stack([along[bar.stations], across[bar.stations], turns[bar.stations]], axis=1),
-        radial=(masses * bar.x) @ along,  # integrals of X . phi_i dm
-        gram=gram, gyration=products - products.T,  # of phi_i . phi_j dm; of phi_i x phi_j dm
-        line=np.column_stack([bar.x[bar.line], np.zeros(LINE_POINTS)]),
-        line_shapes=np.stack([along[bar.line], across[bar.line]], axis=1),
+        shapes=shapes[bar.stations],
+        radial=bar.x @ by_mass[:, 0],  # integrals of X . phi_i dm
+        gram=np.einsum("pci,pcj->ij", shapes, by_mass),  # of phi_i . phi_j dm
+        gyration=products - products.T,  # of phi_i x phi_j dm
+        line=np.column_stack([bar.x[bar.line], np.zeros(LINE_POINTS)]), line_shapes=shapes[bar.line, :2],
     )  # fmt: skip
 
 
