@@ -53,12 +53,23 @@ class ClearanceGroup:
         depth, rate = 1e-6, 0.1  # [m], [m/s]: in compression, where all laws that use the onset speed depend on it
         depends_on_onset = law.force(depth, rate, 1.0) != law.force(depth, rate, 2.0)  # onset speeds [m/s]
         self.updates_memory = isinstance(friction, BristleLaw) or depends_on_onset
+        self._out = np.zeros(3 * len(nodes))  # generalised forces [N, N m]
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._previous: dict[str, Array] | None = None
+        self._latest, self._calls = 0.0, 0  # latest time of all calls [s], and number of calls that brought no later time
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""
         self.indices = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3)).ravel()
+
+    def forces(self, _system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
+        """Compute the generalised forces, as the engine's callback; a RuntimeError ends a run without progress."""
+        self._latest, self._calls = (t, 0) if t > self._latest else (self._latest, self._calls + 1)
+        if self._calls > (PATIENCE if self.kernel.compiled else PATIENCE // 10):  # calls of laws in plain Python are slower
+            self.is_stuck = True
+            raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
+        self.kernel.forces(t, np.array(q), np.array(q_t), self.memory, self.offsets, self.numbers, self._out)
+        return self._out
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
@@ -67,7 +78,8 @@ class ClearanceGroup:
         report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
         depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
-        memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)  # for a step in which the contact closes
+        # a contact that closes in the next step has the rate at its start as onset speed, until the rate at the onset is known
+        memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
             for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
@@ -98,7 +110,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         group = ClearanceGroup(alike, ends, nodes)
         scene.add_with_memory(group, names)
         size = 3 * len(nodes)
-        forces = user_function(group, np.zeros(size))
+        forces: Callback = group.forces
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in alike)
             scene.notes.append(
@@ -133,20 +145,3 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Arra
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
     return offsets, np.array(numbers, dtype=float)
-
-
-def user_function(group: ClearanceGroup, out: Array) -> Callback:
-    """Make the engine's function of time, coordinates and rates of a group; `out` is the array for generalised forces."""
-    most_calls = PATIENCE if group.kernel.compiled else PATIENCE // 10  # calls of laws in plain Python are slower
-    latest, calls = 0.0, 0  # latest time of all calls [s], and number of calls that brought no later time
-
-    def forces(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
-        nonlocal latest, calls
-        latest, calls = (t, 0) if t > latest else (latest, calls + 1)
-        if calls > most_calls:
-            group.is_stuck = True
-            raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
-        group.kernel.forces(t, np.array(q), np.array(q_t), group.memory, group.offsets, group.numbers, out)
-        return out
-
-    return forces

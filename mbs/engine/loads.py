@@ -1,6 +1,8 @@
-"""Loads, springs, struts, masses and drives as native items of the engine; only users' functions and laws need callbacks."""
+"""Loads, springs, struts, masses and drives as native items of the engine; only users' functions and laws need callbacks.
 
-from collections.abc import Callable
+`place` splits a point reference, as `crank:A`, into its `body` and its `point`.
+"""
+
 from functools import partial
 from math import cos, sin
 from typing import Any, cast
@@ -9,7 +11,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from ..elements import Drive, Force, LineLoad, Link, Motor, Spring, Torque, TorsionSpring
-from ..elements.element import place
+from ..elements.element import Pair, Place, place
 from ..elements.references import holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
@@ -35,14 +37,15 @@ def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
         point = place(holder_reference(scene.mechanism, load.point))
         marker, follows = scene.marker(*point), load.turns_with(scene.mechanism)
         _refuse_states(load)
-        force = _make_force(scene, name, load, follows)
+        value = guard(scene, name, load.value, size=2)  # a function, also of a constant force
+        force = partial(_compute_force, scene, value, follows)
         if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=force)
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
-            add_coordinate_force(scene, scene.angle_marker(*point), _make_moment(scene, point, load.through, force))
+            add_coordinate_force(scene, scene.angle_marker(*point), partial(_compute_moment, scene, point, load, force))
 
 
 def _refuse_states(load: Force | Torque) -> None:
@@ -51,35 +54,25 @@ def _refuse_states(load: Force | Torque) -> None:
         raise ValueError(f"{load.where}: states = {load.states!r}: the compiled solver alone integrates states; use Spectral()")
 
 
-def _make_moment(
-    scene: EngineScene, point: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]
-) -> Callback:
-    """Make the callback of the moment [N m] of a force about `point`, (body, point); its line of action meets `through` [m]."""
-
-    def moment(_time: float, t: float, *_: float) -> float:
-        fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load
-        body, name = point
-        positions, _velocities = scene.present_motion(body).point(name)
-        x, y = positions[0]
-        return (through[0] - x) * fy - (through[1] - y) * fx
-
-    return moment
+def _compute_moment(scene: EngineScene, at: Place, load: Force, force: Callback, _time: float, t: float, *_: float) -> float:
+    """Compute the moment [N m] about the point `at` of a force at the time t."""
+    fx, fy, _fz = force(None, t, None)  # the function uses neither the system nor the load's number
+    positions, _velocities = scene.present_motion(at.body).point(at.point)
+    (x, y), (through_x, through_y) = positions[0], cast(Pair, load.through)
+    return (through_x - x) * fy - (through_y - y) * fx
 
 
-def _make_force(scene: EngineScene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    """Make the callback of a force [N]; with the point reference `follows` it turns with that section from t = 0 on."""
-    value = guard(scene, name, load.value, size=2)  # called as value(time for messages, argument of the user's function)
-
-    def vector(_system: System, t: float, _load: object) -> list[float]:
-        fx, fy = value(t, t)
-        if follows is None:
-            return [fx, fy, 0.0]
-        body, point = place(follows)
-        (angle,), _rates = scene.present_motion(body).turn(point)  # since t = 0
-        c, s = cos(angle), sin(angle)
-        return [c * fx - s * fy, s * fx + c * fy, 0.0]
-
-    return vector
+def _compute_force(
+    scene: EngineScene, value: Callback, follows: str | None, _system: System, t: float, _load: object
+) -> list[float]:
+    """Compute x, y and z of a force [N]; with the point reference `follows` it turns with that section from t = 0 on."""
+    fx, fy = value(t, t)  # time for messages, and argument of the user's function
+    if follows is None:
+        return [fx, fy, 0.0]
+    body, point = place(follows)
+    (angle,), _rates = scene.present_motion(body).turn(point)  # since t = 0
+    c, s = cos(angle), sin(angle)
+    return [c * fx - s * fy, s * fx + c * fy, 0.0]
 
 
 def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
@@ -114,24 +107,22 @@ def add_coordinate_force(scene: EngineScene, marker: int, force: Callback) -> No
 
     `force` has the arguments (time for messages, time, coordinate, its rate), as a function of `guard`.
     """
-
-    def spring_force(_system: System, t: float, _item: int, coordinate: float, rate: float, *_: float) -> float:
-        return -float(force(t, t, coordinate, rate))  # positive for the engine against the coordinate
-
-    markers = [scene.ground, marker]
-    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=spring_force)
-    scene.system.AddObject(item)
+    scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(
+        markerNumbers=[scene.ground, marker],
+        # for the engine a spring's force is positive against the coordinate
+        springForceUserFunction=lambda _system, t, _item, coordinate, rate, *_: -float(force(t, t, coordinate, rate)),
+    ))  # fmt: skip
 
 
 def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
     """Add the torque of each motor to its link."""
     for name, load in loads.items():
-        voltage = guard(scene, name, load.voltage)
-
-        def torque(t: float, _t: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
-            return float(load.torque(voltage(t, t), speed))
-
+        torque = partial(_compute_motor_torque, load, guard(scene, name, load.voltage))
         add_coordinate_force(scene, scene.angle_marker(*place(load.loaded_point(scene.mechanism))), torque)
+
+
+def _compute_motor_torque(motor: Motor, voltage: Callback, _time: float, t: float, _angle: float, speed: float) -> float:
+    return float(motor.torque(voltage(t, t), speed))
 
 
 def add_springs(scene: EngineScene, loads: dict[str, Spring]) -> None:
@@ -148,12 +139,8 @@ def _make_spring_parameters(scene: EngineScene, name: str, load: Spring | Torsio
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
     law = guard(scene, name, load.law)
-
-    # the value is the elongation of a spring, where `free` is 0, or the angle of a torsion spring, `free` without torque
-    def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
-        return law(t, value - free, rate)
-
-    return {"springForceUserFunction": force}
+    # the value is the elongation of a spring, with `free` = 0, or the angle of a torsion spring, which has no torque at `free`
+    return {"springForceUserFunction": lambda _system, t, _item, value, rate, *_: law(t, value - free, rate)}
 
 
 def add_torsion_springs(scene: EngineScene, loads: dict[str, TorsionSpring]) -> None:
