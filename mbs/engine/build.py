@@ -81,7 +81,8 @@ def build(mechanism: Mechanism) -> EngineScene:
         velocity = start.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))  # its block
     for at, mass, inertia in scene.source.burdens:
-        body, point = place(at)
+        body, point = place(at)  # splits a point reference
+        # gravity acts below on the `objects` of bodies, without this mass
         scene.placed[body].add_burden(point, mass, inertia, mechanism.gravity)
     node = system.AddNode(eii.NodePointGround())
     scene.ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))

@@ -18,7 +18,8 @@ class StopContact(Striking):
     """Contact of a guide's block with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
 
     The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
-    `mass` [kg] is the effective mass of the point as if its body had no joints: a lower bound, for the duration of impacts.
+    `mass` [kg] is the effective mass of the point as if its body had no joints. With this lower bound the control of steps
+    estimates the duration of impacts.
     `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N] are of the last step.
     """
 

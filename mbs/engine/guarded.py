@@ -22,6 +22,7 @@ def watch(scene: EngineScene, what: str, function: Callback, out_of_range: Statu
     """Return a callback (system, time, ...) that calls a function and stores its first exception; see `describe_failure`."""
 
     def call(system: System, t: float, *arguments: float) -> object:
+        """Call the function, as the engine does."""
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:
@@ -42,6 +43,7 @@ def guard(scene: EngineScene, name: str, function: Callback | float | Sequence[f
     watched = watch(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
     def call(t: float, *arguments: float) -> float | list[float]:
+        """Call the user's function without the time t, and check its value."""
         value = watched(None, t, *arguments)
         try:
             numbers = (value,) if size == 1 else tuple(value)

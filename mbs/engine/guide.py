@@ -20,7 +20,7 @@ from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
 TRAVEL = SLIDING
-"""Column of the travel [m] in the memory of a guide. The memory of a joint with clearance has the sliding speed there."""
+"""Column of the travel [m] in a guide's memory. All memories have the columns `MEMORY`; a joint has the sliding speed there."""
 SMALLEST_FACTOR = 0.1
 """Least relaxation factor of Aitken's method in `ReactionFriction.normal`, so that the iteration goes on."""
 LARGEST_FACTOR = 5.0
@@ -53,7 +53,10 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
     body = scene.system.AddObject(item)
     markers = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
-    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), markers, np.ones((1, 1)), (x, y))
+    return PlacedBlock(
+        scene.system, guide.point, guide, nodes=(node,), objects=(body,), reference=np.zeros((1, 1)), markers=markers,
+        scales=np.ones((1, 1)), origin=(x, y),
+    )  # fmt: skip
 
 
 def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
@@ -61,10 +64,7 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
     for name, guide in guides.items():
         # a strut, a force element without coordinates, pushes the block instead: then the block is a body of its own
         if guide.link not in scene.strut_links:
-            markers = [
-                scene.marker(guide.point, guide.point),
-                scene.marker(guide.link, guide.point),
-            ]  # of block and link
+            markers = [scene.marker(body, guide.point) for body in (guide.point, guide.link)]  # the block has its point's name
             scene.constraints[name] = int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))
             scene.readers[name, "reaction"] = partial(_compute_reaction, scene, name, guide)
         elif guide.mass == 0:
@@ -117,12 +117,12 @@ def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> 
 class ReactionFriction:
     """Friction of a guide, proportional to its reaction, from the multipliers of the current Newton iteration.
 
-    `memory` (1, 4) has the columns `BRISTLE`, `TRAVEL` and `SINCE` (time [s]) at the last accepted step; a fourth is unused. Only
+    `memory` (1, 4) has the columns `BRISTLE`, `TRAVEL` and `SINCE` (time [s]) at the last accepted step; `ONSET` is unused. Only
     a law with a bristle `updates_memory`; another ignores the deflection. `column` is the index of the block's coordinate, `rows`
     has those of the pin's two multipliers.
     """
 
-    is_stuck = False  # required by `WithMemory`; only the explicit integrator, which has no pins, may repeat a step for ever
+    is_stuck = False  # a member of `WithMemory`: guides need the implicit integrator, which gives up at its smallest step
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
@@ -185,7 +185,9 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     friction = ReactionFriction(scene, name, guide)
     scene.add_with_memory(friction, [name])
-    scene.initial_multipliers_lack_friction |= not friction.updates_memory  # a bristle is undeflected at t = 0: no friction yet
+    has_bristle = friction.updates_memory
+    if not has_bristle:  # friction acts at t = 0 already; a bristle is undeflected then, and has none
+        scene.initial_multipliers_lack_friction = True
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
     item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)

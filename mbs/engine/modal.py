@@ -85,9 +85,9 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
         item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[middle], weightingFactors=[1.0])
         markers[point] = int(system.AddMarker(item))
     sizes = np.linalg.norm(model.line_shapes, axis=1).max(axis=0, initial=0.0)  # of the modes, (m,)
-    scales = np.array([1.0, 1.0, model.length / 2, *sizes])
+    scales = np.array([1.0, 1.0, model.length / 2, *sizes])  # how far points move per unit of each coordinate [m]
     return PlacedModal(
-        system, link.name, link.body, nodes, (body,), reference[None], markers, scales[None],
+        system, link.name, link.body, nodes, objects=(body,), reference=reference[None], markers=markers, scales=scales[None],
         model=model, velocity=velocity, stations=stations, places={link.start: start, link.end: end},
     )  # fmt: skip
 
@@ -149,7 +149,8 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
         "centerOfMass": [0.0, 0.0, 0.0],
         "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),  # S(phi_i)^T phi_j
         "mPsiTildePsiTilde": np.kron(model.gram, about_z),  # S(phi_i)^T S(phi_j)
-        "mPhitTPsi": np.zeros((3, m)),  # modes are orthogonal to rigid motions
+        # of phi_k and of X x phi_k, Phit being translations: modes are orthogonal to rigid motions
+        "mPhitTPsi": np.zeros((3, m)),
         "mPhitTPsiTilde": np.zeros((3, 3 * m)),
         "mXRefTildePsi": np.zeros((3, m)),
         "mXRefTildePsiTilde": np.kron(model.radial, about_z),  # S(X)^T S(phi_i)

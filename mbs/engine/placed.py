@@ -94,7 +94,7 @@ class WithMemory(Protocol):
 
     memory: Array
     updates_memory: bool  # false if the forces do not depend on the memory, which then stays as it is
-    is_stuck: bool  # true if the engine repeats a step for ever
+    is_stuck: bool  # true if the force was called too often without progress in time, as in a step that is repeated for ever
 
     def locate(self, system: System) -> None:
         """Find the indices of the coordinates in the assembled system."""

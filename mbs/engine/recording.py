@@ -43,7 +43,7 @@ class Recorder:
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
         self.callback_error: BaseException | None = None
-        self.is_interrupted: Callable[[], bool] = lambda: False  # of no Ctrl-C, until `run_engine` begins to listen to it
+        self.is_interrupted: Callable[[], bool] = lambda: False  # replaced by `run_engine`, which catches Ctrl-C
         self.rejected = 0  # number of rejected steps, which a subclass counts
 
     def after_step(self, _system: System, t: float) -> bool:
@@ -112,5 +112,5 @@ class Recorder:
         # each (times, joints, 4); a constant memory (joints, 4) is repeated
         memory = [next(stacked) if force.updates_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         for part in memory:
-            part[:, :, SINCE] = time[:, None]  # time since which the row is the memory: the end of its step
+            part[:, :, SINCE] = time[:, None]  # end of the row's step, which a constant memory lacks
         return History(time, EngineStates(q, q_t, q_tt), forces, contact, memory)

@@ -28,7 +28,7 @@ class PlacedRigid(EngineBody):
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
         x, y, _angle = self.reference[0]
-        # the engine's coordinates are 0 at t = 0; of the record's, the angle alone is
+        # at t = 0 all coordinates of the engine are 0, in the record only the angle
         q = states.q[:, columns] + np.array([x, y, 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         arm, spin, spin_t = rotate(q[:, 2], self.to_centre), q_t[:, 2:3], q_tt[:, 2:3]
@@ -41,7 +41,7 @@ class PlacedRigid(EngineBody):
         """Do nothing: the link was built with all added masses."""
 
     def inverse_mass(self, point: str, along: Pair) -> float:
-        """Compute the inverse of the effective mass [1/kg] of a point: 1/mass + (arm x along)^2/inertia, without added masses."""
+        """Compute the inverse of a point's effective mass [1/kg], 1/mass + (arm x along)^2/inertia; added masses lessen it."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
@@ -72,7 +72,8 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedRigid:
         position = [*(to_link @ (arms[point] + own_centre - common_centre)), 0.0]  # from the node, in axes of the link
         markers[point] = system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=position))
     return PlacedRigid(
-        system, link.name, link.body, (node,), (body,), reference, markers, scales=np.array([[1.0, 1.0, length / 2]]),
+        system, link.name, link.body, nodes=(node,), objects=(body,), reference=reference, markers=markers,
+        scales=np.array([[1.0, 1.0, length / 2]]),  # a turn about the middle moves the ends by length/2
         mass=mass, inertia=inertia, arms=arms, to_centre=own_centre - common_centre,
     )  # fmt: skip
 
@@ -81,7 +82,7 @@ def _with_burdens(scene: EngineScene, link: Link, mass: float, inertia: float, c
     """Compute mass, moment of inertia and centre of mass of a link with its added masses, by Steiner's theorem."""
     parts = [(mass, inertia, centre)]
     for at, added_mass, added_inertia in scene.source.burdens:
-        body, point = place(at)  # parts of a point reference
+        body, point = place(at)  # splits a point reference
         if body == link.name:
             parts.append((added_mass, added_inertia, np.array(scene.mechanism.points[point])))
     if len(parts) == 1:

@@ -9,7 +9,7 @@ from functools import partial
 import exudyn.itemInterface as eii
 import numpy as np
 
-from ..elements.element import GROUND, Element, Place
+from ..elements.element import GROUND, Element
 from ..elements.rows import Row, Turn, find_pin
 from ..geometry import Array
 from ..record.record import Record
@@ -43,6 +43,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
         _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1
         markers = [scene.angle_marker(*end) for end in (turn.second, turn.first)]  # of the bodies' angles
+        # single coordinates count from those at t = 0 in the engine: their difference stays 0
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
 
@@ -65,17 +66,13 @@ def _make_forms(scene: EngineScene, rows: list[Row]) -> tuple[Forms, list[int]]:
     ends = [end for measure in measures for end in (measure.first, measure.second) if end.body != GROUND]
     at = {end: scene.placed[end.body].find_angle_node(end.point) for end in ends}  # node that moves with the body, and its place
     order = list(dict.fromkeys(node for node, _place in at.values()))
-
-    def index(end: Place) -> int:
-        return order.index(at[end][0]) if end in at else len(order)
-
-    def position(end: Place) -> complex:
-        return complex(*scene.mechanism.points[end.point])
-
-    def arm(end: Place) -> complex:  # from the node, or from the origin of the ground, to the point at t = 0 [m]
-        return position(end) - (complex(*at[end][1]) if end in at else 0j)
-
-    return Forms(rows, len(order), Ends(body=index, arm=arm, position=position)), order
+    positions = scene.mechanism.points
+    ends_as_numbers = Ends(  # points are complex numbers x + i y; an arm leads from the node, or the origin of the ground
+        body=lambda end: order.index(at[end][0]) if end in at else len(order),
+        arm=lambda end: complex(*np.subtract(positions[end.point], at[end][1] if end in at else 0.0)),
+        position=lambda end: complex(*positions[end.point]),
+    )
+    return Forms(rows, len(order), ends_as_numbers), order
 
 
 def _add_rows(scene: EngineScene, rows: list[Row]) -> int:
@@ -94,13 +91,14 @@ def _add_rows(scene: EngineScene, rows: list[Row]) -> int:
         return forms.system(np.reshape(q, reference.shape) - initial_angles)
 
     def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
+        """Return residuals, or their rates."""
         value, jacobian = evaluate(q)
         return jacobian @ np.asarray(q_t) if on_speeds else value  # its rate if the engine solves for velocities
 
     is_linear = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
     if is_linear:
         _, matrix = evaluate(reference)
-        # A q - b = 0 for the total coordinates q of the second marker, A = `scalingMarker1`: the turns since t = 0 are zero
+        # A q - b = 0 for the total coordinates q, with A = `scalingMarker1`: in a row the turns since t = 0 add up to zero
         options: dict[str, object] = {"scalingMarker1": matrix, "offset": matrix @ reference.ravel()}
     else:
         options = {

@@ -41,7 +41,7 @@ class EngineScene:
     with_memory: list[WithMemory] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)  # object numbers by names of elements
     start: Start | None = None  # velocities at t = 0
-    # true if a guide's friction acts at t = 0, which the engine leaves out then; that of a bristle begins at zero
+    # true if a guide's friction acts at t = 0: the engine computes the multipliers there without friction
     initial_multipliers_lack_friction: bool = False
     notes: list[str] = field(default_factory=list)  # sentences for the result
     stopped: Failure | None = None  # first failure of a user's function

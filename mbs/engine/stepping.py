@@ -28,7 +28,7 @@ FORCE_ERROR = 1e-3
 REJECTED = 1e3
 """Error of a long step that ends inside a stop, in units of the limit: it makes the next trial five times shorter."""
 FIRST_STEP = 1e-3
-"""First step of a run, over the longest step."""
+"""First step of a run, over the longest step: chosen small, as no error is known yet; a step is at most twice the last one."""
 STRETCH = 1.5
 """Time to a kink, over the planned step, below which the step ends at the kink, so that no short step remains.
 
@@ -56,7 +56,7 @@ class StepControl(Recorder):
         stops = [_StopSteps(contact, steps) for contact in self.stops]
         struts = [_StrutSteps(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.controls: list[_StopSteps | _StrutSteps] = [*stops, *struts]
-        # steps end at kinks; intervals between kinks shorter than `max_step` are divided into default_longest/max_step parts
+        # steps end at kinks; a run finer than the default one also divides intervals between kinks shorter than its steps
         default_longest = Controlled().longest(duration)
         self.kinks = [*subdivide(scene.source.kinks(duration), self.max_step, default_longest), np.inf]
         self.accelerations: Array | None = None
@@ -122,7 +122,7 @@ class _StopSteps:
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def _impact_duration(self) -> float:
-        """Estimate the duration [s] of the present or next impact from its approach speed `onset` [m/s]."""
+        """Estimate the duration [s] of the present impact, or of one at the present speed of approach."""
         return contact_time(self.contact.stop.law, self.mass, self.contact.onset_speed)
 
     def step_limit(self, q: Array, q_t: Array, step: float) -> float:

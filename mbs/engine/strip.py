@@ -31,17 +31,16 @@ class PlacedStrip(EngineBody):
 
     def motion(self, states: EngineStates) -> BeamMotion | CableMotion:
         """Return the motion of the strip from the engine's coordinates."""
-        motion = BeamMotion if self.body.has_angles else CableMotion
-        return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
+        motion, (q, q_t, q_tt) = BeamMotion if self.body.has_angles else CableMotion, self.total(states)
+        return motion(self.body, self.pieces, self.reference, self.at, q, q_t, q_tt)
 
     def find_angle_node(self, point: str) -> tuple[int, Array]:
-        """Return the node of a beam; of a cable, which has slopes, a node without mass that turns with it, added at first."""
-        node = self.at[point]
-        place = self.reference[node, :2]
+        """Return the node of a beam; of a cable, which has slopes, a node that turns with the slope, added at the first call."""
+        node, _size, place = self.find_node(point)
         if self.body.has_angles:
-            return self.nodes[node], place
+            return node, place
         if point not in self.anchors:
-            self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.markers[point], self.reference[node])
+            self.anchors[point] = _add_anchor(self.system, node, self.markers[point], self.reference[self.at[point]])
         return self.anchors[point], place
 
     def find_node(self, point: str) -> tuple[int, int, Array]:
@@ -71,13 +70,15 @@ def _add_anchor(system: System, node: int, marker: int, reference: Array) -> int
         eii.ObjectJointRevolute2D(markerNumbers=[marker, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))])
     )
 
-    def gradient(q: Array) -> Array:  # the engine passes total coordinates, which include those at t = 0
+    def gradient(q: Array) -> Array:
+        """Compute the derivative of the residual, (1, 7); q are total coordinates, which include those at t = 0."""
         slope_x, slope_y, theta = q[2], q[3], q[6]
         c, s = np.cos(theta), np.sin(theta)
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * slope_x + s * slope_y)]])
 
     def residual(_system: System, _time: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
-        if velocity_level:  # the engine solves for velocities: the rate of the residual
+        """Return the residual, or its rate where the engine solves for velocities."""
+        if velocity_level:
             return [float((gradient(q) @ np.array(q_t))[0])]
         slope_x, slope_y, theta = q[2], q[3], q[6]
         return [np.cos(theta) * slope_y - np.sin(theta) * slope_x]
@@ -115,7 +116,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])  # numbers of the nodes at points
-    if body.has_angles:  # a beam: its strains are not relative to the reference, as those of a cable
+    if body.has_angles:  # a beam, whose strains must vanish in the reference; those of a cable are relative to the reference
         fixed = np.array([(0.0, 0.0), *(body.place_at(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
         places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
     at = {link.start: 0, link.end: len(stations) - 1}
@@ -203,7 +204,10 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     markers = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
     scales = np.zeros_like(reference)
     scales[:, :2] = 1.0  # not of angles and slopes: steps are judged by the error of the nodes' places
-    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, markers, scales, grid.pieces, grid.at)
+    return PlacedStrip(
+        system, link.name, body, nodes=tuple(nodes), objects=tuple(objects), reference=reference, markers=markers, scales=scales,
+        pieces=grid.pieces, at=grid.at,
+    )  # fmt: skip
 
 
 def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:
