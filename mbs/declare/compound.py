@@ -69,7 +69,7 @@ class Several(Spec):
         return f"a list{count}, each {self.item.words}"
 
     def fits(self, raw: object) -> bool:
-        """Return True for a list."""
+        """Return True for a list; `read` checks its items."""
         return is_list(raw)
 
     def read(self, name: str, raw: object) -> tuple[Any, ...]:
@@ -78,7 +78,7 @@ class Several(Spec):
             raise self.refusal(name, raw)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(raw))
         if self.distinct and len(set(found)) < len(found):
-            raise ValueError(f"{name} = {show(raw)}: must be given once each")
+            raise ValueError(f"{name} = {show(raw)}: must be given once each")  # its items
         return found
 
     def write(self, name: str, value: Any) -> list[Any]:

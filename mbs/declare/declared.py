@@ -40,7 +40,7 @@ class Declared:
             _KINDS[cls.__name__] = cls
 
     def __post_init__(self) -> None:
-        where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""  # 120: one line, even for a long raw value
+        where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""  # it may quote a long raw value, as a name
         for key, declaration in declarations(type(self)).items():
             raw = getattr(self, key)
             value = declaration.spec.read(where + key, raw)
@@ -140,7 +140,7 @@ def _declaration(kind: Any, each: Any) -> Declaration:
     if DECLARED in each.metadata:
         spec, doc, bounds, group = each.metadata[DECLARED]
     else:  # a field of a user's own dataclass is declared by its annotation
-        by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(-MOST_WHOLE), bool: Flag(), str: Name()}
+        by_type: dict[Any, Spec] = {float: Quantity(""), int: Whole(low=-MOST_WHOLE), bool: Flag(), str: Name()}
         spec, doc, bounds, group = by_type.get(typing.get_type_hints(kind).get(each.name), Spec()), "", {}, ""
     default = each.default if each.default_factory is MISSING else each.default_factory()
     required = default is MISSING
@@ -156,7 +156,7 @@ def register(kind: Class) -> Class:
 
     Raise a ValueError if it is no dataclass, or its name is taken.
     """
-    if not dataclasses.is_dataclass(kind):
+    if not dataclasses.is_dataclass(kind):  # `Part.read` refuses objects of one that is not frozen: they are not hashable
         raise ValueError(f"{kind.__name__}: must be a frozen dataclass")
     taken = _KINDS.get(kind.__name__, kind)
     if taken is not kind:

@@ -75,7 +75,7 @@ def flag(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def names(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare that a field names one thing, such as a point or a link."""
+    """Declare that the field names something: its value is one name, as of a point or a link."""
     return field(Name(), doc, default)
 
 

@@ -71,7 +71,8 @@ class Part(Spec):
     def _explain(self, raw: object) -> str:
         """Explain why an object is not allowed, for messages."""
         if isinstance(raw, type):
-            return f"must be an instance{self.example and f', as {self.example}'}, not the class"
+            example = f", as {self.example}" if self.example else ""
+            return f"must be an instance{example}, not the class"
         protocols = [base for base in self.kinds if _is_protocol(base)]
         if protocols and not isinstance(raw, str | int | float | list | tuple | None):
             nearest = min(protocols, key=lambda each: len(_missing(raw, each)))
@@ -84,7 +85,7 @@ def _is_protocol(kind: object) -> bool:
 
 
 def _missing(found: object, protocol: object) -> list[str]:
-    """Return the members of a protocol that an object or a dataclass lacks."""
+    """Return the members of a protocol that an object or a class lacks; a field without default is no attribute of its class."""
     members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # Python 3.11 has no __protocol_attrs__
     fields = getattr(found, "__dataclass_fields__", {})
     return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
@@ -113,10 +114,11 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
     values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in raw.items()}
     for key, field in fields.items():
         if field.required and key not in values:
-            raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
+            doc = f" ({field.doc})" if field.doc else ""
+            raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{doc}")
     try:
         return kind(**values)
-    except RefusalError as error:  # of a part that contradicts others; `error.place` is its path below the table
+    except RefusalError as error:  # of a part that contradicts others; `place` is its path below the table
         path = ".".join(filter(None, (name, error.place)))
         raise ValueError(f"{path}: {error}" if path else str(error)) from None
     except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other, or of a user's class

@@ -29,7 +29,7 @@ class Spec:
     """Unit of a quantity."""
     allowed: str = ""
     """Range or options, for the tables of the reference."""
-    words: str = "something else"
+    words: str = "any value"
     """Text after 'must be' in messages."""
     metavar: str = "VALUE"
     """Placeholder of a value in the help of the command line."""
@@ -96,7 +96,7 @@ class Quantity(Spec):
     def read(self, name: str, raw: object) -> float:
         """Return a number in SI units, within its bounds."""
         if type(raw) is float and self.low < raw < self.high and 1 / LARGEST < abs(raw) < LARGEST:
-            return raw  # the usual case, fast; 0, open or infinite bounds and very large or small numbers are left to `number`
+            return raw  # the usual case, fast; `number` refuses magnitudes above LARGEST = 1e30, and may refuse those below 1e-30
         if not isinstance(raw, str | Real) or isinstance(raw, bool):
             raise self.refusal(name, raw)
         if isinstance(raw, str):
@@ -105,8 +105,8 @@ class Quantity(Spec):
             except ValueError as error:
                 raise self.refusal(name, raw, f"{error}; ") from None
         try:
-            may_have_any_unit = not self.unit and isinstance(raw, Measured)
-            value = float(raw) if may_have_any_unit else raw  # a plain float has no unit that `number` would compare
+            # a plain float has no unit: `number` then compares none
+            value = float(raw) if isinstance(raw, Measured) and self.unit == "" else raw
             found = number(name, value, self.low, self.high, self.unit, open_low=self.open_low, open_high=self.open_high)
         except ValueError as error:
             raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
@@ -224,7 +224,7 @@ class Nothing(Spec):
         return raw is None or (isinstance(raw, str) and raw.strip() == "none")
 
     def read(self, name: str, raw: object) -> None:
-        """Return None, as `fits` has compared the raw value."""
+        """Return None: `Either`, the only caller, reads values that fit."""
         return None
 
     def write(self, name: str, value: Any) -> str:

@@ -129,7 +129,7 @@ def _without_doubles(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def get(content: Any, path: str) -> Any:
-    """Return the value at a path; ValueError for an unknown path, KeyError if only its last key, in a table, is unknown."""
+    """Return the value at a path; KeyError if its last word is no key of its table, ValueError for other unknown words."""
     return reduce(getitem, resolve(content, path), content)
 
 
@@ -168,7 +168,7 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
     if isinstance(content, list):
         return _find_entry(content, word, where)
     if not isinstance(content, Mapping):
-        raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
+        raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'text'}")
     if word not in content and not is_last:
         table = next((key for key, each in content.items() if isinstance(each, Mapping) and word in each), "")
         lacks_table = bool(table) and word == where  # the first word of the path, such as `crank`, is a key of the table `links`
@@ -178,7 +178,7 @@ def _find_key(content: object, word: str, where: str, is_last: bool) -> str | in
 
 
 def _find_entry(content: list[object], word: str, where: str) -> int:
-    """Return the index of the entry that a word names: `[index]`, or the value of one of its keys `NAMING`."""
+    """Return the index of the entry that a word names: its number, `[1]` or `1`, or a value of its keys `NAMING`."""
     digits = word.strip("[]")
     if digits.isdecimal():
         if int(digits) >= len(content):

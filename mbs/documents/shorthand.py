@@ -93,7 +93,8 @@ def _fill(each: Any, values: Mapping[str, Any], names: set[str], path: str) -> A
 def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     """Return the value of a text with parameters put in; a text that is no formula, or has no parameters, is unchanged.
 
-    The name of a parameter gives its value as written, a formula of parameters a number, one of variables, too, a formula.
+    The name of a parameter gives its value as written. A formula of parameters gives a number. If it also has variables, it
+    stays a formula, with the numbers of the parameters.
     """
     if text.strip() in values:
         return values[text.strip()]
@@ -149,7 +150,7 @@ def expand(content: Mapping[str, Any]) -> dict[str, Any]:
         link_names = [str(link["name"]) for link in links]
         expanded["links"] = [_complete_link(link, defaults) for link in links]
     joints = expanded.get("joints", [])
-    if isinstance(joints, list) and (joints or PINS in content):  # the reader of `joints` reports what is no list
+    if isinstance(joints, list) and (joints or PINS in content):  # another value is refused by the reader of `joints`
         usual = defaults.get("joint", {})
         pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), link_names)]
         expanded["joints"] = [*(_complete(joint, usual) for joint in joints), *pins]

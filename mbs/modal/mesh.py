@@ -61,9 +61,8 @@ def read_mesh(file: MeshFile) -> tuple[object, float]:
     used, renumbered = np.unique(cells, return_inverse=True)  # files may have points that no cell uses
     out_of_plane = np.ptp(places[used, 2])
     if kind.startswith(("triangle", "quad")) and out_of_plane > ON_FACE * length:
-        raise ValueError(
-            f"{where}: its {kind} cells reach {out_of_plane:.3g} m out of one plane: must lie in the plane of motion"
-        )
+        found = f"its {kind} cells reach {out_of_plane:.3g} m out of one plane"
+        raise ValueError(f"{where}: {found}: must lie in the plane of motion")
     return grid_of(kind, places[used], renumbered.reshape(cells.shape), where), length
 
 
@@ -79,9 +78,8 @@ def _read(path: str) -> Any:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         reason = " ".join(printed.getvalue().split()) or f"{type(error).__name__}: {error}"
-        raise ValueError(
-            f"mesh '{path}': meshio cannot read it ({reason}); write it in another format, as .vtu or .inp"
-        ) from error
+        advice = "write it in another format, as .vtu or .inp"
+        raise ValueError(f"mesh '{path}': meshio cannot read it ({reason}); {advice}") from error
 
 
 def _cells_of(mesh: Any, where: str) -> tuple[str, Array]:
@@ -134,9 +132,9 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 
 
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: each node of the straight cell takes the nearest one.
+    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: the place of each in a straight cell takes the nearest.
 
-    Where two nodes of a cell would take the same extra one, the Hungarian method minimises the sum of squared distances. `linear`
+    Where two places in a cell would take the same node, the Hungarian method minimises the sum of squared distances. `linear`
     is the element of the straight cells, `file_element` that of the file, `full_element` that of the grid, with all inner nodes.
     """
     fem, dim = skfem(), straight.p.shape[0]
@@ -155,7 +153,7 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
     if len(full_element.doflocs) != len(file_element.doflocs):  # serendipity cells lack inner nodes: interpolate them
         nodes = np.einsum("ik,cid->ckd", _values(file_element, full_element.doflocs), nodes)
     places = grid.doflocs.copy()
-    places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)
+    places[:, grid.dofs.element_dofs] = nodes.transpose(2, 1, 0)  # cells that share a node agree on its place
     return replace(grid, doflocs=places)
 
 
@@ -208,7 +206,7 @@ def _find_overlaps(grid: Any) -> Array:
     overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > lowest)]
     count = grid.t.shape[1]  # of cells
     bad_faces, faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
-    # of two overlapping cells the one with the larger share of bad faces is marked, or both
+    # of two overlapping cells the one with more bad faces among its shared ones is marked, or both; boundary cells share fewer
     first_share, second_share = (bad_faces / faces.clip(1))[overlapping]
     is_marked = np.zeros(count, dtype=bool)
     is_marked[overlapping[0, first_share >= second_share]] = True
@@ -220,8 +218,10 @@ def find_hanging_nodes(grid: Any) -> Array:
     """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming."""
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
-    simplices = np.concatenate([faces[:, list(each)] for each in combinations(range(faces.shape[1]), dim)])
-    face_of_simplex = np.tile(faces, (len(simplices) // len(faces), 1))
+    # all choices of `dim` corners of a face: an edge, a triangle, or the four triangles of a quadrilateral, which may be warped
+    choices = list(combinations(range(faces.shape[1]), dim))
+    simplices = np.concatenate([faces[:, list(corners)] for corners in choices])
+    face_of_simplex = np.tile(faces, (len(choices), 1))
     places = grid.p.T[simplices]
     middle = places.mean(axis=1)
     radius = np.linalg.norm(places - middle[:, None], axis=2).max(axis=1)

@@ -32,8 +32,8 @@ class FrameMotion(NamedTuple):
 class PlanarModel:
     """A link and m of its modes in the plane, normalised to modal masses of 1 in space.
 
-    Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. The diagonal of `gram` is the share of
-    the modes' energy in the plane. Lateral contraction has the rest.
+    Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. Of a mode's modal mass 1 the diagonal
+    of `gram` is the share of motions in the plane. The rest is lateral contraction, out of the plane.
 
     Attributes
     ----------

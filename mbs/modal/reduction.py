@@ -146,8 +146,8 @@ def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple
 def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[Array, Array]:
     """Return indices of the chosen modes among the flexible ones, and their damping ratios.
 
-    The numbers of `FreeModes` or `CraigBampton` count flexible modes, those "in-plane" alone, or, "free", also the rigid ones,
-    which come first and are left out of the result. `rigid` is the number of rigid modes.
+    The numbers of `FreeModes` or `CraigBampton` count modes by their `counting`: "flexible" ones, "in-plane" flexible ones, or
+    "free" ones, of which the first `rigid` are rigid motions. Rigid motions are left out of the result.
     """
     choice: Any = modal.modes
     if choice.numbers is None:  # the default of Craig-Bampton modes
@@ -203,7 +203,7 @@ def _sample_axis(solid: Solid, modes: Array, joint_modes: Array) -> tuple[Array,
     """
     places, displacements = [0.0], [joint_modes[0]]
     for nodes in slices(solid):
-        weights = solid.weights[nodes]
+        weights = solid.weights[nodes]  # lumped masses
         x = float(weights @ solid.nodes[nodes, 0] / weights.sum())
         if 0 < x < solid.length:
             places.append(x)

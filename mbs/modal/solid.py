@@ -22,7 +22,7 @@ SLABS = 24
 SECOND_ORDER = {"MeshTet": "ElementTetP2", "MeshHex": "ElementHex2", "MeshTri": "ElementTriP2", "MeshQuad": "ElementQuad2"}
 """Names of scikit-fem's elements of second order, by the name of a mesh less its degree."""
 IN_PLANE = 1e-6
-"""Mean share of energy in the plane below which modes of equal frequency are not recombined; rounding gives 1e-12."""
+"""Share of energy in the plane below which modes of equal frequency have none to be sorted by; rounding gives 1e-12."""
 CLUSTER = 1e-3
 """Relative difference up to which frequencies count as equal: modes of one frequency are known up to linear combinations."""
 
@@ -201,7 +201,7 @@ def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
             in_plane = forms[0] + forms[1]  # axial and bending
-            if np.trace(in_plane) < IN_PLANE * len(group):
+            if np.trace(in_plane) < IN_PLANE * len(group):  # the mean over the modes
                 continue
             # eigenvalues ascend: the most motion in the plane is first; the small term orders axial before bending
             _, mix = np.linalg.eigh(-in_plane - 1e-3 * forms[0])
