@@ -43,7 +43,10 @@ class Interval(NamedTuple):
 
 
 class ProfileLikelihood(NamedTuple):
-    """Profile likelihood: least `cost` with a number fixed at each value of `at`; `level` is the cost at the interval's ends."""
+    """Profile likelihood: least `cost` with a number fixed at each value of `at`, up to values at which runs fail.
+
+    `level` is the cost at the ends of the interval.
+    """
 
     at: Array
     cost: Array
@@ -142,7 +145,7 @@ def fit(
     watching.get().most = len(problem.experiments) * evaluations  # shown with the progress
     best, likelihoods = _find_best(problem, starts), dict[str, ProfileLikelihood]()
     try:
-        if problem.without_error and not problem.stopped:
+        if problem.estimated and not problem.stopped:  # signals of unknown error: estimate it, then fit again
             problem.estimate_errors(best)
             best = _solve(problem, best)
         for name in profiles if not problem.stopped else ():
@@ -186,10 +189,12 @@ def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
         return x
 
     def point(part: Array) -> Array:
+        """Add the fixed coordinate to the free ones."""
         return np.insert(part, fixed, x[fixed]) if fixed is not None else part
 
-    # the last step changes the cost, about N/2 for N data, by less than a fraction `ftol`: numbers by less than sqrt(1e-7 N) of
-    # their standard deviation. An extra residual of 1 keeps the cost above 0 for data without noise. 1e-9: inside the bounds
+    # The last step lowers the cost, about N/2 for N data, by less than 1e-7 of it (`ftol`), so by 5e-8 N. It changes numbers by
+    # less than sqrt(1e-7 N) of their standard deviation. An extra residual of 1 keeps the cost above 0 for data without noise.
+    # The start is 1e-9 inside the bounds: on a bound the method's scaling (Coleman and Li) is 0.
     solution = least_squares(
         lambda part: np.append(problem.residuals(point(part)), 1.0), np.clip(x[is_free], 1e-9, 1 - 1e-9),
         jac=lambda part: np.vstack([problem.jacobian(point(part))[:, is_free], np.zeros(len(part))]), bounds=(0.0, 1.0),
@@ -215,13 +220,13 @@ def _profile(problem: FitProblem, best: Array, name: str) -> ProfileLikelihood:
     squares = np.array([sums[coordinate] for coordinate in at])
     values = problem.low[i] + at * (problem.high[i] - problem.low[i])
     least = float(squares.min())
-    variance = least / problem.freedom if problem.without_error else 1.0
+    variance = least / problem.freedom if problem.estimated else 1.0
     return ProfileLikelihood(values, 0.5 * squares, 0.5 * (least + variance * _quantile(problem) ** 2))
 
 
 def _quantile(problem: FitProblem) -> float:
-    """Return the half width of a 95 % interval in standard deviations: by Student's t unless these were given."""
-    return float(student.ppf(0.5 + CONFIDENCE / 2, problem.freedom if problem.without_error else np.inf))
+    """Return the half width of a 95 % interval in standard deviations: by Student's t if these were estimated, else normal."""
+    return float(student.ppf(0.5 + CONFIDENCE / 2, problem.freedom if problem.estimated else np.inf))
 
 
 def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelihood]) -> Fit:
@@ -234,12 +239,12 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
     notes = [*_list_unidentified(problem, best, deviation, correlation), *_list_unexplained(problem, best)]
     notes = [f"{problem.stopped}: these numbers are the best so far", *notes] if problem.stopped else notes
     return Fit(
-        dict(zip(names, map(float, values), strict=True)),
-        intervals | {name: profile.interval() for name, profile in profiles.items()},
-        notes, correlation, problem.residual_sizes(best),
-        problem.predict(best), problem.experiments, 0.5 * problem.sum_of_squares(best),
-        {name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
-        problem.units, profiles, not problem.stopped,
+        values=dict(zip(names, map(float, values), strict=True)),
+        intervals=intervals | {name: profile.interval() for name, profile in profiles.items()},
+        unidentified=notes, correlation=correlation, rms=problem.residual_sizes(best),
+        predicted=problem.predict(best), experiments=problem.experiments, cost=0.5 * problem.sum_of_squares(best),
+        free={name: (float(a), float(b)) for name, a, b in zip(names, problem.low, problem.high, strict=True)},
+        units=problem.units, profiles=profiles, complete=not problem.stopped,
     )  # fmt: skip
 
 
@@ -263,7 +268,8 @@ def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     rms, notes = problem.residual_sizes(best), []
     for name in signals_of(problem.experiments):
         x = gather(problem.experiments, name)
-        by_chance = 1 + _quantile(problem) ** 2 / problem.freedom  # increase of squares that a 95 % interval still allows
+        # ratio of the sum of squares at an end of a 95 % interval to the least one: a fit may be so much worse by chance
+        by_chance = 1 + _quantile(problem) ** 2 / problem.freedom
         if rms[name] ** 2 > by_chance * np.var(x) + 1e-7 * np.mean(x**2):  # 1e-7 is for a signal that hardly changes
             notes.append(f"{name} is explained worse than by its mean; are its times and units those of the mechanism?")
     for experiment in problem.experiments if TIME_ZERO not in problem.names else ():

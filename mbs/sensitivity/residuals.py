@@ -45,7 +45,7 @@ TIME_ZERO = "time_zero"
 class FitProblem:
     """Residuals as functions of a point of the unit cube, one coordinate for each free number between `low` and `high`.
 
-    `errors` are standard deviations of signals. The user gave none for signals `without_error`: a first fit weighs these by the
+    `errors` are standard deviations of signals. The user gave none for the signals `estimated`: a first fit weighs these by the
     spread of their data, then `estimate_errors` takes the errors from its residuals. `units` are those of numbers and, after a
     run, of signals. `failed` is the message of the first run that failed, `stopped` the reason why the search ended early.
     `blocked` has the numbers without a derivative, as runs on both sides fail, with the message of a run. `cached` is the latest
@@ -58,7 +58,7 @@ class FitProblem:
     low: Array
     high: Array
     errors: dict[str, float]
-    without_error: list[str]
+    estimated: list[str]
     units: dict[str, str]
     solver: Spectral
     failed: str = ""
@@ -87,8 +87,8 @@ class FitProblem:
         given = {name: error for experiment in experiments for name, error in experiment.errors.items()}
         units = {name: (family.units | {TIME_ZERO: "s"})[name] for name in free}
         low, high = np.array(list(free.values()), dtype=float).T
-        without_error = [name for name in measured if name not in given]
-        return cls(family.make, experiments, list(free), low, high, spreads | given, without_error, units, solver or SOLVER)
+        estimated = [name for name in measured if name not in given]
+        return cls(family.make, experiments, list(free), low, high, spreads | given, estimated, units, solver or SOLVER)
 
     @property
     def count(self) -> int:
@@ -122,7 +122,9 @@ class FitProblem:
         """Compute the residuals of predictions in standard deviations."""
         parts = []
         for experiment, values in zip(self.experiments, predicted, strict=True):
-            parts += [((values[name] - x) / self.errors[name])[np.isfinite(x)] for name, x in experiment.signals.items()]
+            for name, x in experiment.signals.items():
+                error = experiment.errors.get(name, self.errors[name])
+                parts.append(((values[name] - x) / error)[np.isfinite(x)])
             parts.append(np.array([measured.residual(values[text]) for text, measured in experiment.readings.items()]))
         residuals = np.concatenate(parts)
         return np.where(np.isfinite(residuals), residuals, FAILURE_RESIDUAL)
@@ -175,13 +177,13 @@ class FitProblem:
     def estimate_errors(self, x: Array) -> None:
         """Estimate missing standard deviations of signals by the residuals of a fit."""
         sizes = self.residual_sizes(x)
-        for name in self.without_error:
+        for name in self.estimated:
             self.errors[name] = max(sizes[name], 1e-12 * self.errors[name])  # above 0 for data without noise
 
     def covariance(self, x: Array) -> Array:
         """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""
         _, s, vh = np.linalg.svd(self.jacobian(x), full_matrices=False)
-        variance = self.sum_of_squares(x) / self.freedom if self.without_error else 1.0
+        variance = self.sum_of_squares(x) / self.freedom if self.estimated else 1.0
         has_influence = s > DEPENDENT * max(s[0], 1e-300)
         deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), UNKNOWN)
         return np.asarray(variance * (vh.T * deviations**2) @ vh)
@@ -204,7 +206,7 @@ def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[s
             raise WrongReadingError(str(unknown(name, list(values))))
         if (given := experiment.units.get(name)) and parse_unit(given).dimension != parse_unit(units[name]).dimension:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
-        rate = ended.traits[name].rate
+        rate = ended.traits[name].rate  # name of the signal that is the time derivative, as `A.vx` for `A.x`
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
         predicted[name] = between(time, values[name], slopes, times)
     return predicted | {text: read_number(text, time, values, units, Smooth).value for text in experiment.readings}

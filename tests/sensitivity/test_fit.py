@@ -78,6 +78,16 @@ def test_a_run_that_fails_beside_the_best_point_does_not_end_the_fit():
     assert found.intervals["stiffness"].high - found.values["stiffness"] < 0.5
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_each_experiment_has_its_own_error(order):
+    """Of two experiments that contradict each other the more accurate one decides."""
+    time = np.linspace(0, 0.5, 101)
+    accurate = Experiment(time, {"O.x": exact(time)}, errors={"O.x": 1e-5})
+    inaccurate = Experiment(time, {"O.x": exact(time, stiffness=220.0)}, errors={"O.x": 1e-2})
+    found = fit(block(), [accurate, inaccurate][::order], free={K: (100.0, 400.0)}, starts=1)
+    assert found.values[K] == pytest.approx(200.0, rel=1e-4)
+
+
 @pytest.mark.parametrize("free", [{"stiffness": (100.0, 300.0)}, {"stiffness": (100.0, 300.0), "damping": (0.0, 10.0)}])
 def test_a_profile_ends_where_runs_fail(free):
     """Above the true number no mechanism can be made: the interval has no upper end."""
