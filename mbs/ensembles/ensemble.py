@@ -96,14 +96,16 @@ class Task:
     def integrate(self, k: int, member: PreparedMember) -> tuple[Array, Failure | None]:
         """Integrate member k from its random start and accumulate statistics; return values (windows, readings) and failure."""
         scene, start, channels = member
-        formulas = formulas_of(self.readings)  # of signals, the arguments of the readings' statistics, by their texts
+        formulas = formulas_of(self.readings)  # by text: `abs(rocker.ax)` of the reading `max(abs(rocker.ax))`
         sums = Accumulator.over(self.edges, len(formulas))
-        interpolates, parts = steps_over_impacts(scene, self.solver), list[Output]()
+        interpolates = needs_interpolation(scene, self.solver)
+        before: Output | None = None
 
         def accumulate(part: Output) -> None:
             """Add the values of the formulas at the next rows of the run, a part of its output."""
-            rows = add_states(scene, parts[-1:], part) if interpolates else part
-            parts[:] = [part]
+            nonlocal before
+            rows = add_states(scene, before, part) if interpolates else part
+            before = part
             signals = dict(zip(channels.names, channels.values(scene, rows).T, strict=True))
             signals |= {name: curve(rows.time) for name, curve in self.curves.items()}
             sums.add(rows.time, columns(formulas, signals))
@@ -113,23 +115,23 @@ class Task:
         return values_of(self.readings, formulas, sums), failure
 
 
-def steps_over_impacts(scene: CompiledScene, solver: Spectral) -> bool:
-    """Return True if implicit steps of joints with clearance may pass over the peaks of impacts.
+def needs_interpolation(scene: CompiledScene, solver: Spectral) -> bool:
+    """Return True if states are interpolated in steps: implicit steps of joints with clearance pass over the peaks of impacts.
 
-    Explicit steps are stable only if several lie in each impact. With strips no states may be interpolated: a strip is so stiff
-    along its line that small errors of its shape make large forces.
+    Explicit steps do not: they are stable only if several lie in each impact. With strips nothing is interpolated: a strip is so
+    stiff along its line that small errors of its shape make large forces.
     """
     tables = scene.tables
     has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
     return not is_explicit(scene, solver) and not len(tables.strips) and has_journals
 
 
-def add_states(scene: CompiledScene, before: list[Output], part: Output) -> Output:
-    """Add interpolated states in each step of a part of the output, and in the step that leads to it from a part before."""
-    last_rows = [Output(*(column[-1:] for column in each)) for each in before]
-    joined = Output(*(np.concatenate(columns) for columns in zip(*last_rows, part, strict=True)))
-    refined = refine_times(scene, joined, BETWEEN) if len(joined.time) > 1 else joined
-    return Output(*(column[len(last_rows) :] for column in refined))  # the last row of the part before has been counted
+def add_states(scene: CompiledScene, before: Output | None, part: Output) -> Output:
+    """Add interpolated states in each step of a part of the output, and in the step that leads to it from the part before."""
+    if before is None:
+        return refine_times(scene, part, BETWEEN) if len(part.time) > 1 else part
+    joined = Output(*(np.concatenate([old[-1:], new]) for old, new in zip(before, part, strict=True)))
+    return Output(*(column[1:] for column in refine_times(scene, joined, BETWEEN)))  # the old row has been counted
 
 
 @watch("members")

@@ -4,7 +4,8 @@ max min mean rms end         of a signal in the window; mean and rms are weighte
 impulse(signal)              integral over the window;
 share(signal)                share of the window in which it is above zero;
 onsets(signal)               number of times that it rises above zero: the impacts of a contact force;
-variation(signal)            total variation: sum of the magnitudes of its changes between samples, 2000 steps in a window;
+variation(signal)            total variation: sum of the magnitudes of its changes over 2000 equal steps of time in a window,
+                             chosen in `spectral.statistics`;
 + - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax)).
 """
 
@@ -70,7 +71,8 @@ class StatisticReading:
     def of(cls, text: str) -> StatisticReading:
         """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic."""
         try:
-            tree, signals = parse_reading(text, dict.fromkeys(TOKEN.findall(text)), ALLOWED)
+            names_with_dots = dict.fromkeys(TOKEN.findall(text))  # each is taken for a signal until a run has its own
+            tree, signals = parse_reading(text, names_with_dots, ALLOWED)
             for node in ast.walk(tree):
                 if isinstance(node, ast.Name):  # _0, _1, ... stand for signals
                     node.id = signals.get(node.id, node.id)
@@ -100,7 +102,7 @@ class StatisticReading:
                 return STATISTICS[name](sums[..., formula, :], lengths)
             return POINTWISE[name](evaluate(arguments[0], {}, call))
 
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):  # nan is the value of a formula such as 0/0
             value = evaluate(self.tree, {}, call)  # no signals: all of them stand in statistics
         return np.broadcast_to(np.asarray(value, dtype=float), sums.shape[:-2])
 
@@ -117,7 +119,9 @@ def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Ar
 
 def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formula], sums: Accumulator) -> Array:
     """Compute readings from accumulated sums, shape (windows, readings)."""
-    return np.stack([reading.value(sums.found, list(formulas), np.diff(sums.edges)) for reading in readings], axis=-1)
+    order, lengths = list(formulas), np.diff(sums.edges)
+    # `found` has the sums, (windows, formulas, kinds of sum)
+    return np.stack([reading.value(sums.found, order, lengths) for reading in readings], axis=-1)
 
 
 def read_windows(texts: Iterable[str], time: Array, signals: Mapping[str, Array], edges: Array) -> Array:

@@ -171,7 +171,7 @@ class Ensemble:
         """Write readings, numbers and reasons of failures to one .npz file, which appears when it is complete."""
         target = Path(path)
         incomplete = target.with_name(f".{target.name}.part.npz")
-        np.savez_compressed(  # the file's name for reasons is `said`
+        np.savez_compressed(  # `said` are the reasons: the name in the files of earlier versions
             incomplete, values=self.values, done=self.done, said=np.array(self.reasons), edges=self.edges, seed=self.members.seed,
             readings=np.array(self.readings), paths=np.array(self.members.paths), numbers=self.members.numbers,
         )  # fmt: skip
