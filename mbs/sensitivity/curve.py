@@ -15,7 +15,7 @@ from ..geometry import Array
 JUMP_TIME = 1e-11
 """Interval over the time of the last sample below which two samples are those of a jump: far above rounding, far below a step."""
 JUMP_INTERVAL = 1e-3
-"""Length of an interval between samples over the shorter of the two beside it, below which it is a jump, too; chosen."""
+"""An interval between samples is also a jump if it is shorter than this fraction of both intervals beside it; chosen."""
 
 
 def positive_ranges(x: Array) -> Array:
@@ -26,7 +26,10 @@ def positive_ranges(x: Array) -> Array:
 
 @dataclass(frozen=True)
 class Curve:
-    """Signal with samples `x` at times [s], linear between them; formulas of readings call its public methods by name."""
+    """Signal with samples `x` at times [s], linear between them; formulas of readings call its public methods by name.
+
+    A `count` is an ordinal number, 1, 2, ..., a float as all numbers of formulas. Where a method allows it, -1 is the last.
+    """
 
     time: Array
     x: Array
@@ -181,15 +184,15 @@ class Smooth(Curve):
             if i in after_jumps or i + 1 in after_jumps:  # both samples of a jump have almost the same time
                 return float(self.time[i])
         inside = [k + step, k + 2 * step, k + 3 * step]
-        lacks_samples = self.x[k] > 0 or not 0 <= inside[-1] < len(self.x)
-        if lacks_samples or (self.x[inside] == 0).any():
+        is_end_of_run = self.x[k] > 0  # no sample lies outside
+        if is_end_of_run or not 0 <= inside[-1] < len(self.x) or (self.x[inside] == 0).any():
             return float(self.time[k])
         if self.x[k] < 0:
             return self._root(min(k, k + step), 0.0)
         interval = self.time[inside[0]] - self.time[k]
         parabola = Polynomial(np.polyfit((self.time[inside] - self.time[k]) / interval, self.x[inside], 2)[::-1])
-        nearest = _roots_in_interval(parabola).max(initial=0.0)  # to the samples inside
-        return float(self.time[k] + nearest * interval)
+        fraction = _roots_in_interval(parabola).max(initial=0.0)  # the root nearest to the samples inside, or else sample k
+        return float(self.time[k] + fraction * interval)
 
     def _cubic(self, k: int) -> Polynomial:
         """Return the cubic between samples k and k + 1 over the fraction of the interval, 0 to 1."""

@@ -120,7 +120,7 @@ def read_csv(
 def _table(text: str) -> tuple[list[DataColumn], Rows]:
     """Split a text into columns and rows of numbers, by the first separator for which a line of names is followed by numbers."""
     lines = text.splitlines()
-    for separator in ("\t", ";", ",", " "):  # each is tried, in this order: a decimal comma is no separator
+    for separator in ("\t", ";", ",", " "):  # the comma late, as it may be a decimal comma
         rows = [(number, _cells(line, separator)) for number, line in enumerate(lines, 1) if line.strip()]
         has_numbers = [len(row) > 1 and row[0] != "" and None not in map(_value, row) for _, row in rows]
         first = has_numbers.index(True) if any(has_numbers) else 0  # number of lines above the numbers
@@ -151,7 +151,7 @@ def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
     split = [_column(cell, "") for cell in names]
-    # the cells without brackets, as the last line may have units, written `deg` or `[deg]`
+    # the last line may have units, written `deg` or `[deg]`: a cell `[deg]` splits into the unit `deg` and no name
     texts = [column.heading if column.name else column.unit for column in split]
     are_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, texts)))
     if are_units and texts[0] and parse_unit(texts[0]).dimension == parse_unit("s").dimension:  # of the first column, time
@@ -203,7 +203,8 @@ def _experiments(
     time = time - (start or 0.0)
     keys = np.column_stack([arrays[column] for column in set_columns.values()]) if settings else np.zeros((len(time), 1))
     experiments = []
-    for part in np.split(np.arange(len(keys)), np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1):
+    is_change = (np.diff(keys, axis=0) != 0).any(axis=1)
+    for part in np.split(np.arange(len(keys)), np.flatnonzero(is_change) + 1):  # indices of the rows of an experiment
         constants = {name: float(arrays[column][part[0]]) for name, column in set_columns.items()}
         first_time = time[part[0]] if counts_from_first_rows else 0.0
         experiments.append(Experiment(
@@ -227,7 +228,8 @@ def _find(columns: Sequence[DataColumn], name: str) -> DataColumn:
 
 def _factor(column: DataColumn, expected: str) -> float:
     """Return the factor from a column's unit to SI; ValueError unless it is a unit, of the dimension of `expected` if not ''."""
+    unit_quantity = f"1 {column.unit}"
     try:
-        return parse_quantity(f"1 {column.unit}", expected) if expected else float(measured(f"1 {column.unit}"))
+        return parse_quantity(unit_quantity, expected) if expected else float(measured(unit_quantity))  # in SI
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

@@ -1,10 +1,12 @@
 """Derivatives of readings (numbers read off a run) by numbers of a mechanism: central differences, each with its error.
 
 A reading f is computed at p - w, p and p + w, where w is a small change of the number p. The derivative is
-(f(p + w) - f(p - w))/2w. The error is the sum of two estimates (W. H. Press et al., Numerical recipes, 3rd ed., 2007, ch. 5.7).
-The truncation error is the difference from a second, coarser central difference: with 4 w, larger tolerances and strips of a
-lower degree. The gap is the difference of the one-sided derivatives (f(p + w) - f(p))/w and (f(p) - f(p - w))/w. For a smooth
-reading it is w f'', and four times as large over 4 w. What differs from this ratio is taken for noise.
+(f(p + w) - f(p - w))/2w. Its error is the truncation error plus the noise (W. H. Press et al., Numerical recipes, 2007, ch. 5.7).
+
+The truncation error is estimated by a second, coarser central difference, with 4 w, larger tolerances and strips of a lower
+degree: it is the difference of the two. The noise is estimated by gaps. A gap is the difference of the one-sided derivatives
+(f(p + w) - f(p))/w and (f(p) - f(p - w))/w. For a smooth reading the gap is w f'', so it is four times as large over 4 w. What
+differs from this ratio is noise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,8 +26,8 @@ from .reading import FAILURES, parse_frequency
 from .runs import Reading, Readings, read, readings_of, require_compiler, scale_tolerances
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
-"""Default solver of the finer runs: with a tolerance of 1e-7 derivatives after an impact err by up to 1e-4, with 1e-9 by 1e-7.
-Degree and contact tolerance are chosen."""
+"""Default solver of the finer runs. With a tolerance of 1e-7 derivatives after an impact have errors of up to 1e-4, with 1e-9 of
+1e-7. Degree and contact tolerance are chosen."""
 WIDTH_OF_RUNS = 3e-4
 """Relative change w/|p| of the number in the finer difference, for readings of runs; chosen. The truncation error is proportional
 to its square, the noise to its inverse."""
@@ -81,7 +83,7 @@ class Derivative(NamedTuple):
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of readings by numbers, grouped by reading, the largest first; `spreads` are given standard deviations."""
+    """Derivatives of readings by numbers, grouped by reading, the largest first; `spreads` are numbers' standard deviations."""
 
     rows: Sequence[Derivative]
     spreads: Mapping[str, float]
@@ -115,8 +117,11 @@ class Sensitivities:
 
 
 def _per(unit: str, by: str) -> str:
-    top, bottom = unit or "?", by or "?"
-    return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"
+    """Write the unit of a derivative, with '?' for an unknown unit; `by` is '1' for a number without dimension."""
+    if by == "1":
+        return unit or "?"
+    is_compound = " " in by or "/" in by
+    return f"{unit or '?'}/({by})" if is_compound else f"{unit or '?'}/{by or '?'}"
 
 
 @watch("runs")
@@ -160,11 +165,12 @@ def sensitivities(
     if no_scale := [name for name, scale in scales.items() if not scale]:
         raise ValueError(f"{no_scale[0]} = 0: a relative change says nothing; give its standard deviation, too")
     neighbours = Neighbours(family, scales, duration)
+    # without a duration there are none, see `readings_of`
     of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
-    # number of runs that the line of progress shows: two widths, two sides of each number; inf for no number
-    watching.get().most = 2 * (1 + 2 * len(scales)) if of_runs else inf
+    runs = 2 * (1 + 2 * len(scales))  # finer and coarser: the unchanged mechanism, and both sides of each number
+    watching.get().most = runs if of_runs else inf  # for the display of progress, which counts runs alone
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += neighbours.rows(group, solver or TIGHT, width)

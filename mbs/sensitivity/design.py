@@ -34,7 +34,7 @@ class Design:
 
     `readings`, minimised or constrained, are of a finer run at these values; `changes` are their differences from the run of the
     search. The design is `possible` if the finer run meets all constraints. It is not `complete` if the search ended early. The
-    `message` lists violated constraints, and says why. `units` are those of values and readings, '' for a function.
+    `message` lists violated constraints and why the search ended early. `units`, of values and readings, are '' for a function.
     """
 
     values: dict[str, float]
@@ -89,8 +89,7 @@ def optimise(
         First start of the search: numbers by their paths, SI; by default the middles of the ranges.
     starts : int
         Number of starts: `start`, and points of a Halton sequence over the ranges. The search descends from `start` and from
-        the `searching.BEST_STARTS` (3) other points with the smallest violation of constraints, or the smallest reading if
-        they violate none.
+        the `searching.BEST_STARTS` (3) best of the others.
     budget : int
         Largest number of runs, derivatives included, after which the best design so far is returned.
     timeout, progress
@@ -142,12 +141,13 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
             raise RunFailedError(f"{search.stopped}, before any run ended" if search.stopped else no_run)
         if attempts and round_point(x) == round_point(attempts[-1].x):  # the last correction did not change the design
             break
-        coarse, fine = search.cache[round_point(x)], search.read_finer(x)
+        coarse, fine = search.cache[round_point(x)], search.read_finer(x)  # both without the offset
         attempts.append(Attempt(x, coarse, fine))
         if not search.list_violated(fine) or search.stopped or search.runs >= search.budget:
             break
         search.offset = fine - coarse
         _until_enough(search, lambda x=x: search.descend(x))  # type: ignore[misc]
+    # of least violation or, without violation, of the least reading
     return _design(search, min(attempts, key=lambda attempt: search.merit(attempt.fine)))
 
 

@@ -95,7 +95,10 @@ def _find_declaration(mechanism: Mechanism, keys: Sequence[str | int], path: str
 
 @dataclass(frozen=True)
 class Family:
-    """Mechanisms that differ in some numbers: `make` makes one from values; `values`, SI, are those of the given mechanism."""
+    """Mechanisms that differ in some numbers, with `values` [SI] and `units` of these numbers in the given mechanism.
+
+    `make` makes a mechanism from other values. The units of a function's arguments are not known, ''.
+    """
 
     make: Callable[[Mapping[str, float]], Mechanism]
     values: dict[str, float]
@@ -105,7 +108,8 @@ class Family:
     def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
         """Make a family by paths of numbers, or by names of a function's arguments.
 
-        A function needs `arguments` if its `values` are read. Those that are not in `names` do not vary.
+        `arguments` are those of a function in the given mechanism; without them `values` is empty. Arguments that are not in
+        `names` do not vary.
         """
         if not isinstance(source, Mechanism | Mapping):
             function, fixed = source, dict(arguments or {})

@@ -58,7 +58,8 @@ class RunFailedError(RuntimeError):
 
 
 FAILURES = (RunFailedError, ArithmeticError, ValueError)
-"""Errors of a run, or of numbers with which no mechanism can be made."""
+"""Errors of a run, or of numbers with which no mechanism can be made. A WrongReadingError, also a ValueError, is no failure:
+where it can arise, it is caught and raised again first."""
 
 
 class WrongReadingError(ValueError):
@@ -95,6 +96,7 @@ def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | N
     number = int(match[1])
 
     def frequency(mechanism: Mechanism) -> tuple[float, float]:
+        """Compute the natural frequency [Hz] and its error; raise a RunFailedError if the state of rest is not stable."""
         from ..statics.vibration import frequencies  # loads the compiled solver
 
         answer = frequencies(mechanism, count=number)
@@ -112,6 +114,7 @@ def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     if parse_frequency(text):
         return
     names = TOKEN.findall(text) if signals is None else list(signals)
+    # read off an invented run of two samples, in which all signals are 1
     read_number(text, np.array([0.0, 1.0]), dict.fromkeys(names, np.ones(2)), {})
 
 
@@ -123,6 +126,7 @@ def parse_reading(
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
     def replace(match: re.Match[str]) -> str:
+        """Note the name of a signal and return its short name."""
         names[short[match[0]]] = match[0]
         return short[match[0]]
 

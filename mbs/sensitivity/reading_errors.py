@@ -29,7 +29,7 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
 OF_CONTACTS = ("begins", "ends", "peak")
-"""Readings of single contacts: out of contact, where the signal is 0, no error is added."""
+"""Readings of the n-th contact: out of contact, where the signal is 0, no error is added."""
 BATCHES = 20
 """Number of batches, with a revolving drive 29 at most: fewer make s uncertain, more are correlated."""
 LEAST_BATCHES = 4

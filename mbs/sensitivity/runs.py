@@ -62,7 +62,7 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
         if callable(reading):
             found.append((float(reading(mechanism)), "", 0.0))
         elif frequency := parse_frequency(reading):
-            value, error = frequency(mechanism)
+            value, error = frequency(mechanism)  # of vibrations about the state of rest
             found.append((value, "Hz", error))
         elif duration is None:
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")

@@ -24,7 +24,8 @@ from .runs import Reading, scale_tolerances
 from .runs import read as read_run
 
 EXACT = 1e-3
-"""Default tolerance of a constraint `reading = value`, relative to the value. A convention."""
+"""Default tolerance of a constraint `reading = value`, relative to the value. A convention. Over the same relative distance
+inside a wide interval, chosen, the residual of a constraint falls from 1 to 0."""
 MET = 1e-6
 """Largest relative violation with which a constraint counts as met: the accuracy of a search."""
 BINDS = 1e-3
@@ -152,7 +153,7 @@ class Search:
     budget: int  # largest number of runs
     runs: int = 0
     stopped: str = ""
-    failed: str = "readings have no value there"
+    failed: str = "readings have no value there"  # at the first point, where the run ends, but all readings are nan
     units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0
     cache: dict[tuple[float, ...], Array] = field(default_factory=dict)
@@ -169,7 +170,7 @@ class Search:
         self.runs += 1
         try:
             found = read_run(self.readings, self.family.make(self.values(x)), self.duration, solver)
-        except WrongReadingError:
+        except WrongReadingError:  # wrong for every run
             raise
         except FAILURES as error:
             self.failed = str(error) if self.runs == 1 else self.failed

@@ -25,6 +25,7 @@ def draw_spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
     """Yield a zigzag between the two ends of a spring."""
     ends = [sheet.frame_at(*place(ref)) for ref in (spring.a, spring.b)]
     u, half = sheet.unit, 0.5 * sheet.unit
+    # points of a `Span`: fraction of the way from the first end to the other, offset to the left [m]
     inner = [(0.15 + 0.7 * (k + 0.5) / 14, half if k % 2 else -half) for k in range(14)]
     yield Span(ends[0], ends[1], "spring", ((0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)))
     for ref, frame in zip((spring.a, spring.b), ends, strict=True):

@@ -109,7 +109,7 @@ def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
     deflection = c * y - s * x
     bending = np.gradient(np.gradient(deflection, undeformed, axis=1), undeformed, axis=1)
     bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided second differences are inaccurate
-    return line, bending, np.zeros_like(bending)
+    return line, bending, np.zeros_like(bending)  # no axial strain: the line alone does not give it
 
 
 def _repeat_start(record: Record, link: Link, local: Array) -> Bent:

@@ -225,6 +225,7 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
             kind, parameter = critical.kind, critical.rest.parameter
             ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
             in_legend.add(kind)
+    # `path.ordinate` is a text before the axis: "amplitude of " for periodic motions
     ax.set(xlabel="parameter", ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
     ax.legend()
     return ax

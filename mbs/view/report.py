@@ -107,7 +107,8 @@ class ArrayStore:
         is_finite = np.isfinite(values)
         if low == high and is_finite.all():
             return [-1, low, 0.0]
-        step = float(f"{(high - low) / LEVELS or 1.0:.9g}")  # few digits, for a short page
+        exact_step = (high - low) / LEVELS or 1.0  # 1: all finite values are equal, but some values are not finite
+        step = float(f"{exact_step:.9g}")  # few digits, for a short page
         quantised = np.full(len(values), LEVELS + 1, dtype="<u2")
         quantised[is_finite] = np.clip(np.rint((values[is_finite] - low) / step), 0, LEVELS)
         start = self.size
@@ -137,7 +138,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
         fields = mark._asdict()
-        # the fields that name frames get the numbers of these frames
+        # frames are passed by number: of the mark, of the other end of a `Span`, and `within`, of an arrow's direction
         frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}
         marks.append([type(mark).__name__, *map(_round, (fields | frames).values())])
     bands = {}
@@ -148,6 +149,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
     return {
         "count": len(movie.time), "time": store.add(movie.time), "unit": movie.unit, "box": movie.box,
         "names": list(movie.frames), "points": movie.points,
+        # position x, y and angle of each frame
         "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
         "bands": bands, "marks": marks,
     }  # fmt: skip
@@ -228,10 +230,10 @@ def first_shown(result: Result, preferred: Sequence[str] = ()) -> list[str]:
 
 
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
-    """Fill a template: `page/name.html`, `.css` and `.js` of a package, with its data, among them `title` and `status`.
+    """Fill a page with its data, among them `title` and `status`; the title of the window names the status unless it is OK.
 
-    Styles and script of the report page come before those of the template; the body of the report replaces `{{report}}`. The
-    title of the window names the status unless it is OK.
+    All pages have the frame `page/shell.html`. Its body is `page/name.html` of a package, in which the body of the report page
+    replaces `{{report}}`. Styles and scripts (`.css`, `.js`) of the report page come before those of `name`.
     """
     warning = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
     sources = dict.fromkeys(((__package__, "report"), (package, name)))

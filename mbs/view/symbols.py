@@ -194,13 +194,14 @@ def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     frame = sheet.frame_at(body, reference)
     (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
     is_block = stop.point in {guide.point for guide in mechanism.guides}
+    # half size of the drawn point (a block meets a wall with its end) and half length of the wall
     size_of_point, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
     front = stop.distance_to_face(mechanism) + side * size_of_point  # coordinate from the stop's point along the normal, signed
     back = front + side * 0.6 * u
     wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, normal, origin=(x - x0, y - y0)), closed=True)
     push = (-side * normal[0], -side * normal[1])  # the direction of the force on the point, fixed in the frame of the wall
-    # a block in a guide has no name of a body
+    # across a guide the stop's point is on a block, which has no name as a body
     point = sheet.frame_of(stop.point) if stop.is_in_guide else sheet.frame_at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 
@@ -249,8 +250,9 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
         places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
         corner = (float(places[:, 0].max()) + 3 * u, float(places[:, 1].max()) + 3 * u)
         tip = (corner[0] + 3 * u * gx, corner[1] + 3 * u * gy)
-        yield from drawing.draw_arrow("", "other", corner, tip, 0.8 * u)
-        yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
+        ground = ""  # the frame's name
+        yield from drawing.draw_arrow(ground, "other", corner, tip, 0.8 * u)
+        yield Label(ground, "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
 
 
 def _moving_body(joint: Joint) -> str:

@@ -25,7 +25,7 @@ QUESTIONS = {
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 """Verdicts in the order in which pages show them."""
 NOT_APPLICABLE = "not_applicable"
-"""Key of a result's provenance, under which the reasons stand why checks did not apply, by name."""
+"""Key of a result's provenance for a table: name of each check that did not apply, and the reason."""
 NAME = r"[A-Z_]{3,}: "
 """Pattern of the name of a check, with which its message begins. After a semicolon within a message no name follows."""
 
@@ -46,7 +46,8 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         name, _, message = reason.partition(": ") if re.match(NAME, reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(message)
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
-    for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
+    questions = dict.fromkeys(reasons, "") | QUESTIONS  # failed checks first; OTHER has no question
+    for name, question in questions.items():
         is_compared = result.verified >= 0  # difference from the other solver, nan without such a run
         if name == "SOLVERS" and not is_compared:
             continue
