@@ -26,7 +26,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import has_compiler
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
-from buckler.mbs.solvers import Spectral
+from buckler.mbs.solvers import Exudyn, Spectral
 from buckler.mbs.units import parse_quantity, written_unit
 from buckler.mbs.validate import number as check_range
 from buckler.mbs.view.report import blank, content, fill_page, with_ledger
@@ -106,8 +106,8 @@ class Explorer:
     def move(self, values: Mapping[str, object]) -> dict[str, Any]:
         """Run once and return what the page shows; the error of the run is unknown."""
         begin = perf_counter()
-        # with a solver given, one run without an error estimate; without a compiler the default solver is quicker
-        solver = Spectral() if has_compiler() else None
+        # `simulate` runs a given solver once. Without a compiler the equations of `Spectral` are slow.
+        solver = Spectral() if has_compiler() else Exudyn()
         result = simulate(self.mechanism(values), self.duration, solver=solver, progress=False)
         return content(result, self.path.name, self.measures) | {"seconds": perf_counter() - begin}
 

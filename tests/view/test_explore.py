@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from chromium import browser
 
-from buckler.mbs import Mechanism
+from buckler.mbs import Mechanism, simulate
 from buckler.studies.kit.cli import main
+from buckler.studies.own import explore
 from buckler.studies.own.explore import ANSWERS, OMITTED, Explorer, server
 from buckler.studies.own.files import open_file, varied_numbers
 
@@ -73,6 +74,19 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
 
 def explorer(free):
     return Explorer(EXAMPLES / "pendulum.toml", open_file(EXAMPLES / "pendulum.toml", duration="0.5"), free, changes={})
+
+
+def test_a_move_without_a_compiler_is_one_run(monkeypatch):
+    monkeypatch.setattr(explore, "has_compiler", lambda: False)
+    runs = []
+
+    def simulate_and_keep(*arguments, **options):
+        runs.append(simulate(*arguments, **options))
+        return runs[-1]
+
+    monkeypatch.setattr(explore, "simulate", simulate_and_keep)
+    explorer({MASS: None}).move({MASS: 0.5})
+    assert np.isnan(runs[0].error.motion) and "runs" not in runs[0].work
 
 
 def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch):
