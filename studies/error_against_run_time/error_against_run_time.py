@@ -2,8 +2,8 @@
 
 A work is a mechanism and the numbers that are computed from it; its runs form three series. `engine` is Exudyn with the best
 settings found by hand: scripts in Exudyn's own classes, except for rattling, where Buckler runs on Exudyn. `once` is a single run
-of the compiled solver, or, for the buckled strip, statics of Buckler's beams on Exudyn. `known` is a run by an accuracy, which
-reports its error.
+of the compiled solver, or, for the buckled strip, statics of Buckler's beams on Exudyn. `known` is a run that is asked for an
+accuracy: its error is known, because it reports an estimate.
 Processor times run from the description of the mechanism to the numbers, and are measured in rounds (`kit.statistics`). A second
 table lists the objects of each mechanism's scene, and what a run of it loads and compiles.
 """
@@ -102,8 +102,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         once = {setting: point.error for (series, setting), point in found["strip"].points.items() if series == ONCE}
         elements, errors = [int(setting) for setting in once], list(once.values())  # these settings are numbers of elements
         metrics["strip_order"] = Metric(-exponent(elements, errors), "1", exact=ORDER)
-    series = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
-    signals = {key: np.array([[x.time, x.error] for x in points]) for key, points in series.items() if points}
+    curves = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
+    signals = {key: np.array([[x.time, x.error] for x in points]) for key, points in curves.items() if points}
     tables = [_table(found, footnote(p))]
     if contents:
         title = "What scenes are made of, and what a run of each loads and compiles"
@@ -131,7 +131,7 @@ def figure(result: StudyResult) -> Figure:
     works = list(dict.fromkeys(name.partition(".")[0] for name in signals))
     columns = min(3, len(works))
     lines = -(-len(works) // columns)
-    fig, axes = subplots(lines, columns, height=25 + 50 * lines, squeeze=False)
+    fig, axes = subplots(lines, columns, height=25 + 50 * lines, squeeze=False)  # [mm], of legend and panels
     shown = {}
     for ax, work in zip(axes.flat, works, strict=False):
         for (series, marker), colour in zip(MARKERS.items(), COLOURS, strict=False):

@@ -35,12 +35,15 @@ class _System:
         self.ground = self.mark_coordinate(self.system.AddNode(eii.NodePointGround()), 0)
 
     def add(self, item: object) -> int:
+        """Add an object."""
         return int(self.system.AddObject(item))
 
     def mark_coordinate(self, node: int, coordinate: int) -> int:
+        """Add a marker of a coordinate of a node."""
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
     def mark_node(self, node: int) -> int:
+        """Add a marker of the position of a node."""
         return int(self.system.AddMarker(eii.MarkerNodePosition(nodeNumber=node)))
 
     def mark_body(self, body: int, x: float) -> int:
@@ -53,6 +56,7 @@ class _System:
         return self.add(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def pin(self, *markers: int) -> None:
+        """Join two markers of positions by a revolute joint."""
         self.add(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
 
     def add_weight(self, body: int, gravity: tuple[float, float]) -> None:
@@ -116,6 +120,7 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
     span = [0.0, 0.0]  # end shortenings at the start and the end of a load step
 
     def travel(_system: object, t: float, _item: int, _offset: float) -> float:
+        """Return the displacement of the pressed end [m] at a share t of the load step."""
         return -length * (span[0] + (span[1] - span[0]) * t)
 
     constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)
@@ -216,9 +221,9 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
     """Make the engine's function for the force of a stop at negative x; `face` is the slider's displacement at contact [m]."""
 
     def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
+        """Compute the force of a spring [N], which the engine counts positive where it pulls the slider to negative x."""
         depth, depth_rate = face - x, -v
-        push = max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0  # to positive x [N]
-        return -push  # the engine counts the force of a spring positive where it pulls the slider to negative x
+        return -max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0
 
     return force
 

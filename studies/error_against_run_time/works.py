@@ -5,9 +5,10 @@ problem of the element's theory, for a chain of bars the solution of Lagrange's 
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
 the result, as the difference of the two.
 
-Arguments `hand` and `once` are the settings of the series `engine`, hand-written scripts, and `once`, single runs of the compiled
-solver, coarse to fine; `fine` has those of the two references. `tuned` names the setting of `engine` with whose time other times
-are compared.
+`hand` lists the settings of the series `engine`, from coarse to fine: `HandSetting(elements, steps, relative, absolute)` with the
+tolerances of Newton's method. `once` lists those of the compiled solver: `OnceSetting(tolerance, degree)`. All are chosen. `fine`
+has the settings of the two references. Runs of the series `known` are asked for an accuracy. For the statics of the strip the
+series `once` has Buckler's beams on Exudyn. `tuned` is the setting of `engine` with whose time other times are compared.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -66,19 +67,22 @@ def strip() -> Work:
     unit = STRIP.bending_stiffness / PAPER.coupler**2
 
     def exact(shear: float) -> Array:
+        """Compute the loads P L^2/(E I) of a rod with this shear stiffness over E I/L^2."""
         return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
 
     def run_beam(elements: int) -> Array:
+        """Compute the loads of a beam on Exudyn, which `pinned_strip` gives as P L^2/(E I)."""
         return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
 
     def run_cable(elements: int) -> Array:
+        """Compute the loads P L^2/(E I) of hand-written cables."""
         return _import_plain().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     runs: Runs = {(ENGINE, f"{n}"): partial(run_cable, n) for n in (16, 32, 64)}
     runs |= {(ONCE, f"{n}"): partial(run_beam, n) for n in (8, 16, 32, 64)}
     references = {ENGINE: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))}
     about, measure = "buckled strip, 20 end shortenings", "largest error of the load [1]"
-    return Work(about, measure, runs, tuned="64", references=references, largest=True)
+    return Work(about, measure, runs, tuned="64", references=references, largest=True)  # error: the largest relative one
 
 
 def slider_work(
@@ -92,8 +96,9 @@ def slider_work(
     motion = ComparedMotion(mechanism, 2 * pi / speed, ("coupler.deflection",))
 
     def run_engine(setting: HandSetting) -> Array:
+        """Compute the deflection [m], (times, 1)."""
         cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
-        numbers = setting.steps, setting.relative, setting.absolute
+        _, *numbers = setting  # steps and tolerances
         return _import_plain().slider_crank(build(cable), motion.times, *numbers)[:, None]
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
@@ -102,7 +107,7 @@ def slider_work(
 
 
 def smooth() -> Work:
-    """Define the work of a slider-crank without a stop, whose coupler bends by its inertia and vibrates after a sudden start."""
+    """Define the work of a slider-crank at 600 r/min without a stop: its coupler bends by its inertia, and vibrates."""
     return slider_work(
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
@@ -117,7 +122,7 @@ def stop() -> Work:
     law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
-        mbs.Beam(STRIP.damped(0.01, PAPER.coupler), imperfection=PAPER.coupler / 1000),
+        mbs.Beam(STRIP.damped(ratio=0.01, length=PAPER.coupler), imperfection=PAPER.coupler / 1000),
         hand=[HandSetting(8, steps, 1e-6, 1e-6) for steps in (5000, 10_000, 40_000)],
         once=[OnceSetting(1e-4, 8), OnceSetting(1e-5, 8), OnceSetting(3e-6, 9)],
         fine=(HandSetting(16, 80_000, 1e-7, 1e-7), OnceSetting(1e-8, 12)), tuned="8 x 10000",
@@ -132,6 +137,7 @@ def chain_work(
     bars, last = kind == "bars", LINKS - 1
 
     def build(elements: int | None = None) -> mbs.Mechanism:
+        """Make the chain; only strips have elements."""
         body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
         points = {f"P{k}": (0.1 * k, 0.0) for k in range(LINKS + 1)}  # links of 0.1 m
         links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(LINKS)]
@@ -142,7 +148,9 @@ def chain_work(
     motion = ComparedMotion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
-        return _import_plain().chain(build(setting.elements), motion.times, setting.steps, setting.relative, setting.absolute)
+        """Compute the path [m], (times, 2)."""
+        elements, *numbers = setting
+        return _import_plain().chain(build(elements), motion.times, *numbers)
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     if fine:
@@ -155,8 +163,8 @@ def chain_work(
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     """Integrate Lagrange's equations of a chain of n bars in their angles; return the centre of the last bar, (times, 2) [m].
 
-    With angles q_k, bars of mass m, length a and inertia J about their centres, c_kl = m a^2 min(b_k, b_l) and
-    b_k = n - k - 1/2 (k from 0):
+    The bars have angles q_k, mass m, length a and inertia J about their centres. With c_kl = m a^2 min(b_k, b_l) and
+    b_k = n - k - 1/2, k from 0:
 
         sum_l c_kl cos(q_k-q_l) q_l'' + (J - m a^2/4) q_k'' = -sum_l c_kl sin(q_k-q_l) q_l'^2 - m g a b_k cos(q_k).
 
@@ -170,6 +178,7 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
     coupling, diagonal = m * a**2 * np.minimum.outer(b, b), (inertia - m * a**2 / 4) * np.eye(n)
 
     def rates(_t: float, state: Array) -> Array:
+        """Compute the rates of angles and angular velocities."""
         angle, rate = state[:n], state[n:]
         difference = np.subtract.outer(angle, angle)
         right = -(coupling * np.sin(difference)) @ rate**2 - GRAVITY * m * a * b * np.cos(angle)
@@ -191,22 +200,23 @@ def rattling(
     """
 
     def body(elements: int | None) -> Body:
+        """Make the rocker; only a beam has elements."""
         if rocker == "modal":
             return mbs.Modal(BAR, BarModes(bending=2, axial=1), damping=0.01)
-        damped = BAR.damped(0.01, STEEL_CRANK_ROCKER.rocker)
+        damped = BAR.damped(ratio=0.01, length=STEEL_CRANK_ROCKER.rocker)
         return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
 
+    friction = AdamsFriction(static=0.3, dynamic=0.1)
+    play = partial(mbs.Clearance, pin=5e-3, gap=GAP, law=RATTLING, friction=friction)
+
     def build(elements: int | None = None) -> mbs.Mechanism:
-
-        def play(point: str, first: str, second: str) -> mbs.Clearance:
-            friction = AdamsFriction(static=0.3, dynamic=0.1)
-            return mbs.Clearance(point, first, second, 5e-3, GAP, RATTLING, friction)  # pins of 5 mm radius
-
+        """Make the crank-rocker, at 300 r/min."""
         return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
 
     motion = ComparedMotion(build(), 0.01, tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy"))
 
     def run_engine(elements: int, tolerance: float) -> Array:
+        """Compute the paths [m], (times, 4)."""
         solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=work.STEPS))
         return replace(motion, mechanism=build(elements)).simulate(solver=solver)
 

@@ -143,7 +143,8 @@ def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Fi
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
         price = spent / (perf_counter() - start)
         longest_link = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
-        # The allowed error of a place is `allowed` times its scale, but at least the accuracy times the longest link.
+        # The allowed error of a place is `ALLOWED` times its scale: the accuracy times the longest link, if that is more. Two
+        # references need to agree only within a part of the allowed error, `AGREEMENT`.
         scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / ALLOWED[kind]) for kind in ("place", "path")}
         if joints := clearances(draw.mechanism):
             scales["journal"] = min(joint.gap for joint in joints)
@@ -160,7 +161,8 @@ def read(draw: Draw, result: Result) -> Measures:
     mechanism, duration = draw.mechanism, draw.duration
     if is_pressed(mechanism):
         late = result.time > 0.999 * result.time[-1]  # 10 ms of such a run of 10 s: many periods of axial vibration
-        inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # force on the guide's mass [N]
+        # The drive at the end A accelerates the mass in the guide and presses the strip.
+        inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # mass times acceleration [N]
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
@@ -180,7 +182,7 @@ def read(draw: Draw, result: Result) -> Measures:
 def find_forces(result: Result) -> dict[str, str]:
     """Find the forces and torques that are compared, each with the vector (`group`) of which it is a component.
 
-    A force X that vibrates has a moving average, the signal `X.mean` with the source X, which is compared in its place.
+    A force X that vibrates also has a moving average, the signal `X.mean`, whose `source` is X. Then only the average is compared.
     """
     averaged = {trait.source for trait in result.traits.values()}
     return {
@@ -245,24 +247,20 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
 
 
 def read_reference(draw: Draw, finer: bool) -> Measures | None:
-    """Read the measures of a reference run; None if it fails."""
-    result = run_reference(draw, finer)
-    return None if result is None else read(draw, result)
-
-
-def run_reference(draw: Draw, finer: bool) -> Result | None:
-    """Run the compiled solver, on request with finer steps and strips; return None if it fails."""
+    """Read the measures of a run of the compiled solver, on request with finer steps and strips; None if it fails."""
     longest_step = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / STEPS_PER_PERIOD)
-    steps = Controlled(tolerance=1e-9 if finer else 1e-8, max_step=longest_step / 2**finer)
-    solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
+    if finer:  # all settings are chosen
+        solver = Spectral(Controlled(tolerance=1e-9, max_step=longest_step / 2), degree=12, contact_tolerance=5e-4)
+    else:
+        solver = Spectral(Controlled(tolerance=1e-8, max_step=longest_step), degree=9, contact_tolerance=1e-3)
     try:
         simulate(draw.mechanism, TRIAL * draw.duration, solver=solver)  # compiles the solver
         result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return result if result.status in ENDED else None
+    return read(draw, result) if result.status in ENDED else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:

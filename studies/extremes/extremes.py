@@ -10,6 +10,7 @@ though its error is too large; no run should be. The price of a run is its time 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import pi, sqrt
 
 import numpy as np
@@ -64,10 +65,8 @@ def rattle(dice: Dice) -> Run:
     coulomb = laws.Coulomb(dice.uniform(0, 0.9), dice.log(1e-4, 1e-2))
     friction = dice.one(laws.NoFriction(), coulomb, laws.AdamsFriction(static=0.9, dynamic=0.1, v_s=1e-3, v_d=1e-2))
 
-    def play(point: str, pin: str, bush: str) -> mbs.Clearance:
-        return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)  # pins of 5 mm radius
-
     joints = dice.one("B", "BC", "ABC", "OABC")
+    play = partial(mbs.Clearance, pin=5e-3, gap=gap, law=law, friction=friction)
     linkage = crank_rocker(mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=0.5)
     return linkage, predictable_time(speed)
 
@@ -126,7 +125,7 @@ def count_families(found: Sequence[Finding]) -> Table:
 
 
 def list_exceptions(found: Sequence[Finding]) -> Table:
-    """List the cases whose verdict is not RIGHT, with the message of the run."""
+    """List the cases whose verdict is not RIGHT: largest error over the allowed one, its measure, message of the run."""
     others = sorted((f for f in found if f.verdict is not Verdict.RIGHT), key=lambda f: list(Verdict).index(f.verdict))
     rows = [[f.name, f.verdict, None if np.isnan(f.error) else f"{f.error:.2g} {f.worst}", f.message[:90]] for f in others]
     return Table(["case", "verdict", "error over what is allowed", "message"], rows, "Cases that are not right")
@@ -139,7 +138,8 @@ def figure(result: StudyResult) -> Figure:
     fig, ax = subplots(height=60 + 6 * len(families))
     x = np.where(np.isnan(s["error"]), NOT_COMPARED, np.clip(s["error"], LEAST, MOST))
     y = np.array([families.index(name) for name in s["family"]]) + jitter.uniform(-0.3, 0.3, len(x))
-    for verdict, mark, colour in zip(Verdict, "oPDX*", COLOURS, strict=False):
+    marks = {"right": "o", "named": "P", "false alarm": "D", "silent": "X", "no reference": "*"}
+    for (verdict, mark), colour in zip(marks.items(), COLOURS, strict=False):
         part = s["verdict"] == verdict
         ax.plot(x[part], y[part], mark, ms=3.5, color=colour, label=f"{verdict} ({part.sum()})")
     ax.axvline(1.0, color="black", lw=0.8)
