@@ -182,7 +182,7 @@ def read(draw: Draw, result: Result) -> Measures:
 def find_forces(result: Result) -> dict[str, str]:
     """Find the forces and torques that are compared, each with the vector (`group`) of which it is a component.
 
-    A force X that vibrates also has a moving average, the signal `X.mean`, whose `source` is X. Then only the average is compared.
+    A force X that vibrates also has a moving average, the signal `X.mean` with the `source` X. Then only the average is compared.
     """
     averaged = {trait.source for trait in result.traits.values()}
     return {

@@ -42,12 +42,12 @@ DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
 """Damping ratios of modes as functions of their frequencies [Hz] and of a ratio, which the default of ADAMS ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
 """Kinds of modes. "free" and "Euler-Bernoulli" are those of the free rocker, by Timoshenko's and by Euler and Bernoulli's beam
-theory. "Craig-Bampton" are those of ADAMS, which add static shapes; their numbers are fixed."""
+theory. "Craig-Bampton" are those of ADAMS, which add static shapes; `bending` and `axial` do not act on them."""
 
 
 @dataclass(frozen=True)
 class JointAssumptions(Gravity):
-    """Assumptions about the joints and their surroundings; each parameter ends with its help and the heading above it."""
+    """Assumptions about the joints and their surroundings; the last two texts of a parameter are its help and its heading."""
 
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(

@@ -107,7 +107,7 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
     """Return the rocker with a damping ratio for each mode by one of the `DAMPINGS`, of size `ratio`."""
     model = rocker.planar(LENGTH)
     ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
-    # Craig-Bampton modes with a damping ratio for each mode need the numbers of the planar modes.
+    # A ratio belongs to a mode by its number, so the planar modes, the default of `CraigBampton`, are named.
     is_craig_bampton = isinstance(rocker.modes, CraigBampton)
     modes = CraigBampton(tuple(model.numbers.tolist())) if is_craig_bampton else rocker.modes
     return replace(rocker, modes=modes, damping=ratios)
@@ -132,7 +132,7 @@ class PlayParameters(JointAssumptions):
 
     @property
     def thresholds(self) -> tuple[float, float]:
-        """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
+        """Sliding speeds [m/s] at which friction is static, and from which it is dynamic; `friction_thresholds` is a factor."""
         return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
     def bars(
@@ -149,6 +149,7 @@ class PlayParameters(JointAssumptions):
         clearance = self.clearance if gap is None else gap
 
         def make_joint(point: str, first: str, second: str) -> Clearance:
+            """Make a joint whose pin is on the first body, or on the second one if `pin_on` says so."""
             pin, bush = (second, first) if point in self.reversed_joints else (first, second)
             return Clearance(point, pin, bush, self.pin, clearance, law, friction)
 
@@ -195,7 +196,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
 
 def make_modal_rocker(p: RockerParameters) -> Modal:
-    """Make the modal rocker of a study, with modes of one of the `assumptions.KINDS`; "free" ones are by Timoshenko's theory.
+    """Make the modal rocker of a study: Craig-Bampton modes, or modes of the free bar by Timoshenko or Euler-Bernoulli.
 
     `frequency_factor` multiplies all frequencies. The modulus has its square as a factor, so that static stiffness changes, too.
     """
@@ -204,5 +205,6 @@ def make_modal_rocker(p: RockerParameters) -> Modal:
     if p.modes_of == "Craig-Bampton":
         rocker = Modal(bar, CraigBampton(), 0.0, MESH)
     else:
-        rocker = Modal(bar, BarModes(p.bending, p.axial, shear=p.modes_of == "free"), 0.0)
+        is_timoshenko = p.modes_of == "free"
+        rocker = Modal(bar, BarModes(p.bending, p.axial, shear=is_timoshenko), 0.0)
     return set_damping(rocker, p.modal_damping, p.rocker_damping)

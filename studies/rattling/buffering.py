@@ -9,10 +9,10 @@ A claim holds in a sample if its number is lower with the flexible rocker by `ma
 two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
 beyond that. With Student's t distribution the sampling error gives each ratio a 95 % interval.
 
-The share of samples in which a claim holds has an interval, too. Its lower end is that of Wilson's interval for the share of
-samples whose whole 95 % interval is below 1 - `margin`. Its upper end is that of Wilson's interval for the share of samples whose
-95 % interval is below 1 - `margin` in part or wholly. A claim holds if the interval of the share is above one half, does not hold
-if it is below, else it is undecided. `level` is the probability that any verdict of the table is wrong (Bonferroni).
+The share of samples in which a claim holds has an interval, too. In a sample it surely holds if the whole 95 % interval is below
+1 - `margin`, and possibly if the lower end is. The lower end of Wilson's interval for the share of sure samples, and the upper
+end of that for possible ones, are the ends of the share. A claim holds if both are above one half, and does not hold if both are
+below. Else it is undecided. `level` is the probability that any verdict of the table is wrong (Bonferroni).
 
 A claim flips in a sample where it holds with the first of the gravities (by default 0 m/s^2) and not with the last one: then the
 claim depends on a gravity that the paper does not give.
@@ -52,7 +52,7 @@ OPEN = "left open"
 
 @dataclass(frozen=True)
 class Parameters(TestedRuns):
-    """Parameters of the study: values of each assumption, numbers of samples and runs."""
+    """Parameters of the study: values of each assumption, and the number of samples; numbers of runs are those of the base."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
     gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the x axis", OPEN)
@@ -81,7 +81,7 @@ class Parameters(TestedRuns):
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in getattr(self, name))}: must be one number or two ends")
         almost_one = np.nextafter(1.0, 0.0)  # 1 itself is beyond the last value
         for x in (0.0, almost_one):
-            self.case([x] * len(self.axes()))
+            self.case([x] * len(self.axes()))  # raises if there is no such mechanism
 
     def axes(self) -> dict[str, Sequence[Any]]:
         """Return the values from which a sample draws: of each assumption by name, and the pins of each joint."""
@@ -116,25 +116,32 @@ def cell_name(unit: str, gravity: float) -> str:
     return f"c_max[{unit}].g{gravity:g}"
 
 
-def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
+class Ratios(NamedTuple):
+    """Ratios of means, flexible over rigid rocker, in a cell or with the cells as first axis; nan after a failed run."""
+
+    value: Array  # (samples, claims)
+    error: Array  # standard error
+    half_width: Array  # of the 95 % interval
+
+
+def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Ratios:
     """Run all samples of a cell with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
 
-    The array (3, samples, claims) has each ratio, its standard error and the half width of its interval; nan after a failed run.
     `batch` is the number of the cell, from which the seed of its random starts follows.
     """
     rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
-    ideal = ideal_motion(cases[0].speed)  # the readings have differences from it; all cases have the same speed of the crank
+    ideal = ideal_motion(cases[0].speed)  # which some readings subtract; all cases have the same crank speed
     results = run_turns(p, mechanisms, READINGS, batch, ideal)
     flexible_results, rigid_results = results[: len(cases)], results[len(cases) :]
-    found = np.full((3, len(cases), len(CLAIMS)), np.nan)
+    found = np.full((3, len(cases), len(CLAIMS)), np.nan)  # first axis: the fields of `Ratios`
     for i, (flexible, rigid) in enumerate(zip(flexible_results, rigid_results, strict=True)):
         if flexible.notes or rigid.notes:  # faults that make the means invalid
             continue
         for k, claim in enumerate(CLAIMS):
             quotient = ratio(flexible.means[claim.reading], rigid.means[claim.reading])
             found[:, i, k] = quotient.value, quotient.error, quotient.half_width(0.025)  # 95 %
-    return found
+    return Ratios(*found)
 
 
 class Judgement(NamedTuple):
@@ -180,35 +187,35 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run all samples in all cells, and test every claim."""
     samples, cells = p.cases(), p.cells()
     bodies = [make_modal_rocker(case) for case in samples]
-    found = np.stack([
+    by_cell = [
         ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
         for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))
-    ])  # fmt: skip
+    ]
+    found = Ratios(*map(np.stack, zip(*by_cell, strict=True)))
     metrics = judge_claims(p, found)
-    is_unsound = np.isnan(found[:, 0, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
+    is_unsound = np.isnan(found.value[:, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
     metrics["unsound"] = Metric(int(is_unsound.sum()), "1")
     return StudyResult(
         parameters=p,
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
-        signals={"ratio": found[:, 0], "error": found[:, 1], "reach": found[:, 2]},  # reach: half width of the interval
+        signals={"ratio": found.value, "error": found.error, "reach": found.half_width},
         work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
 
 
-def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
-    """Test every claim in every cell by the `ratios`, (cells, 3, samples, claims), and compute the share of its flips."""
+def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
+    """Test every claim in every cell by the ratios, (cells, samples, claims), and compute the share of its flips."""
     metrics: dict[str, Metric] = {}
-    level = p.level / (len(CLAIMS) * len(found))
-    for (unit, gravity), cell in zip(p.cells(), found, strict=True):
+    level = p.level / (len(CLAIMS) * len(p.cells()))
+    for cell, (unit, gravity) in enumerate(p.cells()):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            values, errors, half_widths = cell[:, :, k]
-            judgement = judge(values, errors, half_widths, p.margin, level)
+            judgement = judge(*(each[cell, :, k] for each in found), p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
-    holds = np.where(np.isnan(found[:, 0]), np.nan, found[:, 0] < 1 - p.margin)  # (cells, samples, claims), cells by unit
+    holds = np.where(np.isnan(found.value), np.nan, found.value < 1 - p.margin)  # (cells, samples, claims), cells by unit
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):

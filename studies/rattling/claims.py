@@ -2,8 +2,8 @@
 
 The paper on the crank-rocker, of unknown authors (`buckler.studies.kit.published`), shows x-velocities (Figs 5, 6),
 x-accelerations (7, 8) and x contact forces (9, 10) of one run. It claims that with a flexible rocker these fluctuate less, have
-lower peaks and smoother curves. Rattling is chaotic, so that one run shows little. Here a claim is tested by means over the turns
-of many runs: by their ratio, flexible over rigid rocker, with its standard error.
+lower peaks and smoother curves. Rattling is chaotic, so that one run shows little. So a claim is tested by means over the turns
+of many runs: by their ratio, flexible over rigid rocker, with its standard error. Each study has its own test of the ratio.
 """
 
 from functools import lru_cache
@@ -54,7 +54,7 @@ PLACES = {
     "rocker": ("rocker, centre of mass", {"place": "rocker", "link": "rocker"}),
     "rocker_middle": ("rocker, mid-point", {"place": "rocker.middle", "link": "rocker"}),
 }
-"""Text of each place on a link, and its names in readings."""
+"""Text of each place on a link, and its names in readings. The middle of an ideal rocker is its centre of mass."""
 FORCES = {"coupler_rocker": ("coupler–rocker", {"place": "B"}), "rocker_frame": ("rocker–frame", {"place": "C"})}
 """Text of the joints whose forces the paper shows, and their points in readings."""
 CLAIMS = tuple(
@@ -69,7 +69,7 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 
 @lru_cache(maxsize=16)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
-    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints, by their names in readings.
+    """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints at a crank speed [rad/s], by their names.
 
     They are periodic cubic splines over the time since the crank's angle was 0. The linkage is solved in two steps between
     neighbouring samples.
@@ -104,7 +104,8 @@ class Ratio(NamedTuple):
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:
     """Divide two means from independent runs; errors propagate to first order.
 
-    With relative errors e the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)), or 1 if both errors are 0.
+    With relative errors e and numbers n of runs, the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)), or 1
+    if both errors are 0.
     """
     e1, e2 = (each.error / each.value for each in (flexible, rigid))
     value, relative_error = flexible.value / rigid.value, hypot(e1, e2)

@@ -64,7 +64,7 @@ def ideal(p: Parameters, speed: float) -> Array:
     mechanism = p.bars(gap=0.0, speed=speed, rocker=None)  # None: rigid
     turn = period(mechanism)
     result = simulate(mechanism, turn)  # one turn is enough: with ideal joints the drive determines the motion
-    force = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"  # largest one in B, an ideal joint [N]
+    force = "max(sqrt(B.coupler-rocker.fx**2 + B.coupler-rocker.fy**2))"  # [N]; `B.coupler-rocker` is one name
     return read_windows((force, *READINGS[1:]), result.time, result.signals, np.array([0.0, turn]))[0]
 
 

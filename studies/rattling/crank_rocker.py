@@ -1,7 +1,8 @@
-"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of a paper of unknown authors.
+"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of a published paper.
 
-A run is one turn of the crank; the journals start centred. Both rockers are compared with rigid bars in ideal joints. With
-`damping_unit` N.s/m the joints rattle and the motion is chaotic, with N.s/mm it is nearly repeatable. The numbers are means over
+Authors and title of the paper are unknown; `kit.published` has its numbers. A run is one turn of the crank; the journals start
+centred. Both rockers are compared with rigid bars in ideal joints. If the largest contact damping is in N.s/m (`damping_unit`),
+the joints rattle and the motion is chaotic. In N.s/mm it is nearly repeatable. The numbers are means over
 `members` runs of successive seeds, with standard errors. The figures show one run, as the paper does, in front of the band in
 which two thirds of the runs lie.
 """
@@ -26,7 +27,6 @@ from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
-from .turns import draw_offset, force_on_second
 
 BAND = 2001
 """Number of times at which the band of the members is drawn."""
@@ -85,9 +85,14 @@ class Parameters(PlayParameters, Assumptions):
         """Points of the joints with clearance."""
         return WITH_PLAY[self.clearance_joints]
 
+    @property
+    def first_angle(self) -> float:
+        """Crank angle at the start [rad], with an offset by the seed that is far below all errors."""
+        return self.start_angle + 1e-9 * float(np.random.default_rng(self.seed).standard_normal())
+
     def mechanism(self, rocker: str, with_play: str) -> Mechanism:
         """Make the crank-rocker with one of the `ROCKERS`, and with clearance in the joints `with_play`."""
-        return self.bars(rocker=self.body(rocker), joints=with_play, angle=self.start_angle + draw_offset(self.seed))
+        return self.bars(rocker=self.body(rocker), joints=with_play, angle=self.first_angle)
 
     def body(self, rocker: str) -> Rigid | Beam | Modal:
         """Make one of the `ROCKERS`; a modal one has modes of a mesh of solid elements, or those that `modes_of` names."""
@@ -95,7 +100,7 @@ class Parameters(PlayParameters, Assumptions):
         if rocker == "rigid":
             return Rigid(bar)
         if rocker == "beam":
-            return Beam(bar.damped(self.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=self.elements)
+            return Beam(bar.damped(ratio=self.rocker_damping, length=STEEL_CRANK_ROCKER.rocker), elements=self.elements)
         # The default modes "free" are those of a mesh of solid elements, two in bending and one axial; the bar has as many.
         others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
         modal = Modal(bar, damping=self.rocker_damping)
@@ -119,9 +124,12 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
 
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
-    """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
+    """Run one mechanism with its energy ledger, by loop closure if all joints are ideal, else on the engine.
+
+    There the unit of position errors in a joint is a tenth of its clearance, hence the unit of `tolerance`.
+    """
     time_of_half_a_degree = 2 * pi / p.speed / 720
-    longest = min(time_of_half_a_degree, p.duration / 10)  # a tenth: ten steps even in the shortest run
+    longest = min(time_of_half_a_degree, p.duration / 10)  # chosen: half a degree, and ten steps even in the shortest run
     engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
     solver = engine if with_play else closure
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
@@ -133,10 +141,11 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
     late = result.time >= settle
 
     def curve(values: Array) -> Curve:
+        """Return values over the time from `settle` on."""
         return Curve(result.time[late], values[late]) if late.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
     for name, joint in FORCES.items():
-        size = np.hypot(*(force_on_second(result, joint, axis) for axis in "xy"))
+        size = np.hypot(*(read_force(result, joint, axis) for axis in "xy"))
         found[f"peak_force_{name}"] = Metric(curve(size).max(), "N")
     for link in ("coupler", "rocker"):
         difference = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
@@ -149,6 +158,13 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
     return found | {"energy_balance": Metric(result.energy_balance, "1")}
 
 
+def read_force(result: Result, joint: str, axis: str) -> Array:
+    """Return a component of the force on the second of a joint's `BODIES` [N]."""
+    first, second = BODIES[joint]
+    on_bush = result.signals.get(f"{joint}.{first}-{second}.f{axis}")  # a signal names pin and bush: it is the force on the bush
+    return -result.signals[f"{joint}.{second}-{first}.f{axis}"] if on_bush is None else on_bush
+
+
 def signal_prefix(joint: str) -> str:
     """Return the first part of the names of a joint's force components in signals.npz, as B.coupler-rocker."""
     return f"{joint}.{'-'.join(BODIES[joint])}"
@@ -159,7 +175,7 @@ def samples(variant: Variant) -> dict[str, Array]:
     states = ("journal_x", "journal_y", "contact_state")
     names = [*MOTIONS, *(f"{joint}.{state}" for joint in variant.with_play for state in states)]
     signals = {name: variant.result.signals[name] for name in names}
-    signals |= {f"{signal_prefix(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
+    signals |= {f"{signal_prefix(j)}.f{axis}": read_force(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 
@@ -239,7 +255,7 @@ def _variants(result: StudyResult) -> list[str]:
 def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
     """Draw signals over time: a row for each signal, a column for each rocker; the ideal mechanism is dashed."""
     s, variants = result.signals, _variants(result)
-    fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
+    fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)  # [mm]
     for line, (signal, name) in zip(axes, rows.items(), strict=True):
         for ax, variant in zip(line, variants, strict=True):
             for case, style in ((variant, "-"), ("ideal", "--")):
@@ -263,7 +279,7 @@ def _orbits(result: StudyResult) -> Figure:
     p = result.of(Parameters)
     joints = [joint for joint in JOINTS if joint in p.with_play]
     shared = {"squeeze": False, "sharex": True, "sharey": True}
-    fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)
+    fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)  # [mm]
     turn = np.linspace(0, 2 * np.pi, 181)
     for line, variant in zip(axes, variants, strict=True):
         for ax, joint in zip(line, joints, strict=True):

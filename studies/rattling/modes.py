@@ -28,8 +28,8 @@ MOST_ROWS = 12
 """Number of flexible modes in the printed table."""
 BASE = "none"
 """Empty set: the rigid rocker."""
-BEST = "bending_1_8_axial_1_4"
-"""Largest set."""
+LARGEST = "bending_1_8_axial_1_4"
+"""Largest set, with which the others are compared."""
 PRINTED = {
     "force.coupler_rocker": "force B", "force.rocker_frame": "force C", "acceleration.coupler": "peak a coupler",
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
@@ -49,7 +49,7 @@ FREE_SETS = tuple(name for name in SETS if name != "craig_bampton")
 class Parameters(Assumptions, TestedRuns):
     """Parameters of the study."""
 
-    sets: tuple[str, ...] = choices(FREE_SETS, tuple(SETS), "sets of modes; the first and the fullest always run", "bars")
+    sets: tuple[str, ...] = choices(FREE_SETS, tuple(SETS), "sets of modes; none and the largest one always run", "bars")
     in_plane_depth: tuple[float, ...] = quantities((20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the bars in the plane", "bars")
     damping_unit: tuple[str, ...] = choices(tuple(DAMPING_UNITS), tuple(DAMPING_UNITS), "published unit of c_max", "contact")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
@@ -61,12 +61,12 @@ class Parameters(Assumptions, TestedRuns):
         if self.modes_of != "free":
             raise ValueError(f"modes_of = {self.modes_of}: sets are free modes here; add craig_bampton to sets")
         for unit, depth in self.cases.values():
-            self.bars(unit, depth)
+            self.crank_rocker(unit, depth)
 
     @property
     def mode_sets(self) -> list[str]:
         """Names of the sets that run, in the order of `SETS`."""
-        return [name for name in SETS if name in (*self.sets, BASE, BEST)]
+        return [name for name in SETS if name in (*self.sets, BASE, LARGEST)]
 
     @property
     def cases(self) -> dict[str, tuple[str, float]]:
@@ -78,7 +78,7 @@ class Parameters(Assumptions, TestedRuns):
         rocker = make_rocker_of_set(depth, modes, self.rocker_damping)
         return None if rocker is None else set_damping(rocker, self.modal_damping, self.rocker_damping)
 
-    def bars(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
+    def crank_rocker(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
         """Make the crank-rocker of a case, by default with the rigid rocker."""
         values = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
         return FourBarParameters(**values).bars(rocker=rocker)
@@ -90,12 +90,12 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong: list[str] = []
     ideal = ideal_motion(FourBarParameters().speed)
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        mechanisms = [p.bars(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
+        mechanisms = [p.crank_rocker(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
         results = run_turns(p, mechanisms, READINGS, batch, ideal)  # batch: random starts of this case's own
         turns = dict(zip(p.mode_sets, results, strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]
         for modes, each in turns.items():
-            metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[BEST])
+            metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[LARGEST])
     return StudyResult(
         parameters=p, **status_of(wrong), metrics=metrics,
         work={"turns": len(p.cases) * len(p.mode_sets) * p.members * (p.settle + p.cycles)},
@@ -105,7 +105,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _frequencies(depth: float) -> dict[str, Metric]:
     """Return the frequencies of the solid rocker's modes in the plane, with those of Timoshenko's theory as exact values."""
-    found, table = {}, solid_modes(depth).table()  # rows: number, frequency [Hz], kind, share of its energy, is planar
+    found, table = {}, solid_modes(depth).table()  # rows: number, frequency [Hz], main kind of motion, and two more numbers
     for kind, exact in beam_frequencies(depth).items():
         of_solid = [hertz for _, hertz, each, *_ in table if each == kind]
         for i, (hertz, theory) in enumerate(zip(of_solid, exact, strict=False), 1):
@@ -113,7 +113,7 @@ def _frequencies(depth: float) -> dict[str, Metric]:
     return found
 
 
-def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -> dict[str, Metric]:
+def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, largest: Turns) -> dict[str, Metric]:
     """Return the number of each claim for a set, its ratios to the rigid rocker and the largest set, and the comparison."""
     found: dict[str, Metric] = {}
     comparisons = len(CLAIMS) * (len(p.mode_sets) - 1) * len(p.cases)
@@ -121,10 +121,11 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, best: Turns) -
     for claim in CLAIMS:
         mean = turns.means[claim.reading]
         itself = Ratio(1.0, error=0.0, freedom=1.0)  # without error any number of degrees of freedom will do
-        rigid, fullest = (itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, best))
-        found[f"{name}.{claim.name}"] = mean.metric(claim.unit)
-        found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
-        found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, one_end, p.margin)], "1")
+        ratios = [itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, largest)]
+        over_base, over_largest = ratios
+        key = f"{name}.{claim.name}"
+        found |= {key: mean.metric(claim.unit), f"{key}.over_rigid": over_base.metric, f"{key}.over_fullest": over_largest.metric}
+        found[f"{key}.agrees"] = Metric(MARKS[sameness(over_largest, one_end, p.margin)], "1")
     return found
 
 
@@ -140,6 +141,7 @@ def _modes_table(depth: float) -> Table:
     """Tabulate the flexible modes of the solid rocker, with their numbers in each way of counting."""
     rows, planar = list[list[Any]](), 0
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
+    # `kind` is the kind of motion with the largest share of the mode's energy.
     for number, hertz, kind, share, is_planar in solid_modes(depth).table()[:MOST_ROWS]:
         planar += is_planar
         exact = f"{next(theory[kind]):.0f}" if kind in theory else None
@@ -192,7 +194,7 @@ def figure(result: StudyResult) -> Figure:
     names = p.mode_sets[::-1]
     for ax, case in zip(axes.ravel(), p.cases, strict=True):
         ax.axvline(1, color="#999999", linewidth=0.8)
-        ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
+        ax.axhspan(names.index(LARGEST) - 0.5, names.index(LARGEST) + 0.5, color="#eeeeee", zorder=0)
         for i, (claim, colour) in enumerate(zip(PRINTED, COLOURS, strict=False)):
             ratios = [result.metrics[f"{case}.{name}.{claim}.over_rigid"] for name in names]
             value, error = np.array([(m.value, m.error_in_unit or 0.0) for m in ratios]).T

@@ -12,14 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Controlled, Mechanism, Result, Spectral
+from buckler.mbs import Controlled, Mechanism, Spectral
 from buckler.mbs import ensemble as run_ensemble
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.geometry import Array
 
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.statistics import Mean
-from .assumptions import BODIES, JOINTS
+from .assumptions import JOINTS
 
 LOOSE = 1e-6
 """Tolerance at and above which the solver may choose implicit steps; below it steps are explicit. At these tolerances stability,
@@ -99,15 +98,3 @@ def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
     """Make the compiled solver, with steps of at most a hundredth of a turn, explicit ones below the tolerance `LOOSE`."""
     steps = Controlled(tolerance, max_step=period(mechanism) / 100, max_steps=20_000_000)
     return Spectral(steps, method="chosen" if tolerance >= LOOSE else "explicit")
-
-
-def draw_offset(seed: int) -> float:
-    """Draw the offset of the crank's angle at the start of a run [rad], with a standard deviation far below all errors."""
-    return 1e-9 * float(np.random.default_rng(seed).standard_normal())
-
-
-def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Return the force on the second of a joint's `BODIES` [N]; a signal names pin and bush, and is the force on the bush."""
-    first, second = BODIES[joint]
-    on_first = f"{joint}.{second}-{first}.f{axis}"  # where the second body carries the pin
-    return -result.signals[on_first] if on_first in result.signals else result.signals[f"{joint}.{first}-{second}.f{axis}"]
