@@ -22,8 +22,8 @@ from ..solvers import Controlled, Spectral
 from ..statics.answer import DEGREE_STEP
 from ..validate import positive
 from .numbers import Family, Source
-from .reading import FAILURES, parse_frequency
-from .runs import Reading, Readings, read, readings_of, require_compiler, scale_tolerances
+from .reading import FAILURES
+from .runs import Reading, Readings, needs_run, read, readings_of, require_compiler, scale_tolerances
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs. With a tolerance of 1e-7 derivatives after an impact have errors of up to 1e-4, with 1e-9 of
@@ -133,7 +133,7 @@ def sensitivities(
 ) -> Sensitivities:  # fmt: skip
     """Compute derivatives of readings by numbers of a mechanism.
 
-    Raise a ValueError on a wrong path or reading, before anything runs, and a RunFailedError if the run of the unchanged
+    Raise a ValueError on a wrong path or reading, before anything runs. Raise a RunFailedError if the run of the unchanged
     mechanism fails, or its state of rest is not stable.
 
     Parameters
@@ -165,8 +165,7 @@ def sensitivities(
     if no_scale := [name for name, scale in scales.items() if not scale]:
         raise ValueError(f"{no_scale[0]} = 0: a relative change says nothing; give its standard deviation, too")
     neighbours = Neighbours(family, scales, duration)
-    # without a duration there are none, see `readings_of`
-    of_runs = {name: reading for name, reading in readings.items() if isinstance(reading, str) and not parse_frequency(reading)}
+    of_runs = {name: reading for name, reading in readings.items() if needs_run(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
     runs = 2 * (1 + 2 * len(scales))  # finer and coarser: the unchanged mechanism, and both sides of each number

@@ -6,7 +6,6 @@ The free numbers are scaled to the unit cube: a point x of it has one coordinate
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
@@ -20,7 +19,7 @@ from .numbers import Family, Source
 from .reading import RunFailedError
 from .residuals import SOLVER, check_ranges
 from .runs import Reading, readings_of, require_compiler
-from .searching import BINDS, EnoughError, Search, parse_constraint, round_point
+from .searching import BINDS, EnoughError, Point, Search, parse_constraint
 
 BUDGET = 1000
 """Default of the largest number of runs of a search."""
@@ -122,33 +121,25 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
     return np.array([(start.get(name, 0.5 * (low + high)) - low) / (high - low) for name, (low, high) in ranges.items()])
 
 
-class Attempt(NamedTuple):
-    """Design at a point x of the cube, with its readings by the search, `coarse`, and by a finer run, `fine`."""
-
-    x: Array
-    coarse: Array
-    fine: Array
-
-
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
     """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
     _until_enough(search, lambda: search.descend_from_starts(starts))
-    attempts: list[Attempt] = []
+    fine: dict[Point, Array] = {}  # readings of the best point by a finer run, before and after corrections
     for _ in range(1 + MOST_CORRECTIONS):
-        x = search.find_best()
-        if x is None:
+        best = search.find_best()
+        if best is None:
             no_run = f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}"
             raise RunFailedError(f"{search.stopped}, before any run ended" if search.stopped else no_run)
-        if attempts and round_point(x) == round_point(attempts[-1].x):  # the last correction did not change the design
+        if best in fine:  # the last correction did not change the design
             break
-        coarse, fine = search.cache[round_point(x)], search.read_finer(x)  # both without the offset
-        attempts.append(Attempt(x, coarse, fine))
-        if not search.list_violated(fine) or search.stopped or search.runs >= search.budget:
+        fine[best] = search.read_finer(best)
+        if not search.list_violated(fine[best]) or search.stopped or search.runs >= search.budget:
             break
-        search.offset = fine - coarse
-        _until_enough(search, lambda x=x: search.descend(x))  # type: ignore[misc]
+        search.offset = fine[best] - search.cache[best]  # the cache has readings without an offset
+        _until_enough(search, lambda start=best: search.descend(np.array(start)))  # type: ignore[misc]
     # of least violation or, without violation, of the least reading
-    return _design(search, min(attempts, key=lambda attempt: search.merit(attempt.fine)))
+    best = min(fine, key=lambda point: search.merit(fine[point]))
+    return _design(search, best, fine[best])
 
 
 def _until_enough(search: Search, step: Callable[[], object]) -> None:
@@ -161,13 +152,12 @@ def _until_enough(search: Search, step: Callable[[], object]) -> None:
         search.stopped = str(stop)
 
 
-def _design(search: Search, attempt: Attempt) -> Design:
-    """Make the result from the best attempt."""
-    x, coarse, fine = attempt
+def _design(search: Search, point: Point, fine: Array) -> Design:
+    """Make the result from the best point and its readings by a finer run."""
     violated, pairs = search.list_violated(fine), search.pair_constraints(fine)
     has_all = not search.objective and not violated  # nothing is left to search for, also with the budget used up
     complete = not search.stopped and (has_all or search.runs < search.budget)
-    at_ends = [(name, u < 0.5) for u, name in zip(x, search.ranges, strict=True) if min(u, 1 - u) < BINDS]
+    at_ends = [(name, u < 0.5) for u, name in zip(point, search.ranges, strict=True) if min(u, 1 - u) < BINDS]
     binding = [f"{name} = {'low' if is_low else 'high'} end" for name, is_low in at_ends]
     binding += [constraint.text for constraint, value in pairs if constraint.is_binding(value)]
     violations = "; ".join(  # of the best design
@@ -178,5 +168,5 @@ def _design(search: Search, attempt: Attempt) -> Design:
     if not complete:
         best = f"; the best so far misses {violations}" if violated else ": this is the best so far"
         message = f"{search.stopped or f'the budget of {search.budget} runs was used up'}{best}"
-    readings, changes = (dict(zip(search.readings, map(float, part), strict=True)) for part in (fine, fine - coarse))
-    return Design(search.values(x), binding, readings, changes, not violated, message, search.runs, search.units, complete)
+    readings, changes = (dict(zip(search.readings, map(float, part), strict=True)) for part in (fine, fine - search.cache[point]))
+    return Design(search.values(point), binding, readings, changes, not violated, message, search.runs, search.units, complete)

@@ -88,28 +88,25 @@ def read_number(
     return ValueWithUnit(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
-def parse_frequency(text: str) -> Callable[[Mechanism], tuple[float, float]] | None:
-    """Return the function of a mechanism for the text `frequency(n)`: natural frequency [Hz] and its error; else None."""
+def parse_frequency(text: str) -> int:
+    """Return the number n of a text `frequency(n)`; 0 for other texts."""
     match = re.fullmatch(r"\s*frequency\(\s*([1-9]\d*)\s*\)\s*", text)
-    if match is None:
-        return None
-    number = int(match[1])
-
-    def frequency(mechanism: Mechanism) -> tuple[float, float]:
-        """Compute the natural frequency [Hz] and its error; raise a RunFailedError if the state of rest is not stable."""
-        from ..statics.vibration import frequencies  # loads the compiled solver
-
-        answer = frequencies(mechanism, count=number)
-        if not answer.stable:
-            raise RunFailedError(f"{text.strip()}: {answer.status}: {answer.message}")
-        if len(answer.hertz) < number:
-            return nan, 0.0
-        return float(answer.hertz[number - 1]), float(answer.errors[number - 1])
-
-    return frequency
+    return int(match[1]) if match else 0
 
 
-def check(text: str, signals: Mapping[str, object] | None = None) -> None:
+def compute_frequency(mechanism: Mechanism, number: int) -> tuple[float, float]:
+    """Compute a natural frequency [Hz] and its error; raise a RunFailedError if the state of rest is not stable."""
+    from ..statics.vibration import frequencies  # loads the compiled solver
+
+    answer = frequencies(mechanism, count=number)
+    if not answer.stable:
+        raise RunFailedError(f"frequency({number}): {answer.status}: {answer.message}")
+    if len(answer.hertz) < number:
+        return nan, 0.0
+    return float(answer.hertz[number - 1]), float(answer.errors[number - 1])
+
+
+def check_reading(text: str, signals: Mapping[str, object] | None = None) -> None:
     """Raise a ValueError if a text is no reading; without `signals` it may name any."""
     if parse_frequency(text):
         return

@@ -17,7 +17,7 @@ from ..spectral.run import integrate
 from ..spectral.scene import DEGREE, CompiledScene
 from ..validate import as_tuple, short
 from .curve import Smooth
-from .reading import RunFailedError, check, parse_frequency, read_number
+from .reading import RunFailedError, check_reading, compute_frequency, parse_frequency, read_number
 
 Reading = str | Callable[[Mechanism], float]
 """Formula of a reading, or a function of the mechanism."""
@@ -61,8 +61,8 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
     for reading in readings.values():
         if callable(reading):
             found.append((float(reading(mechanism)), "", 0.0))
-        elif frequency := parse_frequency(reading):
-            value, error = frequency(mechanism)  # of vibrations about the state of rest
+        elif number := parse_frequency(reading):
+            value, error = compute_frequency(mechanism, number)
             found.append((value, "Hz", error))
         elif duration is None:
             raise ValueError(f"{short(reading)}: is read off a run; give a duration")
@@ -75,6 +75,11 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
     return Readings(np.array(values), list(units), np.array(errors))
 
 
+def needs_run(reading: Reading) -> bool:
+    """Return True if a reading is read off a run; functions and frequencies are not."""
+    return isinstance(reading, str) and not parse_frequency(reading)
+
+
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
     """Return readings by name, a text as its own name; `moving` if there is a duration; a ValueError names a wrong one."""
     if isinstance(of, Mapping):
@@ -85,8 +90,8 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -
         raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
     for name, reading in readings.items():
         if not callable(reading):
-            check(reading)
-            if not moving and not parse_frequency(reading):
+            check_reading(reading)
+            if not moving and needs_run(reading):
                 raise ValueError(f"{name}: is read off a run; give a duration")
     return readings
 

@@ -18,9 +18,9 @@ from ..solvers import Spectral
 from ..statics.answer import DEGREE_STEP
 from ..units import Measured, measured
 from .numbers import Family
-from .reading import FAILURES, WrongReadingError, parse_frequency
+from .reading import FAILURES, WrongReadingError
 from .residuals import DIFFERENCE_WIDTH, FAILURE_RESIDUAL
-from .runs import Reading, scale_tolerances
+from .runs import Reading, needs_run, scale_tolerances
 from .runs import read as read_run
 
 EXACT = 1e-3
@@ -47,6 +47,10 @@ CONSTRAINT = re.compile(
     r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
 )
 """Pattern of a constraint: a reading with a bound, or with a value and perhaps a tolerance."""
+
+
+Point = tuple[float, ...]
+"""Rounded point of the unit cube."""
 
 
 class EnoughError(Exception):
@@ -156,12 +160,12 @@ class Search:
     failed: str = "readings have no value there"  # at the first point, where the run ends, but all readings are nan
     units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0
-    cache: dict[tuple[float, ...], Array] = field(default_factory=dict)
+    cache: dict[Point, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.row = {name: k for k, name in enumerate(self.readings)}
 
-    def values(self, x: Array) -> dict[str, float]:
+    def values(self, x: Array | Point) -> dict[str, float]:
         """Compute the numbers at a point of the cube."""
         return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
 
@@ -236,11 +240,11 @@ class Search:
         objective = float(readings[self.row[self.objective]]) if self.objective else 0.0
         return violation, objective if isfinite(objective) else inf
 
-    def find_best(self) -> Array | None:
+    def find_best(self) -> Point | None:
         """Find the best point that was run; None if no run has a value."""
         has_value = np.all if self.objective else np.any  # without an objective, a missing reading is a violation
-        points = [np.array(key) for key, readings in self.cache.items() if has_value(np.isfinite(readings))]
-        return min(points, key=lambda x: self.merit(self.cache[round_point(x)] + self.offset)) if points else None
+        points = [point for point, readings in self.cache.items() if has_value(np.isfinite(readings))]
+        return min(points, key=lambda point: self.merit(self.cache[point] + self.offset), default=None)
 
     def descend_from_starts(self, starts: Sequence[Array]) -> None:
         """Minimise from the first start, the user's or the middle, then from the `BEST_STARTS` best of the others."""
@@ -277,12 +281,13 @@ class Search:
             options={"maxiter": 60, "ftol": 1e-9}, constraints=[margins] if ends else (),
         )  # fmt: skip
 
-    def read_finer(self, x: Array) -> Array:
+    def read_finer(self, point: Point) -> Array:
         """Compute the readings at a point by a finer run; equilibria and functions have no run, and keep their values."""
-        needs_run = any(isinstance(reading, str) and not parse_frequency(reading) for reading in self.readings.values())
-        return self.read(x, scale_tolerances(self.solver, FINER, DEGREE_STEP)) if needs_run else self.cache[round_point(x)]
+        if not any(map(needs_run, self.readings.values())):
+            return self.cache[point]
+        return self.read(np.array(point), scale_tolerances(self.solver, FINER, DEGREE_STEP))
 
 
-def round_point(x: Array) -> tuple[float, ...]:
+def round_point(x: Array) -> Point:
     """Round a point to a grid of width `SAME_POINT`, as a key of `Search.cache`."""
     return tuple((np.round(x / SAME_POINT) * SAME_POINT).tolist())

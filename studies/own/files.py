@@ -156,7 +156,7 @@ class File(Study):
                 for name in target_signals(parameters):
                     _ = result[name]  # raises for an unknown name
                 for text in parameters.measure:
-                    reading.check(text, result.signals)
+                    reading.check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
         """Return name and hash of the document."""

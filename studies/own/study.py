@@ -24,7 +24,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
 from buckler.mbs.record.result import Result
 from buckler.mbs.scene.scene import Scene
-from buckler.mbs.sensitivity.reading import check
+from buckler.mbs.sensitivity.reading import check_reading
 from buckler.mbs.sensitivity.reading_errors import list_readings
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
@@ -174,7 +174,7 @@ class Parameters(StudyParameters):
         if self.accuracy is None and self.of != PLACES:
             raise ValueError("of: without an accuracy; give both")
         for text in self.measure:
-            check(text)
+            check_reading(text)
         make_solver(dict(self.solver), self.mechanism())
 
     def mechanism(self) -> Mechanism:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs.sensitivity.curve import Curve, Smooth
-from buckler.mbs.sensitivity.reading import check, read_number
+from buckler.mbs.sensitivity.reading import check_reading, read_number
 
 
 def test_smooth_readings_of_a_sine():
@@ -100,6 +100,6 @@ def test_what_is_no_measure(text, message):
 
 
 def test_a_measure_is_checked_before_signals_are_known():
-    check("max(B.contact_force)/mean(abs(drive.torque))")
+    check_reading("max(B.contact_force)/mean(abs(drive.torque))")
     with pytest.raises(ValueError, match="unknown function 'maxx'"):
-        check("maxx(B.contact_force)")
+        check_reading("maxx(B.contact_force)")
