@@ -232,10 +232,8 @@ def still(mechanism: Mechanism) -> Movie:
 
 def _finite(record: Record) -> Record:
     """Return the record up to its last finite state."""
-    motions = (*record.links.values(), *record.blocks.values())
-    is_finite = np.ones(len(record.time), dtype=bool)
-    for motion in motions:
-        is_finite &= np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1)
+    coordinates = [motion.q.reshape(len(motion.q), -1) for motion in (*record.links.values(), *record.blocks.values())]
+    is_finite = np.isfinite(np.hstack([record.time[:, None], *coordinates])).all(axis=1)
     if is_finite.all():
         return record
     kept = slice(int(np.argmin(is_finite)))  # up to the first state that is not finite

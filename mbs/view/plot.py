@@ -211,23 +211,20 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
-    column, in_legend = "xy".index(axis), set[str]()
-    branches = (path, *getattr(path, "branches", ()))
-    for branch in branches:
+    column = "xy".index(axis)
+    for branch in (path, *getattr(path, "branches", ())):
         # positions (steps, 2), or amplitudes of periodic motions, and those at critical points
         places, critical_places = branch.ordinates(link, point)
         for curve, stable in _pieces(branch, places[:, column]):
-            label = "stable" if stable else "unstable"
-            style = "C0-" if stable else "C3--"
-            ax.plot(*curve, style, label=None if label in in_legend else label)
-            in_legend.add(label)
+            ax.plot(*curve, "C0-" if stable else "C3--", label="stable" if stable else "unstable")
         for critical, place in zip(branch.points, critical_places, strict=True):
             kind, parameter = critical.kind, critical.rest.parameter
-            ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=None if kind in in_legend else kind)
-            in_legend.add(kind)
+            ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=kind)
     # `path.ordinate` is a text before the axis: "amplitude of " for periodic motions
     ax.set(xlabel="parameter", ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
-    ax.legend()
+    lines, labels = ax.get_legend_handles_labels()
+    by_label = dict(zip(labels, lines, strict=True))  # each label once
+    ax.legend(by_label.values(), by_label.keys())
     return ax
 
 

@@ -49,12 +49,12 @@ def notebook_frame(result: Result) -> str:
 
 def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
     """Return the report page as text; `texts` are the readings it shows, by default peaks of forces, torques and deflections."""
-    return fill_page(__package__, "report", content(with_ledger(result), title, texts))
+    return fill_page(__package__, "report", content(result, title, texts))
 
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
-    store = ArrayStore()
+    store, result = ArrayStore(), with_ledger(result)
     readings = import_late("sensitivity.reading_errors:list_readings")(result, texts)
     read_signals = [name for reading in readings for name in reading.signals] if texts else []
     return {

@@ -29,7 +29,7 @@ from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Exudyn, Spectral
 from buckler.mbs.units import parse_quantity, written_unit
 from buckler.mbs.validate import number as check_range
-from buckler.mbs.view.report import blank, content, fill_page, with_ledger
+from buckler.mbs.view.report import blank, content, fill_page
 
 from ..kit.cli import add_repeated
 from .files import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
@@ -123,7 +123,7 @@ class Explorer:
         except LateError:
             return {"late": True}
         error = float(result.error.motion)  # relative
-        found = content(with_ledger(result), self.path.name, self.measures)
+        found = content(result, self.path.name, self.measures)
         return found | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
