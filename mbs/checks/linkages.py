@@ -12,10 +12,10 @@ from ..record.result import Result
 from ..record.run import Run
 from ..scene.linkage import Linkage
 from ..scene.scene import Scene
-from .check import check
+from .check import check, without
 
 SINGULAR = 1e-3
-"""Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre."""
+"""Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre: chosen."""
 GAP = 1e-5
 """Largest residual of a constraint [m or rad]; for a longest link above 1 m it is multiplied by this length in m. It is a hundred
 times the residual of a run with the coarsest steps."""
@@ -39,12 +39,13 @@ def _places(record: Record, indices: Iterable[int]) -> Array:
     return places
 
 
-def _why_not_determined(run: Run, _result: Result) -> str:
-    determined = Scene.of(run.record.mechanism).is_determined
-    return "" if determined else "not a linkage of which the drives alone decide the motion"
+def _determined_linkages(run: Run) -> list[Linkage]:
+    """Return the linkage of a run if its drives alone decide the motion."""
+    scene = Scene.of(run.record.mechanism)
+    return [scene.linkage] if scene.is_determined else []
 
 
-@check("BRANCH", _why_not_determined)
+@check("BRANCH", without(_determined_linkages, "not a linkage of which the drives alone decide the motion"))
 def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
@@ -62,33 +63,31 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
         regular = np.flatnonzero(~singular[k:])
         j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample, else the last one
         ends_here = j == k  # no later pose can show that the motion is determined
-        distance = float(np.abs(places[j] - places[k]).max())  # largest change of a coordinate, m or rad
+        distance = float(np.abs(places[j] - places[k]).max())  # largest change of a coordinate: where to search [m or rad]
         if not has_redundant_rows or ends_here or has_other_branch(linkage, float(time[j]), places[j], distance):
             yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
             return
 
 
-def _rigid_rows(linkage: Linkage, record: Record) -> tuple[list[int], list[int]]:
-    """Return the indices of recorded rigid links, and of rows of constraints between these links and the ground.
-
-    Rows of drives, and rows that hold at the start only, are left out.
-    """
-    rigid = [i for i, link in enumerate(linkage.mechanism.links) if not link.body.flexible and link.name in record.links]
-    among = {GROUND, *(linkage.mechanism.links[i].name for i in rigid)}
-    return rigid, [k for k in linkage.permanent_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
+def _rigid_links(run: Run) -> list[int]:
+    """Return the indices of recorded rigid links."""
+    links = run.record.mechanism.links
+    return [i for i, link in enumerate(links) if not link.body.flexible and link.name in run.record.links]
 
 
-def _why_no_rows(run: Run, _result: Result) -> str:
-    _, rows = _rigid_rows(Scene.of(run.record.mechanism).linkage, run.record)
-    return "" if rows else "no constraint between rigid links"
+def _rigid_rows(run: Run) -> list[int]:
+    """Return the rows of constraints between recorded rigid links and the ground, that hold throughout; none of drives."""
+    linkage = Scene.of(run.record.mechanism).linkage
+    among = {GROUND, *(run.record.mechanism.links[i].name for i in _rigid_links(run))}
+    return [k for k in linkage.permanent_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
 
 
-@check("CONSTRAINTS", _why_no_rows)
+@check("CONSTRAINTS", without(_rigid_rows, "no constraint between rigid links"))
 def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     """Check that the residuals of constraints between rigid links are small."""
     linkage = Scene.of(run.record.mechanism).linkage
-    rigid, rows = _rigid_rows(linkage, run.record)
-    residuals, _ = linkage.system(_places(run.record, rigid))
+    rows = _rigid_rows(run)
+    residuals, _jacobian = linkage.system(_places(run.record, _rigid_links(run)))
     gaps = np.abs(residuals[:, rows])  # [m or rad], (times, rows)
     k, row = np.unravel_index(int(np.argmax(gaps)), gaps.shape)
     gap = float(gaps[k, row])
