@@ -71,8 +71,9 @@ def assemble(
     poses = [dict(zip(unknown, [(x, y) for x, y in each.reshape(-1, 2).tolist()], strict=True)) for each in solutions]
     if not solved:
         raise _out_of_reach(of_length, {**points, **poses[0]})
-    in_sense = [pose for pose in poses if all(_has_sense(link, {**points, **pose}) for link in deciding)]
-    candidates = sorted(in_sense or poses, key=_topmost(unknown, size))  # without one in sense, `check_links` raises below
+    # an angle as an equation allows the opposite direction, too; if no pose has all given directions, `check_links` raises below
+    directed = [pose for pose in poses if all(_has_direction(link, {**points, **pose}) for link in deciding)]
+    candidates = sorted(directed or poses, key=_topmost(unknown, size))
     first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
     others = [pose for pose in candidates if pose is not first]
     check_links({**points, **first}, deciding)
@@ -150,7 +151,7 @@ def _link_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapp
 
 
 def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
-    """Return a least-squares solution of linear equations, (count,), and a basis of their null space, (count, free)."""
+    """Return a least-squares solution of linear equations, (count,), and an orthonormal basis of their null space as columns."""
     if not equations:
         return np.zeros(count), np.eye(count)
     matrix = np.array(equations)
@@ -230,7 +231,8 @@ class _LengthEquations:
         if not self.free.shape[1]:
             return
         x = np.concatenate([pose[point] for point in unknown])
-        _, (slopes,) = self.residual(((x - self.base) @ self.free)[None])
+        z = (x - self.base) @ self.free  # inverse of x = base + free z, as the basis is orthonormal
+        _, (slopes,) = self.residual(z[None])
         values = np.linalg.svd(slopes, compute_uv=False)
         if values[-1] < SINGULAR * values[0]:
             names = ", ".join(f"'{link.name}'" for link in links)
@@ -249,7 +251,7 @@ def _topmost(unknown: list[str], size: float) -> Any:
     return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
 
-def _has_sense(link: Any, points: Mapping[str, Pair]) -> bool:
+def _has_direction(link: Any, points: Mapping[str, Pair]) -> bool:
     """Return True if a link has the direction of its angle, not the opposite one."""
     return link.angle is None or (_vector(link, points) * rect(1.0, -link.angle)).real >= 0
 
@@ -265,7 +267,7 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
             raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
         if link.angle is not None:
             across = (vector * rect(1.0, -link.angle)).imag
-            if abs(across) > AGREE * abs(vector) or not _has_sense(link, points):
+            if abs(across) > AGREE * abs(vector) or not _has_direction(link, points):
                 why = f"{where} lie in the direction of {phase(vector):.9g} rad"
                 raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")
 

@@ -14,7 +14,7 @@ from .assembly import Assembly, assemble, carried_points, check_links
 from .declare import Part, Quantity, RefusalError, build, declared, field, fields_written, vector
 from .declare.compound import Either, Named, Several, Vector
 from .declare.spec import Schema
-from .documents import document as documents
+from .documents import document
 from .documents.document import PARAMETERS
 from .documents.shorthand import SHORT, expand, substitute
 from .elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
@@ -145,7 +145,7 @@ class Mechanism(Parts):
                     element.check(self)
                 except ValueError as error:
                     where = f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"  # place in a file
-                    field_name = error.field_of(element) if isinstance(error, UnknownError) else ""
+                    field_name = error.field_of(element) if isinstance(error, UnknownError) else ""  # with the name
                     raise RefusalError(str(error), f"{where}.{field_name}".rstrip(".")) from None
 
     def __getstate__(self) -> dict[str, object]:
@@ -207,12 +207,12 @@ class Mechanism(Parts):
 
     def save(self, path: str | Path) -> Path:
         """Write the mechanism as a `.toml` or `.json` file; ValueError for another ending or a value without a form in a file."""
-        return documents.write(self.to_dict(), Path(path))
+        return document.write(self.to_dict(), Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
         """Read the mechanism of a `.toml` or `.json` file; ValueError of one line with the file, the place and the fault."""
-        content = documents.read(Path(path))
+        content = document.read(Path(path))
         try:
             return cls.from_dict(content)
         except ValueError as error:

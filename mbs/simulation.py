@@ -66,10 +66,10 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_c
 `Spectral` also takes its compiled `scene`, if it is known."""
 Solver = Exudyn | Spectral | Closure
 MOST_REPETITIONS = 16
-"""Most repetitions of a run, see `_Runs.__call__`: a limit of time. Edges that are still passed make it UNSEEN."""
+"""Most repetitions of a run, see `_Runs.__call__`: a limit of time. If edges then still lie between steps, the run is UNSEEN."""
 STALLED = 3
-"""Number of last repetitions that together must halve the shift of edges from run to run, `Passed.shift`. If they do not, and
-pass no edge, no further repetition is made."""
+"""Number of last repetitions that together must halve the shift of edges, to go on: between two runs the largest change of the
+time of an edge, over its distance from the nearest one (`Passed.shift`)."""
 
 
 @one_thread()
@@ -125,7 +125,8 @@ def simulate(
         positive("timeout", timeout, "s")
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
-    times = _times(shapes, duration)
+    listed = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
+    times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(listed)])
     single = solver if accuracy is None else None  # solver of a single run, whose error is not estimated
     runs = _Runs(mechanism, timeout, forecast(progress, USUAL_RUNS if single is None else ONE_RUN))
     with use_memory(runs.memory):
@@ -160,10 +161,10 @@ class _Runs:
         self.scenes: dict[int | None, Any] = {}
 
     def __call__(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
-        """Run a solver; repeat the run while its steps pass edges of a user's function.
+        """Run a solver; repeat the run while edges of a user's function lie between its steps.
 
         The memory keeps the edges that it finds in a run, and steps of the next run end on them, which moves later edges. The
-        mechanism is that of the call, perhaps with finer meshes.
+        mechanism is that of the call, for Exudyn perhaps with more elements.
         """
         shifts: list[float] = []
         for _ in range(MOST_REPETITIONS):
@@ -190,7 +191,7 @@ class _Runs:
         options = {}
         if isinstance(solver, Spectral) and find_spec("numba"):
             scene = self.scene(solver.degree)
-            options = {} if isinstance(scene, str) else {"scene": scene}
+            options = {} if isinstance(scene, str) else {"scene": scene}  # else the solver makes its own, or raises the reason
         with catch_ctrl_c() as interrupted:  # a solver reacts to Ctrl-C only in its steps, not before the first or after the last
             self.ended.append(SOLVERS[type(solver)](mechanism, duration, solver, left, self.progress, **options))
         if interrupted():
@@ -199,7 +200,7 @@ class _Runs:
 
     def scene(self, degree: int | None) -> Any:
         """Return the compiled scene for strips of a degree, or a text: why the compiled solver cannot run the mechanism."""
-        if degree not in self.scenes:
+        if degree not in self.scenes:  # a scene serves all mechanisms of this call, as they differ only in elements for Exudyn
             self.scenes[degree] = import_late("spectral.run:scene_or_reason")(self.mechanism, degree)
         return self.scenes[degree]
 
@@ -244,14 +245,9 @@ def _demand(accuracy: float | None, of: str | Sequence[str]) -> Demand:
     return Usual()
 
 
-def _times(shapes: Sequence[float], duration: float) -> Array:
-    times = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
-    return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(times)])
-
-
 def _interruption(runs: Sequence[Run]) -> Interrupted:
     """Make the exception of Ctrl-C, with the unchecked result of the run that got farthest."""
-    run = max(reversed(runs), key=lambda run: float(run.record.time[-1]))
+    run = max(reversed(runs), key=lambda run: float(run.record.time[-1]))  # reversed: of equally far ones the last, the finest
     message = run.failure.message if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
     return Interrupted(_result(replace(run, failure=Failure(Status.INTERRUPTED, message)), None, False, np.empty(0)))
 

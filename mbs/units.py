@@ -168,7 +168,7 @@ def _fits(dimension: tuple[float, ...], unit: str) -> bool:
     if any_power and "/" in base:  # N/m^n: the denominator may have any power
         numerator, denominator = (parse_unit(part).dimension for part in base.split("/"))
         pairs = zip(dimension, numerator, denominator, strict=True)
-        return all(below or have == above for have, above, below in pairs)
+        return all(have == above for have, above, below in pairs if below == 0)  # base units of the denominator are free
     return dimension == expected
 
 
