@@ -27,6 +27,7 @@ def lazy_attributes(package: str, modules: Mapping[str, str]) -> Callable[[str],
     """Make a package's `__getattr__` (PEP 562) that imports a name from its module at the first use."""
 
     def load(name: str) -> Any:
+        """Import a name."""
         if name not in modules:
             raise AttributeError(f"module '{package}' has no attribute '{name}'")
         return getattr(import_module(f"{package}.{modules[name]}"), name)

@@ -19,10 +19,7 @@ import scipy
 
 @cache
 def has_compiler() -> bool:
-    """Return True if Numba is installed and not switched off by its environment variable NUMBA_DISABLE_JIT.
-
-    Without Numba the compiled functions run as plain Python: the same numbers, some hundred times slower.
-    """
+    """Return True if Numba is installed and not switched off by NUMBA_DISABLE_JIT: without it functions run as plain Python."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and find_spec("numba") is not None
 
 
@@ -83,7 +80,7 @@ def catch_ctrl_c() -> Iterator[Handler]:
     """
     is_main = threading.current_thread() is threading.main_thread()
     previous = signal.getsignal(signal.SIGINT) if is_main else None
-    outer = getattr(previous, "__self__", None)
+    outer = getattr(previous, "__self__", None)  # of the method `note` of an outer context: the Handler
     handler = outer if isinstance(outer, Handler) else Handler()
     is_default = previous is signal.default_int_handler
     if is_default:

@@ -44,7 +44,8 @@ USER_STOPS = (TimeUpError, KeyboardInterrupt)
 class Forecast:
     """Progress callback of one call of `simulate`: it forecasts the time of all its runs, and of the `cases` - 1 calls after it.
 
-    `cases` may be a fraction, the mean of several processes. `runs` is the least and the largest number of runs of a call.
+    `cases` is the number of calls that a process makes, as of a sweep: a mean, if several processes share them. `runs` is the
+    least and the largest number of runs of a call.
     Without a `bar` only the time is printed.
     """
 
@@ -128,14 +129,14 @@ class Watch:
         self.best: Any = None
 
     def step(self, share: float = 0.0) -> None:
-        """Count a step before it begins; raise as `check` does. In a stopped call every further step raises TimeUpError."""
+        """Count a step before it begins; raise as `check` does. A stopped call makes no step: TimeUpError."""
         self.check()
         if self.ended:
             raise TimeUpError(self.ended)
         self.count, self.share = self.count + 1, max(share, self.share)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once: a stopped call completes its answer."""
+        """Raise KeyboardInterrupt after Ctrl-C or TimeUpError after the time limit, once: the call then makes its best answer."""
         if self.ctrl_c() and not self.ended:
             self.ctrl_c.is_pressed, self.ended = False, CTRL_C  # from now on only another Ctrl-C counts
             raise KeyboardInterrupt(CTRL_C)
@@ -146,7 +147,7 @@ class Watch:
     def end_run(self, failure: tuple[str, str] | None) -> None:
         """Raise as `check` does after a run, and KeyboardInterrupt if its `failure`, (status, message), is that by Ctrl-C."""
         self.check()
-        if failure and failure[0] == "INTERRUPTED":
+        if failure and failure[0] == "INTERRUPTED":  # by a second Ctrl-C, as `check` raises after the first
             raise KeyboardInterrupt(CTRL_C)
 
     @property
@@ -183,14 +184,17 @@ F = TypeVar("F", bound=Callable[..., Any])
 def watch(unit: str) -> Callable[[F], F]:
     """Make a decorator that adds `timeout` and `progress` to a function which counts its `unit`, steps or runs, by a `Watch`.
 
-    A stopped function returns its best answer so far, after a call of the answer's `mark_stopped` if it has that. After Ctrl-C
-    the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of the outer function:
-    its own `timeout` and `progress` have no effect, and once stopped it raises TimeUpError, which stops the outer function.
+    The function has to catch `USER_STOPS` and return its best answer so far, whose `mark_stopped` is called if it exists. After
+    Ctrl-C the answer is raised in `Interrupted`. A watched function that another one calls counts in the watch of the outer one:
+    its own `timeout` and `progress` have no effect, and once stopped it raises TimeUpError.
     """
 
     def decorate(call: F) -> F:
+        """Add the two parameters."""
+
         @wraps(call)
         def wrapper(*arguments: Any, timeout: float | None = None, progress: bool | None = None, **named: Any) -> Any:
+            """Call the function under a watch."""
             limit = None if timeout is None else positive("timeout", timeout, "s")
             outer = watching.get()
             if outer is not UNWATCHED:

@@ -13,8 +13,8 @@ from .scene.scene import Scene
 MIN_STEP = 1e-9
 """Smallest step of Exudyn [s]: a million times the rounding of a time of some seconds."""
 SECOND_LEVEL_STEPS = 40
-"""Least number of steps of the compiled solver at the second level of a refinement; the first has 40/8^(1/4) = 24. It has an
-effect only where the error control would take longer steps."""
+"""Least number of steps of the compiled solver at the second level of a refinement: chosen. The first level has 8 times the
+tolerance tol and so 40/8^(1/4) = 24, as steps go as tol^(1/4). It has an effect only where error control takes longer steps."""
 
 
 class Setting(Declared):
@@ -85,8 +85,8 @@ class Equal(Setting):
 def subdivide(kinks: Sequence[float], longest: float, default_longest: float) -> list[float]:
     """Add times between kinks that are closer to each other than the longest step of a run; return all times, sorted [s].
 
-    Solvers end steps on these times. Between two such kinks a run with the default longest step takes one step, whatever its
-    error. A finer run takes `default_longest / longest` steps, rounded up, so that the difference of two runs shows this error.
+    Solvers end steps on these times. Between two such kinks one step may be too long, though the longest step allows it. A finer
+    run takes `default_longest / longest` steps there, rounded up. So the difference of two runs shows the error of such steps.
     """
     parts = max(1, ceil(default_longest / longest - 1e-9))  # 1e-9: the ratio of steps is rounded
     added = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
@@ -168,7 +168,7 @@ class Spectral(Setting):
 
     @property
     def tolerance(self) -> float:
-        """Local error allowed in a step, relative as described in `steps`; with equal steps only a scale of other limits."""
+        """Local error allowed in a step, relative as described in `steps`; with equal steps it scales contact limits alone."""
         return self.steps.tolerance or TOLERANCE
 
     def longest(self, duration: float) -> float:
@@ -179,13 +179,10 @@ class Spectral(Setting):
 
 
 def usual_tolerance(scene: Scene) -> float:
-    """Return the default tolerance of Exudyn for a scene, see `Controlled`.
-
-    With stiffly damped clearance the computed peak of an impact is a quarter too small at the tolerance 1e-3, and 2 % at 3e-5.
-    """
+    """Return the default tolerance of Exudyn for a scene, see `Controlled`."""
     if not scene.clearances:
         return 1e-5
-    return 3e-5 if scene.is_stiffly_damped else 1e-3
+    return 3e-5 if scene.is_stiffly_damped else 1e-3  # there peaks of impacts are a quarter too small at 1e-3, 2 % at 3e-5
 
 
 def position_error(scene: Scene, tolerance: float | None) -> float:

@@ -22,7 +22,7 @@ def number(
     checked = _as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
-        suffix = "" if unit in ("", "1") else f" {unit}"
+        suffix = "" if unit in ("", "1") else f" {unit}"  # "1": a plain number; "": messages name no unit
         shown = value.given if isinstance(value, Measured) else f"{short(value)}{suffix}"
         has_no_bound = low == -math.inf or high == math.inf
         if math.isinf(checked) and has_no_bound:

@@ -25,7 +25,7 @@ MASS_RATIO = 2.0
 increase with the ratio, so that none is overestimated by this choice."""
 MOST_OVER_DIFFERENCE = 3.0
 """Largest error by damping that is estimated for strips, over the difference of two runs, whose steps damp unequally. Errors of
-most randomly drawn mechanisms are 2 to 5 times the difference. The value is chosen between: some errors are underestimated."""
+most randomly drawn mechanisms are 2 to 5 times the difference. 3 is chosen, so that some errors are underestimated."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
@@ -56,7 +56,7 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
     at most `MOST_OVER_DIFFERENCE` times the difference of the runs, and deflections get none. No place errs by more than its own
     range.
     """
-    forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces
+    forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces  # names of signals
     has_strips = bool(forces & run.strip_forces)
     period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)  # T [s]
     found = dict[Key, float]()
@@ -69,16 +69,16 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
     for name, signal in run.signals.items():
         is_journal = bool(signal.scale)  # of the places only that of a journal has a `scale`, the clearance
         if signal.kind is Kind.PLACE and not is_journal and not (has_strips and name.endswith(".deflection")):
-            own_range = run.own_sizes[name, Norm.RMS]  # both own sizes of a place are its range
+            own_range = float(np.ptp(signal.values))
             error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), own_range)
             for norm in (Norm.RMS, Norm.PEAK):
                 limit = MOST_OVER_DIFFERENCE * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], limit)
-        if len(signal.depth) and len(signal.onsets):  # a contact that closes
+        if len(signal.depth) and len(signal.onsets):  # only normal forces of stops have a depth
             before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
             fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
-            found[name, Norm.RMS] = found[name, Norm.PEAK] = relative
+            found[name, Norm.RMS] = found[name, Norm.PEAK] = relative  # taken for the share of all impacts
             found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))
     return found

@@ -52,7 +52,7 @@ class DeflectionLimits(NamedTuple):
     """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough."""
 
     rms: float  # limit of a term's root mean square over time [m]: the least limit of a place; inf without one
-    peak: float  # limit of a term at any time, over the strip's largest deflection: the least one of a force or rate; inf without
+    peak: float  # limit of a term at any time, over the strip's largest deflection: least limit of any other signal
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> DeflectionLimits:
@@ -63,7 +63,7 @@ class DeflectionLimits(NamedTuple):
             if signal.kind is Kind.PLACE:
                 size = run.sizes[name, norm] * (1.0 if signal.unit == "m" else run.longest_link)  # [m]
                 rms = min(rms, limit * size)
-            elif np.any(signal.values):  # a force or rate that is zero throughout sets no limit
+            elif np.any(signal.values):  # a signal that is zero throughout sets no limit
                 peak = min(peak, limit)
         return cls(rms, peak)
 
@@ -104,7 +104,7 @@ class Asked:
 
     @property
     def words(self) -> str:
-        """Signals that the accuracy holds for, as words of a sentence."""
+        """Subject of the accuracy in a message: the signals, as words of a sentence."""
         return write_signals(self.of)
 
     @property
@@ -149,7 +149,7 @@ class Usual:
     """Errors allowed of a run without an accuracy, by the constants of this file."""
 
     accuracy: ClassVar[float] = nan
-    words: ClassVar[str] = "a run that names no accuracy"
+    words: ClassVar[str] = "a run that names no accuracy"  # in a message: subject of the limits
     energies: ClassVar[tuple[str, ...]] = ENERGIES
     place_error: ClassVar[float] = PLACE_ERROR
 
@@ -158,8 +158,7 @@ class Usual:
         found = dict[Key, float]()
         # of the places only those of journals have a `scale`, the clearance
         clearances = [signal.scale for signal in run.signals.values() if signal.kind is Kind.PLACE and signal.scale]
-        # share of the longest link by which a journal may err; places that it moves may err by the same share, angles by it in
-        # rad
+        # share of the longest link by which a journal may err: places that it moves may err by this share, angles by it in rad
         journal_error = LAW_ERROR * min(clearances, default=0.0) / run.longest_link
         for name, signal in run.signals.items():
             if signal.kind is Kind.PLACE and not signal.scale:

@@ -20,8 +20,8 @@ GRAZE = 1e-3
 """Least impulse of an impact whose onset and peak are compared, over the largest. Ten times more would ignore small impacts, ten
 times less match noise."""
 SPLIT = 0.1
-"""Time without contact, over the duration of the contact before it, below which two contacts are one impact: the force of a
-bending strip touches zero within a blow."""
+"""Time without contact, over the duration of the contact before it, below which two contacts are one impact. The force of a
+bending strip touches zero within a blow. The tenth is chosen."""
 LEAST_DISTANCE = -9.0
 """Decimal logarithm of the least result of `levy`: it is below the least error that is estimated (`estimate.LEAST_ERROR`)."""
 BISECTIONS = 10
@@ -36,10 +36,6 @@ class ImpactTable(NamedTuple):
     impulse: Array  # [N s]
     peak: Array  # highest sample of the force [N]
     missed: Array  # highest vertex of the parabolas through three samples, less `peak` [N]
-
-    def select(self, chosen: Array) -> ImpactTable:
-        """Return some of the impacts, by a mask (impacts,)."""
-        return ImpactTable(*(field[chosen] for field in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +80,7 @@ class Impacts:
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     """Compute relative differences of two contact forces: impulse, peak, onsets. Run b, the finer level, gives the sizes."""
     least = GRAZE * max(each.table.impulse.max(initial=0.0) for each in (a, b))
-    impacts_a, impacts_b = (each.table.select(each.table.impulse > least) for each in (a, b))
+    impacts_a, impacts_b = (ImpactTable(*(field[table.impulse > least] for field in table)) for table in (a.table, b.table))
     count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
     if not count_a or not count_b:
         no_impacts = not count_a and not count_b
@@ -106,12 +102,13 @@ def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: 
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 
-    The first sum is over the impacts of a and those of b that a has, too. Each peak of b has an upper and a lower bound, by the
+    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 let small peaks count little. Each peak
+    of b has an upper and a lower bound, by the
     scatter, its excess and the vertex between its samples. The peaks of a, the coarser run, only raise the largest upper bound.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
-    weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))  # (excess/F) F^2
+    weighted = np.append(excess_a * highest_b, np.where(is_in_both, excess_b * b.peak, 0.0))  # excess F, for impacts of a, of b
     scatter = np.sqrt(np.sum(weighted**2) / np.sum(b.peak**4)) * b.peak
     upper = max(a.peak.max(), (b.peak + scatter + b.missed).max())  # [N]
     lower = (b.peak - np.maximum(excess_b, scatter) - b.missed).max()  # [N]

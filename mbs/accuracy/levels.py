@@ -201,10 +201,7 @@ class SpectralLevels(Levels):
 
 
 class ExudynLevels(Levels):
-    """Levels of Exudyn. With the usual `place_error` the second has Exudyn's defaults.
-
-    It has twice the elements of each strip if some strip has a single one, which the first level cannot halve.
-    """
+    """Levels of Exudyn: with the usual `place_error` the second has its defaults, or twice the elements of strips of one."""
 
     orders = Orders(1 / 3, 1 / 3, 2 / 3)
     runs_at_most = 6  # a level has twice the steps and twice the elements, and costs four times the one before

@@ -78,15 +78,13 @@ class _FailedError(Exception):
 
 
 class _Pair:
-    """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation.
-
-    `before` has the relative differences of the pair before, `ratio_before` is the ratio of its tolerances.
-    """
+    """Two runs that are compared: ratio of their tolerances, difference, allowed errors, separation."""
 
     def __init__(
         self, coarse: _Trial, fine: _Trial, demand: Demand, before: Mapping[Key, float] | None = None, ratio_before: float = 1.0
     ) -> None:
-        self.coarse, self.fine, self.before, self.ratio_before = coarse, fine, before, ratio_before
+        self.coarse, self.fine = coarse, fine
+        self.before, self.ratio_before = before, ratio_before  # of the pair before: relative differences, ratio of tolerances
         self.ratio = coarse.level.tolerance / fine.level.tolerance
         self.difference = Difference(coarse.trajectory, fine.trajectory)
         self.allowed = demand.limits(fine.trajectory)
@@ -166,7 +164,6 @@ class _Refinement:
     def find_status(self, pair: _Pair, is_smaller: bool) -> Status | None:
         """Return the status with which refinement ends at too large an error; None if it goes on.
 
-        SUSPECT, SENSITIVE: no finer run is left; for SENSITIVE the last two runs separate. CHAOTIC: finer runs would hardly help.
         `is_smaller` says that the last refinement reduced the difference of the worst signal.
         """
         separates_at_times = self.levels.rattles and pair.separation.is_ever_separate  # rattling runs may part and meet again
@@ -272,8 +269,8 @@ class _Refinement:
     ) -> CheckedRun:  # fmt: skip
         """Attach errors to a run, infinite ones where its steps do not resolve a vibration.
 
-        `estimate` returns the errors of some keys, by default of all, and their sizes. Errors without a limit are computed when
-        they are read, except those of places and of forces with a running mean.
+        `estimate` returns errors and sizes of some keys, by default of all. It is called for those with a limit, of places and of
+        forces with a running mean; for all others when they are read.
         """
         run = trial.trajectory
         unresolved = {(name, norm): inf for name in run.unresolved for norm in (Norm.RMS, Norm.PEAK)}

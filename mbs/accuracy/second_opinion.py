@@ -37,7 +37,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     start = perf_counter()
     has_accuracy = result.asked > 0
     least = NEGLIGIBLE * result.asked if has_accuracy else LEAST_ERROR
-    demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed by that accuracy, or by conventions
+    demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed: by that accuracy, or the constants of `demand`
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
         answer = refine(run, levels, demand)  # runs of ever finer levels, until the demand is met
@@ -59,10 +59,9 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Places, states of loads, contacts and reactions are compared. If the motion may be chaotic, they are compared up to the time
-    at which a place differs by more than conventions (`Usual`) allow, or at which an error estimate ends. The allowed difference
-    is the sum of both errors, at least `least`. If one error is not known, it is 5 % (`USUAL_ERROR`), also of places. Run b gives
-    the sizes to which differences are relative.
+    Compared are places, contacts, reactions, and states x of loads with dx/dt = f. A motion that may be chaotic is compared up to
+    the time at which a place differs by more than `Usual` allows, or an error estimate ends. The allowed difference is the sum of
+    both errors, at least `least`. Without one of the errors it is 5 % (`USUAL_ERROR`) for every signal. Run b gives the sizes.
     """
     trajectory_a, trajectory_b = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(trajectory_b)  # errors allowed of places, states and contacts, by signal and norm
@@ -75,10 +74,11 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     until = min([Separation(Difference(trajectory_a, trajectory_b), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _sizes = Difference(trajectory_a, trajectory_b, until).norms()  # relative differences, by signal and norm
 
-    def allowed(key: Key) -> float:
+    def allow(key: Key) -> float:
+        """Return the allowed difference of a signal."""
         return max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else USUAL_ERROR
 
-    worst = find_worst({key: allowed(key) for key in compared}, apart)
+    worst = find_worst({key: allow(key) for key in compared}, apart)
     of_places = [apart[n, norm] for n, norm in apart if norm is Norm.RMS and trajectory_b.signals[n].kind is Kind.PLACE]
     return max(of_places, default=0.0), worst
 

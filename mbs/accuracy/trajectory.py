@@ -31,8 +31,8 @@ FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
 UNRESOLVED_MOST = 0.05
-"""Largest imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps:
-`demand.USUAL_ERROR`."""
+"""Largest imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: the error allowed of
+energies, `USUAL_ERROR` of the module `demand`, which imports this one."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -130,8 +130,8 @@ class Trajectory:
 def compute_energies(run: Run) -> tuple[Trajectory, float]:
     """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
-    Vibrations faster than the steps may store a share r of the throughput E, which is taken off the imbalance. The size of all
-    energies is E (1 + r/SMALL), of which r is at most the share `SMALL`.
+    Vibrations faster than the steps may store the energy r E, E the throughput. The share r is taken off the imbalance. All
+    energies have the size E (1 + r/SMALL), so that r E is at most `SMALL` times this size.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
     throughput, vibration_share = compute_throughput(record, energies, run.values)  # [J], and r
@@ -141,7 +141,7 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    # bristles of a guide may store all energy that is put in: with friction of guides the share r has no limit
+    # r counts strips and bristles of guides, whose vibrations the steps do not resolve; bristles may store all energy put in
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
     stored = vibration_share if has_friction else min(vibration_share, UNRESOLVED_MOST)
     return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)

@@ -1,7 +1,7 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
-In each pose the strips are put between their recorded ends in their stress-free shape, turned and stretched. The multipliers of
-constraints balance the applied forces best, by least squares; inertia has no part in the tangent.
+In each pose a strip has its stress-free shape from its recorded start on, turned with its chord and stretched, so that its end is
+only near the recorded one. The multipliers of constraints balance the applied forces best, by least squares, without inertia.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ class Growth:
         """Compute the growth rate [1/s] of each strip's bending at sample k, from the strips' tensions [N] by name."""
         q = self._pose(k, forces)
         parameter = 1.0  # without effect: this problem varies no load and no constraint
-        rest = self.problem.start(parameter)._replace(q=q)
+        rest = self.problem.start(parameter)._replace(q=q)  # a pose without velocity, in general no equilibrium
         tangent = self.problem.about(rest._replace(multipliers=self.problem.compute_multipliers(rest)))
         if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)
@@ -51,9 +51,9 @@ class Growth:
                 place, _velocity, _acceleration = motion.centre()
                 turn_since_start, _rate = motion.turn(link.start)
                 q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn_since_start[k]]
-        for offset, name, point, is_rotor in self.scene.builder.separate_masses:  # masses at points, with own coordinates
+        for offset, name, point, is_rotor in self.scene.builder.separate_masses:  # with own coordinates: x and y, or an angle
             if not is_rotor:  # the angle of a rotor is only in a linear constraint, so that the tangent does not depend on it
-                place, _ = self.record.links[name].point(point)
+                place, _velocity = self.record.links[name].point(point)
                 q[offset : offset + 2] = place[k]
         return q
 
@@ -61,7 +61,7 @@ class Growth:
         """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force.
 
         `dofs` of a piece are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
-        values at the ends of the piece, the others belong to polynomials that vanish there.
+        values at the ends of the piece, the others belong to polynomials that vanish there. `start`, `end`: arc lengths [m].
         """
         link, motion = self.record.mechanism.link(name), self.record.links[name]
         start, end = (motion.point(point)[0] for point in (link.start, link.end))

@@ -14,7 +14,7 @@ from .check import check, without
 ROUNDING = 1e-9
 """Largest force of the wrong sign that is ascribed to rounding, over the largest force."""
 ENDS_MET = 0.02
-"""Distance of a strut's ends, over its length, at which they have met."""
+"""Distance of a strut's ends, over its length, at which they have met: chosen."""
 
 
 @check("NOT_FINITE")
@@ -40,7 +40,7 @@ def check_balance(run: Run, result: Result) -> Iterator[str]:
     dissipated = [name for name in energy if name.startswith("taken_")]  # names of dissipated energies, see `run.ledger`
     decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
-    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors, shares of the throughput: it takes long
+    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors, which takes long; of energies in RMS
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]
         allowed = max([BALANCE, *errors]) + unresolved
     if not balance <= allowed:

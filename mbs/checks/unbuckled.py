@@ -31,7 +31,7 @@ LESS_FORCE = 0.9
 """Between two poses a compression below this share of the smaller one of both poses counts as no growth. Bending grows more
 slowly there, and so no strip is suspected wrongly. A convention."""
 COMPRESSED = 0.01
-"""Compression over the Euler load below which no strip is checked."""
+"""Compression over the Euler load below which no strip is checked: chosen. Ends that move let a strip buckle below this load."""
 
 
 def _strips(run: Run) -> list[Link]:

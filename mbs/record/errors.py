@@ -18,8 +18,8 @@ SHOWN = 3
 class Status(StrEnum):
     """Outcome of a run; any status but OK has a message that says what to do.
 
-    OK and five others are of runs that reached their end. SUSPECT: a check failed. CHAOTIC: small differences grow exponentially.
-    SENSITIVE: more runs than allowed would be needed. Both have the requested accuracy up to `error.until` only.
+    Six are of runs that reached their end. OK: all checks passed. SUSPECT: a check failed. CHAOTIC: small differences grow
+    exponentially. SENSITIVE: more runs than allowed would be needed. Both are accurate up to `error.until` of the result only.
     UNSTABLE: an equilibrium is not stable. UNSEEN: steps went over jumps or kinks of a user's function. All others ended early.
     LOCKED: the linkage cannot go on as it is driven. SINGULAR: its constraints no longer decide the motion. STRUT_OUT_OF_RANGE: a
     strut is shorter than its law allows.
@@ -126,14 +126,14 @@ class Errors(Mapping[Any, float]):
 
     Attributes
     ----------
-    motion : float, largest error of all places; nan without an estimate
+    motion : float, largest error of all places in the norm RMS; nan without an estimate
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
         over their own norm. Empty without an estimate.
     sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative, in the signal's unit
     kind : str, origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
     until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
-    drive_period : float, period of revolution of the drive [s], 0 if no drive has a constant speed
+    drive_period : float, period of revolution of the drive [s], for means over periods; 0 if no drive has a constant speed
     unresolved : tuple of str, forces `F` that vibrate too fast for the steps, which resolve only their running means `F.mean`
     notes : tuple of str, remarks on the errors, in sentences
     """

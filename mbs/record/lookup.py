@@ -32,8 +32,7 @@ def unknown(name: str, names: list[str]) -> UnknownSignalError:
 def slopes(time: Array, values: Array, smooth: bool) -> Array:
     """Compute slopes at the samples, (samples, ...): by parabolas if the signal is smooth, else by Fritsch and Butland.
 
-    The latter keep cubics monotone: F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic
-    interpolants, SIAM J. Sci. Stat. Comput. 5 (1984) 300, doi 10.1137/0905021.
+    The latter keep cubics monotone (SIAM J. Sci. Stat. Comput. 5 (1984) 300, doi 10.1137/0905021). At both ends they are secants.
     """
     if len(time) == 2:
         return np.repeat(np.diff(values, axis=0) / (time[1] - time[0]), 2, axis=0)
@@ -63,14 +62,15 @@ class Cubics:
 
     def __init__(self, time: Array, times: Array) -> None:
         self.step, h, s = _find_steps(time, times, 1)
-        # weights of the rise of the value over the step, and of the rates at its start and end
-        self.rise, self.start, self.end = s * s * (3 - 2 * s), h * s * (1 - s) ** 2, -h * s * s * (1 - s)
+        self.of_rise = s * s * (3 - 2 * s)  # weights: of the rise of the value over the step, and of the rates at its ends
+        self.of_start_rate, self.of_end_rate = h * s * (1 - s) ** 2, -h * s * s * (1 - s)
 
     def __call__(self, values: Array, rates: Array) -> Array:
         """Interpolate from values and rates at the samples, each (functions, samples); return values (functions, times)."""
         k, start = self.step, values.take(self.step, 1)
         rise = values.take(k + 1, 1) - start
-        return np.asarray(start + self.rise * rise + self.start * rates.take(k, 1) + self.end * rates.take(k + 1, 1))
+        by_rates = self.of_start_rate * rates.take(k, 1), self.of_end_rate * rates.take(k + 1, 1)
+        return np.asarray(start + self.of_rise * rise + by_rates[0] + by_rates[1])
 
 
 def _find_steps(time: Array, times: Array, dimensions: int) -> tuple[Array, Array, Array]:
@@ -96,7 +96,7 @@ def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> t
 
 
 def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:
-    """Interpolate samples at `times` by cubic Hermite polynomials, with given rates or those of `slopes`."""
+    """Interpolate samples at `times` by cubic Hermite polynomials, with given rates, or else by `slopes` with `smooth`."""
     if len(time) == 1:
         return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
     found, _rates = hermite(time, values, slopes(time, values, smooth) if rates is None else rates, times)
@@ -104,10 +104,7 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
 
 
 def trapezoidal(time: Array, rate: Array) -> Array:
-    """Integrate from the first time by the trapezoidal rule, each (times,).
-
-    The energy balance of a second-order integrator closes best by this rule, which the integrator uses itself.
-    """
+    """Integrate from the first time, each (times,), by the trapezoidal rule, which a second-order integrator itself uses."""
     return np.append(0.0, np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2))
 
 

@@ -48,7 +48,7 @@ class Result:
     film : Film, optional, motion from which `movie` is made
     verified : float
         Largest difference of places from those of the other solver, over their ranges; nan without `verify=True` or if it failed.
-    traits : dict of str to Trait, of each signal: kind, scale of the error, name of the time derivative
+    traits : dict of str to Trait, of each signal: kind, whether it is smooth, scale of the error, name of the time derivative
 
     Examples
     --------
@@ -124,8 +124,8 @@ class Result:
     def reading(self, text: str) -> Any:
         """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.reading_errors.Reading`.
 
-        The error is a bound from the difference of two runs. For a chaotic motion it is the half-width of the 95 % confidence
-        interval from means over parts of the run. The reading's `kind` says which. Raise a ValueError for an invalid formula.
+        The error is a bound from the difference of two runs, for a chaotic motion the half-width of the 95 % confidence interval
+        from means over parts of the run, as the `kind` says. Raise a ValueError for an invalid formula.
         """
         return import_late("sensitivity.reading_errors:read")(self, text)
 
@@ -175,7 +175,7 @@ class Result:
 
         Point data are `displacement` [m] since the first time, `curvature` [1/m], `axial_force` [N] and `stress` [Pa] of strips,
         and the number of the `link`. The name of the file ends in `.xdmf`. `times` [s] are by default those of the movie. A
-        pickled result holds these only: other `times` raise a ValueError.
+        pickled result has the motion at the times of the movie only: others raise a ValueError.
         """
         return import_late("view.paraview:write_paraview")(self, path, times)
 

@@ -26,10 +26,11 @@ from .record import Record, between
 def collect(record: Record, asked: str = "") -> dict[str, Signal]:
     """Return all signals by name: places and velocities of points, signals of elements, running means of vibrating forces.
 
-    The text `asked`, if not '', restricts them to the points and elements that it mentions, also within another word.
+    The text `asked`, if not '', restricts them to the points and elements whose names it contains, also as a part of a word.
     """
 
     def is_asked(name: str) -> bool:
+        """Return True for a point or element that the text may name."""
         return not asked or any(word in asked for word in name.split("."))
 
     found: dict[str, Signal] = {}
@@ -83,7 +84,7 @@ def running_mean(time: Array, values: Array, period: float) -> Array:
     """Compute the mean over a period [s] about each time; near the ends of the run, over the first or the last period."""
     period = min(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
-    total = trapezoidal(time, values)  # integral of values that are linear between samples: cubics, here parabolas, are exact
+    total = trapezoidal(time, values)  # integral of values linear between samples: parabolas, to which `hermite` is exact
     begin, end = (hermite(time, total, values, t)[0] for t in (middle - period / 2, middle + period / 2))
     return (end - begin) / period
 
@@ -136,22 +137,17 @@ def ledger(record: Record) -> dict[str, Array]:
 
 
 def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
-    """Return the throughput [J] of a run, and the share of it by which unresolved stiff vibrations may disturb the balance.
-
-    The share is twice the potential energy that these vibrations can store, over the throughput; the 2 is a margin.
-    """
+    """Return the throughput [J], and the share of it by which unresolved stiff vibrations may disturb the balance."""
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     least = mass * (AT_REST * Scene.of(mechanism).size / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
     throughput = max(float(energy["throughput"][-1]), least)
+    # twice the potential energy that these vibrations can store: the 2 is a margin
     return throughput, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / throughput
 
 
 def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the axial strain energy [J] at the largest force of each strip, summed over strips that may vibrate unseen.
-
-    Those are all strips if the steps do not resolve the axial vibration, else the strips whose strain stays below `STRETCH`.
-    """
+    """Return the axial strain energy [J] at the largest force of each strip, summed over strips that may vibrate unseen."""
     total, resolved = 0.0, resolves(record.time, Scene.of(record.mechanism).axial_period)
     for link in record.mechanism.links:
         if link.body.meshed:  # a strip

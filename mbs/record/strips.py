@@ -137,9 +137,9 @@ class StripMotion:
         return np.concatenate([inner, place[:, -1:, -1]], axis=1)
 
     def middle(self) -> Array:
-        """Compute the position of mid-length, shape (times, 2); it lies in an element if points divide the link unevenly."""
+        """Compute the position of mid-length, shape (times, 2)."""
         ends = np.cumsum(self.pieces)
-        k = int(np.searchsorted(ends, self.length / 2))
+        k = int(np.searchsorted(ends, self.length / 2))  # element that contains the middle
         xi = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
         return self.places(np.array([xi]))[:, k, 0]
 
@@ -159,7 +159,7 @@ class BeamMotion(StripMotion):
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Return nodal lengths [m], (nodes,), for distributed loads; places and angles from the stress-free ones; rates."""
+        """Return nodal lengths [m], (nodes,), for integrals along the beam; places, with the turns since stress-free; rates."""
         return nodal_lengths(self.body, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
@@ -187,6 +187,7 @@ class BeamMotion(StripMotion):
         axial_t = c * slope_t[..., 0] + s * slope_t[..., 1] + spin * shear
         shear_t = -s * slope_t[..., 0] + c * slope_t[..., 1] - spin * axial
         end_angles = self.by_element(self.reference)[:, [0, -1], 2]
+        # the engine takes a constant for an element
         kappa_0 = ((end_angles[:, 1] - end_angles[:, 0]) / self.pieces)[None, :, None]
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
