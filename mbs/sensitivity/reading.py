@@ -31,19 +31,15 @@ from .curve import Curve
 
 POINTWISE: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
 """Functions of signals at each time, and of numbers."""
-ARGUMENTS = {
-    **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled"), 1), "at": 2, "when": 3,
-    **dict.fromkeys(("begins", "ends", "peak"), 2),
-}  # fmt: skip
-"""Number of arguments of each function that reads a number off a signal."""
-USAGE = {
-    "at": "at(signal, time)", "when": "when(signal, value, n), n = 1 for the first time",
-    "begins": "begins(signal, n), n = 1 for the first contact", "ends": "ends(signal, n), n = 1 for the first contact",
-    "peak": "peak(signal, n), n = 1 for the first contact; of the whole run max(signal)",
-}  # fmt: skip
-"""Usage of functions with several arguments, for messages."""
-ALLOWED = {name: (USAGE.get(name), count) for name, count in {**ARGUMENTS, **dict.fromkeys(POINTWISE, 1)}.items()}
-"""Functions that the parser accepts: usage for messages, if any, and number of arguments."""
+ALLOWED: dict[str, tuple[str | None, int]] = {
+    **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled", *POINTWISE), (None, 1)),
+    "at": ("at(signal, time)", 2),
+    "when": ("when(signal, value, n), n = 1 for the first time", 3),
+    "begins": ("begins(signal, n), n = 1 for the first contact", 2),
+    "ends": ("ends(signal, n), n = 1 for the first contact", 2),
+    "peak": ("peak(signal, n), n = 1 for the first contact; of the whole run max(signal)", 2),
+}
+"""Functions that the parser accepts: usage for messages, with several arguments, and number of arguments."""
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
@@ -122,15 +118,12 @@ def parse_reading(
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
 
-    def replace(match: re.Match[str]) -> str:
-        """Note the name of a signal and return its short name."""
-        names[short[match[0]]] = match[0]
-        return short[match[0]]
-
     shortened = text
     if signals:
         longest_first = sorted(map(re.escape, signals), key=len, reverse=True)
-        shortened = re.sub(rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.])", replace, text)
+        pattern = rf"(?<![\w.])(?:{'|'.join(longest_first)})(?![\w.])"
+        names = {short[name]: name for name in re.findall(pattern, text)}
+        shortened = re.sub(pattern, lambda match: short[match[0]], text)
     if not_replaced := TOKEN.search(shortened):
         raise WrongReadingError(f"{text}: {unknown(not_replaced[0], list(signals))}")
     if "frequency" in shortened:  # names of signals are replaced in it

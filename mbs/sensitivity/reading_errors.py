@@ -21,7 +21,7 @@ from ..geometry import Array
 from ..record.errors import CONFIDENCE, Key, Norm, Status
 from ..record.result import Result
 from .curve import Smooth
-from .reading import ARGUMENTS, parse_reading, read_number, value_of
+from .reading import POINTWISE, parse_reading, read_number, value_of
 
 NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": Norm.ONSET, "ends": Norm.ONSET}
 """Norm of a signal's error that bounds the error of a reading; `Norm.PEAK` bounds all other readings."""
@@ -94,7 +94,7 @@ def _propagate(
     """
     exact, total = value_of(tree, time, signals), 0.0
     for call in ast.walk(tree):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in ARGUMENTS:
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id not in POINTWISE:
             value = value_of(call, time, signals)
             error = change(call, call.func.id, value)
             changed = [value_of(tree, time, signals, given={call: value + side}) for side in (error, -error)]
