@@ -175,8 +175,7 @@ def ensemble(
     store : path, optional
         File (.npz) that keeps the members that have run; the same call continues from it.
     timeout, progress
-        Of the decorator `watch`: limit of time [s], after which members that have run are returned; `progress` shows the state,
-        by default on terminals.
+        Limit of time [s], after which members that have run are returned; `progress` shows the state, by default in terminals.
     """
     positive("duration", duration, "s"), whole("skip", skip, 0, 10**6)
     solver = one_of("solver", solver or Spectral(), (Spectral,))

@@ -4,8 +4,7 @@ max min mean rms end         of a signal in the window; mean and rms are weighte
 impulse(signal)              integral over the window;
 share(signal)                share of the window in which it is above zero;
 onsets(signal)               number of times that it rises above zero: the impacts of a contact force;
-variation(signal)            total variation: sum of the magnitudes of its changes over 2000 equal steps of time in a window,
-                             chosen in `spectral.statistics`;
+variation(signal)            total variation: sum of the magnitudes of its changes over 2000 equal parts of the window;
 + - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax)).
 """
 
@@ -22,9 +21,11 @@ import numpy as np
 
 from ..functions.formulas import CONSTANTS
 from ..geometry import Array
-from ..sensitivity.reading import POINTWISE, TOKEN, evaluate, parse_reading
+from ..sensitivity.reading import POINTWISE, TOKEN, parse_reading, value_of
 from ..spectral.statistics import Accumulator, Statistic
 
+NO_TIMES = np.empty(0)
+"""Times for `value_of`, which needs them for functions over a run alone; there is none in an ensemble's formulas."""
 Reduction = Callable[[Array, Array], Array]
 """Function from accumulated sums (windows, kinds of sum) and lengths of windows [s] to a statistic, (windows,)."""
 STATISTICS: dict[str, Reduction] = {
@@ -52,12 +53,7 @@ class Formula:
 
     def values(self, signals: Mapping[str, Array]) -> Array:
         """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
-
-        def call(name: str, arguments: Sequence[ast.expr]) -> Any:
-            """Compute a function of a formula; `evaluate` passes arguments as trees."""
-            return POINTWISE[name](evaluate(arguments[0], signals, call))
-
-        return np.asarray(evaluate(self.tree, signals, call))
+        return np.asarray(value_of(self.tree, NO_TIMES, signals))
 
 
 @dataclass(frozen=True)
@@ -94,16 +90,12 @@ class StatisticReading:
 
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
         """Compute the reading in windows of `lengths` [s] from `sums` (windows, formulas in `order`, kinds of sum)."""
-
-        def call(name: str, arguments: Sequence[ast.expr]) -> Any:
-            """Compute a statistic of a formula of signals, or a function of such statistics."""
-            if name in STATISTICS:
-                formula = order.index(ast.unparse(arguments[0]))
-                return STATISTICS[name](sums[..., formula, :], lengths)
-            return POINTWISE[name](evaluate(arguments[0], {}, call))
-
         with np.errstate(all="ignore"):  # nan is the value of a formula such as 0/0
-            value = evaluate(self.tree, {}, call)  # no signals: all of them stand in statistics
+            statistics: dict[ast.expr, Array] = {}
+            for call in _statistics(self.tree):
+                sums_of_formula = sums[..., order.index(ast.unparse(call.args[0])), :]
+                statistics[call] = STATISTICS[ast.unparse(call.func)](sums_of_formula, lengths)
+            value = value_of(self.tree, NO_TIMES, {}, given=statistics)  # no signals: all of them stand in statistics
         return np.broadcast_to(np.asarray(value, dtype=float), sums.shape[:-2])
 
 

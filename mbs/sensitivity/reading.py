@@ -16,7 +16,7 @@ Signals have their names in the result.
 
 import ast
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from math import nan
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -143,41 +143,32 @@ def parse_reading(
 
 
 def value_of(
-    node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve,
-    given: Mapping[ast.expr, float] = MappingProxyType({}),
+    tree: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve,
+    given: Mapping[ast.expr, float | Array] = MappingProxyType({}),
 ) -> Any:  # fmt: skip
     """Evaluate a formula of signals by its syntax tree; `given` are known values of some nodes, such as statistics of a run."""
 
-    def call(name: str, arguments: Sequence[ast.expr]) -> Any:
-        """Compute a function of values, or read a number off a signal."""
-        series, *rest = (evaluate(argument, signals, call, given) for argument in arguments)
-        if name in POINTWISE:
-            return POINTWISE[name](series)
-        return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
+    def evaluate(node: ast.expr) -> Any:
+        """Evaluate a node of the tree: a number or values at all times."""
+        if node in given:
+            return given[node]
+        match node:
+            case ast.Constant(value=value):
+                return value
+            case ast.Name(id=name):
+                return signals[name] if name in signals else CONSTANTS[name]
+            case ast.UnaryOp(op=sign, operand=operand):
+                return -evaluate(operand) if isinstance(sign, ast.USub) else evaluate(operand)
+            case ast.BinOp(op=operator, left=left, right=right):
+                return OPERATORS[type(operator)](evaluate(left), evaluate(right))
+            case ast.Call(func=ast.Name(id=name), args=arguments):
+                series, *rest = map(evaluate, arguments)
+                if name in POINTWISE:
+                    return POINTWISE[name](series)
+                return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
+        raise AssertionError(node)  # `parse` accepts no other node
 
-    return evaluate(node, signals, call, given)
-
-
-def evaluate(
-    node: ast.expr, signals: Mapping[str, Array], call: Callable[[str, Sequence[ast.expr]], Any],
-    given: Mapping[ast.expr, float] = MappingProxyType({}),
-) -> Any:  # fmt: skip
-    """Evaluate a syntax tree; `call` gets the name of each function and its arguments as trees, and returns its value."""
-    if node in given:
-        return given[node]
-    match node:
-        case ast.Constant(value=value):
-            return value
-        case ast.Name(id=name):
-            return signals[name] if name in signals else CONSTANTS[name]
-        case ast.UnaryOp(op=sign, operand=operand):
-            inner = evaluate(operand, signals, call, given)
-            return -inner if isinstance(sign, ast.USub) else inner
-        case ast.BinOp(op=operator, left=left, right=right):
-            return OPERATORS[type(operator)](evaluate(left, signals, call, given), evaluate(right, signals, call, given))
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            return call(name, arguments)
-    raise AssertionError(node)  # `parse` accepts no other node
+    return evaluate(tree)
 
 
 def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
@@ -193,13 +184,13 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             a, b = _unit(left, units), _unit(right, units)
             if isinstance(operator, ast.Add | ast.Sub):
                 return a if a == b else ""
-            if isinstance(operator, ast.Mult | ast.Div) and b == "1":
+            if isinstance(operator, ast.Pow):
+                return "1" if a == "1" else ""
+            if b == "1":
                 return a
             if isinstance(operator, ast.Mult):
                 return b if a == "1" else ""
-            if isinstance(operator, ast.Div):
-                return "1" if a == b != "" else ""
-            return "1" if a == "1" else ""  # of a power
+            return "1" if a == b != "" else ""  # of a quotient
         case ast.Call(func=ast.Name(id="when" | "begins" | "ends")):
             return "s"
         case ast.Call(func=ast.Name(id="sin" | "cos")):

@@ -255,12 +255,10 @@ class Search:
                     self.descend(group[k])
 
     def descend(self, x: Array) -> None:
-        """Minimise from a point or, with nothing to minimise, meet the constraints."""
-        descend = self.minimise if self.objective else self.meet_constraints
-        descend(x)
-
-    def meet_constraints(self, x: Array) -> None:
-        """Minimise the residuals of the constraints by least squares, with wide differences first."""
+        """Minimise from a point or, with nothing to minimise, meet the constraints by least squares, wide differences first."""
+        if self.objective:
+            self.minimise(x)
+            return
         for width in (WIDE, DIFFERENCE_WIDTH):  # ftol and max_nfev are chosen: an EnoughError ends most searches before
             x = least_squares(lambda x: self.residuals(self.evaluate(x)), x, lambda x, width=width: self.jacobian(x, width),
                               bounds=(0.0, 1.0), method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=15).x  # fmt: skip
