@@ -87,13 +87,10 @@ class Ink(NamedTuple):
 
 
 LINKS = {
-    "link0": Ink("#0072B2", "#BBD7EA", 1.2),
-    "link1": Ink("#D55E00", "#F4CDB2", 1.2),
-    "link2": Ink("#009E73", "#B5DFD1", 1.2),
-    "link3": Ink("#A8508A", "#EACFE1", 1.2),
-    "link4": Ink("#8A6D00", "#F0E0B0", 1.2),
-    "link5": Ink("#2B7DA8", "#CDE6F5", 1.2),
-}
+    f"link{k}": Ink(line, fill, 1.2)
+    for k, (line, fill) in enumerate((("#0072B2", "#BBD7EA"), ("#D55E00", "#F4CDB2"), ("#009E73", "#B5DFD1"),
+                                      ("#A8508A", "#EACFE1"), ("#8A6D00", "#F0E0B0"), ("#2B7DA8", "#CDE6F5")))
+}  # fmt: skip
 """Colours of links: link number k takes number k modulo 6."""
 INKS: dict[str, Ink] = {
     "ground": Ink("#5A6672", "", 1.0),
