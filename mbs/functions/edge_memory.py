@@ -22,7 +22,7 @@ from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Curve, find_crossings, find
 CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
-STOP_DISTANCE = 1e-5
+SIDE_DISTANCE = 1e-5
 """Distance from an edge to the ends of steps before and after the edge, over the distance of two edges: a short step crosses it.
 After a run with settled edges it is halved, so that the difference of two runs contains its effect."""
 SETTLED = 1e-5
@@ -50,7 +50,7 @@ class Argument(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """Edges [s] that lie two or more between neighbouring samples of a run: error control may miss the pulse between two edges.
+    """Edges [s] of which two or more lie between two neighbouring samples of a run; error control may miss the pulse there.
 
     `shift` is the largest shift of close edges since the run before, over their distance from the nearest edge. `too_many` is
     True if a function has more edges than can be located, and the samples do not resolve it.
@@ -106,7 +106,7 @@ class _Comparison(NamedTuple):
 
 
 class EdgeMemory:
-    """`edges` [s] of the last run of a call, and `stops` [s], shortly before and after them, at which steps of the next run end.
+    """`edges` [s] of the last run of a call, and `step_ends` [s], shortly before and after them, for the next run.
 
     A function is searched in each run until its edges are known: as values of one state, or as equal times in two runs. Edges are
     settled if they shift by `SETTLED` at most from one run to the next. Then a second search of all functions confirms the known
@@ -114,8 +114,8 @@ class EdgeMemory:
     """
 
     def __init__(self) -> None:
-        self.edges, self.stops = np.empty(0), np.empty(0)
-        self._stop_distance = STOP_DISTANCE
+        self.edges, self.step_ends = np.empty(0), np.empty(0)
+        self._side_distance = SIDE_DISTANCE
         self._confirmed = False
         # functions have numbers, by their order in a run
         self._known: dict[int, _Known] = {}
@@ -129,15 +129,13 @@ class EdgeMemory:
         """Find the edges of a function of time, once for each duration [s]."""
         key = id(function), duration
         if key not in self._of_time:
-            self._of_time[key] = (
-                function,
-                find_edges_in_time(function, duration),
-            )  # a reference to the function keeps its id unique
+            edges = find_edges_in_time(function, duration)
+            self._of_time[key] = function, edges  # the reference to the function keeps its id unique
         return self._of_time[key][1]
 
     def locate(self, names: Sequence[str]) -> dict[str, Array]:
         """Return, by element, the known values of the first state at edges; the next run of the caller ends its steps there."""
-        by_element = {self._names[k]: known for k, known in self._known.items()}  # these elements have one function
+        by_element = {self._names[k]: known for k, known in self._known.items()}  # `names` are of elements with one function
         measures = {name: by_element[name] for name in names if name in by_element and by_element[name].state == MEASURE}
         self._located = {name: known.values for name, known in measures.items()}
         return self._located
@@ -152,17 +150,17 @@ class EdgeMemory:
             every_function.append((function, [each.curve(time, first) for each in arguments]))
         found, too_many = self._find_all(time, every_function)
         if self._known and not self._confirmed and self._compare(time, found).shift <= SETTLED:
-            self._known = {}  # a second search of this run, now of all functions, confirms the known edges
+            self._known = {}  # a second search of this run, now of known functions as well, confirms their edges
             found, too_many = self._find_all(time, every_function)
         self._located = {}  # each run calls `locate` anew, or locates no edges
         shift, self.edges, distances = self._compare(time, found)
         passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
         if shift <= SETTLED and not len(passed):
             self._confirmed = True
-            self._stop_distance /= 2
-        sides = self._stop_distance * distances
+            self._side_distance /= 2
+        sides = self._side_distance * distances
         # `_compare` returns no edges if they are more than `MOST_EDGES`: then steps end on those in `passed`
-        self.stops = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed
+        self.step_ends = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed
         return Passed(passed, shift, too_many)
 
     def _find_all(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Curve]]]) -> tuple[list[Array], bool]:
@@ -170,12 +168,12 @@ class EdgeMemory:
         found, too_many = [], False
         for k, (function, curves) in enumerate(called):
             if k in self._known and self._known[k].covers(time, curves):
-                found.append(self._known[k].times(curves, float(time[-1])))
-                continue
-            times, is_capped = self._search_run(k, function, time, curves)
-            found.append(times)
-            too_many = too_many or (is_capped and not is_resolved(function, time, curves))
-        found = [each for k, each in enumerate(found) if not self._is_located(k)]
+                times = self._known[k].times(curves, float(time[-1]))
+            else:
+                times, is_capped = self._search_run(k, function, time, curves)
+                too_many = too_many or (is_capped and not is_resolved(function, time, curves))
+            if not self._is_located(k):
+                found.append(times)
         # functions of time alone of which the search left edges out
         capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(is_resolved(function, time, ()) for function in capped)
@@ -184,7 +182,7 @@ class EdgeMemory:
         """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
         end = float(time[-1])
         edges = find_edges(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)
-        of_states = scan_states(function, time, curves)  # edges in each state alone
+        of_states = scan_states(function, time, curves)  # it also finds pulses that are too short in time for the first search
         times = _merge([np.array(edges.times), find_crossings(curves, of_states, end)], time)
         before, self._times[k] = self._times_before.get(k), times
         if edges.capped:
@@ -235,10 +233,10 @@ def current_memory(default: EdgeMemory) -> EdgeMemory:
     return _MEMORY.get() or default
 
 
-def edges_along(duration: float) -> tuple[float, ...]:
-    """Return the times [s] at which steps end because of edges in the last run."""
+def step_ends(duration: float) -> tuple[float, ...]:
+    """Return the times [s] at which steps end in a run because of edges in the run before."""
     memory = _MEMORY.get()
-    return () if memory is None else tuple(t for t in memory.stops.tolist() if 0 < t < duration)
+    return () if memory is None else tuple(t for t in memory.step_ends.tolist() if 0 < t < duration)
 
 
 def _merge(found: Sequence[Array], time: Array) -> Array:

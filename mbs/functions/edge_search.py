@@ -27,15 +27,15 @@ MOST_SMOOTH = 2000
 OUTSTANDING = 30.0
 """Least second difference of a jump or kink, over the largest of its neighbours; chosen. A larger number misses weaker kinks."""
 REACHES = (6, 9)
-"""Distances of neighbours [samples] with which a second difference is compared: another edge spoils one of the two only."""
+"""Distances of neighbours [samples] with which a second difference is compared, each with the next nearer one; chosen. The
+distance with the smaller neighbours counts, as another edge spoils one of the two only."""
 DEGREE = 8
 """Degree of the polynomials that are fitted to pieces; chosen."""
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
-"""Largest error of a polynomial, relative to the range of the function.
-
-It also limits the error times the number of samples in the piece, relative to the sum of |value - median| over all samples."""
+"""Largest error of a polynomial, relative to the range of the function. It also limits the error times the samples of the piece,
+relative to the sum of |value - median| over all samples: a short pulse in an otherwise constant function is resolved, too."""
 HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
@@ -45,8 +45,9 @@ AT_ONCE = 64
 MOST_OTHERS = 20
 """Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
-"""Half width, over the duration, of the interval in which a predicted or named jump is located. It is more than the rounding of
-thousands of periods. A tenfold width could hold the next jump as well."""
+"""Half width, over the duration, of the interval in which a jump is located that a period predicts or the user names.
+
+It is more than the rounding of thousands of periods. A tenfold width could hold the next jump as well."""
 RECURRING = 20
 """Least number of jumps, half of them upwards, from which a period is detected; largest number of jumps in a period; chosen."""
 
@@ -178,7 +179,7 @@ def _bisect(values_at: Values, start: Array, end: Array, before: Array, after: A
 
 
 def _locate_kinks(values_at: Values, start: Array, end: Array) -> Array:
-    """Locate kinks, to rounding, by repeated halving: keep the half of each interval with the largest second difference."""
+    """Locate kinks, up to the rounding of values, by repeated halving: keep the half with the largest second difference."""
     for _ in range(HALVINGS if len(start) else 0):
         middle = (start + end) / 2
         if not ((start < middle) & (middle < end)).any():
@@ -194,7 +195,8 @@ def _complete_periodic(values_at: Values, jumps: Array, duration: float) -> Arra
     """Add missing jumps to periodic jumps (times,) [s], as pulses shorter than `WIDTH` may lie between samples.
 
     The period is the median distance of upward jumps, refined by their mean distance. Phases are times of jumps in a period.
-    Two times count as one if they round to the same multiple of `same`, half of the half width in which `sharpen` searches.
+    Two times count as one if they round to the same multiple of `same`. The rounding, at most half of `same`, leaves the jump
+    within the interval in which `sharpen` searches.
     """
     if len(jumps) < RECURRING:
         return jumps
@@ -242,7 +244,8 @@ def _split(values: Array, first: int, last: int, allowed: float) -> Iterator[int
 
 def _find_quick_changes(values: Array, first: int, last: int, allowed: float) -> Iterator[int]:
     """Yield the inner ends of pieces shorter than `PIECE`, between edges at or before the samples `first` and `last`."""
-    start = first + 1 if first > 0 else first  # the first edge may lie just after its sample, the next one before `last`
+    # the time of a jump is the last before it: if a sample has this time, its value is the one before the jump
+    start = first + 1 if first > 0 else first
     ends = chain((first,), _split(values, start, last - 1, allowed), (last,))
     for (before, here), (_, after) in pairwise(pairwise(ends)):
         if min(here - before, after - here) < PIECE:

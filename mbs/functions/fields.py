@@ -102,7 +102,7 @@ class Function(Callables):
         except ValueError as error:
             raise ValueError(f"{name} = {error}") from None
         for part in parts:
-            call_checked(name, part, *arguments)  # raises a ValueError if the call fails
+            call_checked(name, part, *arguments)  # a ValueError if the call fails; it does not return the value
         values = [part(*arguments) for part in parts]
         value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = {arguments[0]:g}"
         if np.shape(value) != ((self.size,) if self.size > 1 else ()):
@@ -125,10 +125,7 @@ class Function(Callables):
 
 
 class Law(Function):
-    """Specification of the law of a load that may have states.
-
-    `read` makes no call, as the number of states is known to the load only, which checks its law.
-    """
+    """Specification of the law of a load that may have states; the load checks it, as it alone knows their number."""
 
     @property
     def words(self) -> str:  # type: ignore[override]
@@ -146,7 +143,7 @@ class Rates(Law):
     words = "a function, or a list of them, in files formulas"
 
     def fits(self, raw: object) -> bool:
-        """Return True for a function or a list of functions."""
+        """Return True for a function or a list; `read` then raises a ValueError for entries that are no functions or numbers."""
         return Callables.fits(self, raw) or (is_list(raw) and len(raw) > 0)
 
     def schema(self) -> Schema:
@@ -155,5 +152,5 @@ class Rates(Law):
 
 
 def _callable_kinds() -> dict[str, type]:
-    """Return the classes of callable objects that files may name."""
+    # instances of these kinds can be called; a class always can, so that `callable` is no test
     return {key: kind for key, kind in known_kinds().items() if "__call__" in dir(kind)}

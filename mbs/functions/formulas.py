@@ -30,7 +30,6 @@ def _step(x: float, begin: float, low: float, end: float, high: float) -> float:
 
 
 def _step_of_arrays(x: Array, begin: Array, low: Array, end: Array, high: Array) -> Array:
-    """Return `_step` of each entry."""
     fraction = np.clip((x - begin) / (end - begin), 0.0, 1.0)
     return low + (high - low) * fraction * fraction * (3.0 - 2.0 * fraction)
 
@@ -56,7 +55,7 @@ class NoFormulaError(ValueError):
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
     """Parse a formula; a ValueError names the part that is not allowed.
 
-    `functions` has, for each name, the function, or a text about its use for the message, and the number of arguments.
+    `functions` maps a name to a pair: the function, or a text about its use for messages, and the number of arguments.
     """
     if not isinstance(text, str):
         raise ValueError(f"formula = {short(text)}: must be text")
@@ -100,9 +99,10 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
         case ast.Call(func=ast.Name(id=name), args=inner, keywords=[]):
             if name not in functions:
                 raise ValueError(f"unknown function '{name}'{did_you_mean(name, functions)}; known: {', '.join(functions)}")
-            if len(inner) != functions[name][1]:
-                usage = f": write {functions[name][0]}" if isinstance(functions[name][0], str) else ""
-                raise ValueError(f"{name} takes {functions[name][1]} arguments, not {len(inner)}{usage}")
+            use, count = functions[name]
+            if len(inner) != count:
+                advice = f": write {use}" if isinstance(use, str) else ""
+                raise ValueError(f"{name} takes {count} arguments, not {len(inner)}{advice}")
         case _:
             raise ValueError(_not_allowed(node))
     for each in inner:
@@ -138,10 +138,10 @@ def function_of(text: str, variables: Sequence[str], arrays: bool = False) -> Ca
     """Make the Python function of a formula; its arguments are the variables, as arrays if `arrays` is true, or floats."""
     arguments = ast.arguments([], [ast.arg(name) for name in variables], None, [], [], None, [])
     tree = ast.fix_missing_locations(ast.Expression(ast.Lambda(arguments, _RealArithmetic().visit(parse(text, variables)))))
-    others = {"min": np.minimum, "max": np.maximum, "step": _step_of_arrays}  # whose names differ in NumPy
+    of_arrays = {"min": np.minimum, "max": np.maximum, "step": _step_of_arrays}  # NumPy has the others under their names
     names: dict[str, object] = {"pow": math.pow, **{name: function for name, (function, _) in FUNCTIONS.items()}}
     if arrays:
-        names = {name: others[name] if name in others else getattr(np, name) for name in names}
+        names = {name: of_arrays[name] if name in of_arrays else getattr(np, name) for name in names}
     # `__name__` becomes `__module__` of the function, which `laws.compiled` reads
     names |= {"__builtins__": {}, "__name__": __name__, **CONSTANTS}
     return eval(compile(tree, "<formula>", "eval"), names)  # `parse` has checked all of it

@@ -5,7 +5,7 @@ each, by cubics between its samples `time`.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from .edge_search import WIDTH, evaluate, find_edges_between
 ON_SAMPLE = 1e-9
 """Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
 MISFIT = 0.1
-"""Error of a cubic through the samples of a run, over the range of a function, beyond which the run does not resolve it."""
+"""Error of a cubic through the samples of a run, over the range of a function, that counts as a misfit; chosen."""
 MISFIT_SHARE = 0.01
-"""Largest share of a resolved run with an error beyond `MISFIT`: near jumps the error remains at any number of samples."""
+"""Largest share of misfits in a run that resolves a function; chosen. It is not 0: near jumps misfits remain at any number."""
 MOST_EDGES = 200
-"""Most edges along a run on which the next run steps, as friction with sticking has an edge at each sample. If a search along one
-state finds more, none is used."""
+"""Most edges of a search along a run or along one state; chosen. If there are more, as with friction that sticks, which has an
+edge at each sample, steps end on none of them. It is also about the number of edges at which `find_state_of_edges` tests."""
 SCANNED = 1e-4
 """Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
 PROBE_DISTANCE = 1e-6
@@ -31,8 +31,16 @@ PROBES = 50
 """Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
 MEASURE = 0
 """Index of the state at whose values the solver can end steps: elongation or angle. A speed has kinks where bodies stick."""
-Curve = Callable[[Array], Array]
-"""Argument of a function over time, between the samples of a run."""
+
+
+class Curve(Protocol):
+    """Argument of a function over time: a cubic interpolant of SciPy between the samples of a run."""
+
+    def __call__(self, time: Array, /) -> Array:
+        """Return the values at times [s]."""
+
+    def solve(self, y: float, *, extrapolate: bool) -> Array:
+        """Return the times [s] at which the value is y."""
 
 
 def scan_states(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> list[Array]:
@@ -54,15 +62,14 @@ def scan_states(function: Callable[..., object], time: Array, curves: Sequence[C
 
 def find_crossings(curves: Sequence[Curve], values: Sequence[Array], end: float) -> Array:
     """Find the times within a run [s] at which states pass values."""
-    cubics: Any = curves  # SciPy's, made by `Argument.curve`; unlike a `Curve` they have `solve`
-    found = [cubic.solve(value, extrapolate=False) for cubic, some in zip(cubics, values, strict=True) for value in some]
+    found = [curve.solve(value, extrapolate=False) for curve, some in zip(curves, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
 
 
 def find_state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
     """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
-    probes = edges[:: 1 + len(edges) // MOST_EDGES]
+    probes = edges[:: 1 + len(edges) // MOST_EDGES]  # every second, third, ... if there are many
     state = _only_state(function, time, curves, probes)
     if state is None and len(edges) and _has_fixed_edges(function, time, curves, probes):
         return MEASURE
@@ -95,7 +102,7 @@ def _only_state(function: Callable[..., object], time: Array, curves: Sequence[C
     return None
 
 
-def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Callable[[Array], Array]]) -> bool:
+def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Curve]) -> bool:
     """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
     from scipy.interpolate import PchipInterpolator
 

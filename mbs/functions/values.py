@@ -1,6 +1,7 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). In this file kinks include jumps and quick changes in a run.
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). Kinks
+in this file are all times on which steps of a run end: kinks, jumps, and ends of changes within 1/200 of the run.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ OURS = "buckler."
 PIECES = 128
 """Number of pieces of a time span whose integrals are stored: an integral up to any time costs at most one new piece."""
 MOST_INTERVALS = 10_000
-"""Largest number of intervals in the adaptive quadrature of a piece; pieces with vibrations, humps or kinks need twenty."""
+"""Largest number of intervals in the adaptive quadrature of a piece, chosen: far above the twenty that vibrations need."""
 QUADRATURE_TOLERANCE = 1e-11
 """Relative tolerance of the quadrature; with a tenfold one the error of vibrations, humps or kinks is still some 1e-15."""
 
@@ -42,7 +43,7 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Return the kinks [s] of a function of time in a run of a duration [s].
 
     A function may give them by a method `kinks_until(duration)`, or as an attribute `kinks`. All of these times are returned for
-    an infinite duration. `edge_search` searches the kinks of other functions, which have none for an infinite duration.
+    an infinite duration. Other functions are searched by `EdgeMemory`; they have none for an infinite duration.
     """
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
@@ -93,11 +94,6 @@ class Expression(UserFunction, Declared):
         known = "; ".join(", ".join(names) for names in SIGNATURES)
         raise ValueError(f"'{self.text}': {', '.join(sorted(self.names - states))} do not go together; known: {known}")
 
-    @cached_property
-    def _on_floats(self) -> Callable[..., Any]:
-        """Function of `variables` as floats."""
-        return self.of(self.variables)
-
     def of(self, variables: Sequence[str]) -> Callable[..., Any]:
         """Return the Python function of variables, the same object at each call; ValueError if the formula has others."""
         if unknown := self.names - set(variables):
@@ -121,7 +117,7 @@ class Expression(UserFunction, Declared):
                 return found
             return np.vectorize(self, otypes=[float])(*values)  # one by one, so that the error names the arguments that fail
         try:
-            return self._on_floats(*values[:count])
+            return _function_of(self.text, self.variables)(*values[:count])
         except (ArithmeticError, ValueError) as error:
             where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))
             raise ValueError(f"'{self.text}' at {where}: {error}") from None
@@ -155,10 +151,8 @@ class Table(UserFunction, Declared):
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Return the value at a time or an array of times [s]."""
-        if self.smooth:
-            found = self._curve(np.clip(t, self.times[0], self.times[-1]))
-        else:
-            found = np.interp(t, self.times, self.values)
+        first, last = self.times[0], self.times[-1]
+        found = self._curve(np.clip(t, first, last)) if self.smooth else np.interp(t, self.times, self.values)
         return found if isinstance(t, np.ndarray) else float(found)
 
     @property
@@ -181,7 +175,7 @@ class Integral(UserFunction):
     _sums: list[float] = plain_field(default_factory=lambda: [0.0], init=False, repr=False, compare=False)  # up to each piece
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:
-        """Return the kinks of the integrand [s]; prepare the quadrature in a run of this duration [s]."""
+        """Return the kinks of the integrand [s], and divide a run of this duration into pieces, so that `__call__` need not."""
         if duration < inf:
             self._divide(duration)
         return kinks(self.integrand, duration)
@@ -225,7 +219,6 @@ class TableIntegral(Integral):
 
     @cached_property
     def _curve(self) -> Any:
-        """Antiderivative of the table between its first and last time."""
         return self.integrand._curve.antiderivative()
 
     @cached_property
@@ -297,4 +290,4 @@ def has_user_code(value: object) -> bool:
         return any(has_user_code(each) for each in value.values())
     if isinstance(value, tuple | list):
         return any(has_user_code(each) for each in value)
-    return callable(value) and not str(getattr(value, "__module__", "")).startswith(OURS) and not isinstance(value, np.ndarray)
+    return callable(value) and not str(getattr(value, "__module__", "")).startswith(OURS)

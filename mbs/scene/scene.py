@@ -10,7 +10,7 @@ import numpy as np
 from ..elements import Link
 from ..elements.clearance import Clearance, clearances
 from ..elements.element import Burden, Element
-from ..functions import edges_along, has_user_code
+from ..functions import has_user_code, step_ends
 from ..mechanism import Mechanism
 from .linkage import Linkage
 from .remarks import find_redundant, find_undetermined, remarks
@@ -140,7 +140,7 @@ class Scene:
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        found_by_runs = edges_along(duration)  # kinks of user functions, which `functions` keeps during a simulation
+        found_by_runs = step_ends(duration)  # kinks of user functions, which `functions` keeps during a simulation
         return tuple(sorted({*times, *found_by_runs}))
 
     @cached_property
