@@ -68,8 +68,8 @@ class Stiction(_Bristle):
     """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v clipped to [-g, g], plus beta v.
 
     While |s0 z| < g the bristle follows the displacement, dz/dt = v, unlike the bristle of LuGre. So a stuck body does not drift,
-    however long or often the load changes below the limit g. A sliding body comes to rest under any load below the limit. The
-    elastic range of Dupont et al. 2002, doi 10.1109/TAC.2002.1000274, here reaches up to the limit g.
+    however long or often the load changes below the limit g(0) = mu_s. A body that slides at v comes to rest under a load below
+    g(v), as g grows while v falls. The elastic range of Dupont et al. 2002, doi 10.1109/TAC.2002.1000274, here reaches up to g.
 
     Examples
     --------

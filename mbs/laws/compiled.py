@@ -34,9 +34,11 @@ def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[
     """Compile a method of a law; its `self` becomes a named tuple of the numbers and compiled methods that it uses."""
     function = inspect.unwrap(getattr(type(law), name))
     # a global with the name of an attribute of the law is in the list, too: its attribute is not used
-    used = [name for name in function.__code__.co_names if hasattr(law, name)]
-    members = {name: getattr(law, name) for name in used}
-    values: list[Any] = [compile_method(law, name, jit) if callable(each) else float(each) for name, each in members.items()]
+    used = [attribute for attribute in function.__code__.co_names if hasattr(law, attribute)]
+    values: list[Any] = []
+    for attribute in used:
+        value = getattr(law, attribute)
+        values.append(compile_method(law, attribute, jit) if callable(value) else float(value))
     law_type: Any = namedtuple("law_type", used)  # type: ignore[misc]
     inner, bound = compile_function(function, jit), law_type(*values)
     return jit(lambda *arguments: inner(bound, *arguments))
@@ -51,7 +53,7 @@ def with_compiled_names(function: types.FunctionType, jit: Callable[..., object]
     """Copy a function with compiled functions in its globals and closure; a function that may raise an error is a TypeError."""
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
-    names = function.__code__.co_names  # a name that only a nested function uses is not among them
+    names = function.__code__.co_names  # not those that only nested functions use: then Numba refuses the function
     used = {name: compile_function(each, jit) for name, each in function.__globals__.items() if name in names}
     cells = tuple(types.CellType(compile_function(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
     used["__name__"] = function.__module__
@@ -109,15 +111,11 @@ _COMPILED: dict[Hashable, Pointer | None] = {}
 """Machine code by the key of its function; None for a function that Numba does not compile."""
 
 
-class _UnknownError(Exception):
-    """Error of a value that cannot be compared with one of an earlier call."""
-
-
 def _identify(function: object) -> Hashable:
     """Return a key of a function's code and the values it uses, equal for equal machine code; None if values are not known."""
     try:
         return _make_key(function, 0)
-    except _UnknownError:
+    except TypeError:  # a value cannot be hashed, and so not be compared with one of an earlier call
         return None
 
 
@@ -127,25 +125,17 @@ def _make_key(thing: object, depth: int) -> Hashable:
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    head: object
-    parts: Sequence[object]
     has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
-    if isinstance(thing, types.FunctionType):
-        head, parts = thing.__code__, _values_used(thing)
-    elif has_equality or callable(thing) or isinstance(thing, types.ModuleType):
+    is_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
+    if is_key and not isinstance(thing, types.FunctionType):
         # the object is its own key: by its equality, or by its identity as a built-in or compiled function or a module
-        try:
-            hash(thing)
-        except TypeError:  # such as a list
-            raise _UnknownError from None
+        hash(thing)  # a TypeError for a list
         return type(thing), thing
-    elif hasattr(thing, "__dict__"):
-        head, parts = type(thing), [*thing.__dict__.items()]  # its present attributes
-    else:
-        raise _UnknownError
-    if depth == DEEPEST:
-        raise _UnknownError
-    return (head, *(_make_key(part, depth + 1) for part in parts))
+    if depth == DEEPEST or not hasattr(thing, "__dict__"):
+        raise TypeError("too many levels, or a value without attributes")
+    if isinstance(thing, types.FunctionType):
+        return thing.__code__, *(_make_key(part, depth + 1) for part in _values_used(thing))
+    return type(thing), *(_make_key(part, depth + 1) for part in thing.__dict__.items())
 
 
 def _values_used(function: types.FunctionType) -> Sequence[object]:
@@ -196,7 +186,6 @@ def evaluate_compiled(function: Callable[..., object], columns: Sequence[Array])
 
 @cache
 def _row_caller() -> Any:
-    """Compile `table.call_rows` once."""
     from . import table  # it loads Numba, which a run of the engine does not need
 
     return compile_cached(table.call_rows, stamp_of(Path(table.__file__)))

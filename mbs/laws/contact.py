@@ -1,9 +1,9 @@
 """Laws as rows of a `table.Laws`, and the contact kernel of joints with clearance in Exudyn.
 
-A row of the table has the kind of a law, addresses and numbers. A law of this package is given by its kind and numbers, so that
-one compiled kernel serves all laws. A user's law is compiled separately, and its row has the address of the machine code. The
-kernel computes the forces of all joints with the same pair of laws. If one of the two laws does more than arithmetic, the kernel
-of the pair is plain Python.
+A row of the table has the kind of a law, addresses and numbers. A law of this package is given by its kind and numbers. A user's
+law is compiled separately, and its row has the address of the machine code. So one machine code serves all laws. A `Kernel` is
+this code with the constants of one pair of laws, and computes the forces of all joints with this pair. If one of the two laws
+does more than arithmetic, the kernel of the pair is plain Python.
 """
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
@@ -22,7 +22,7 @@ from ..process import has_compiler
 from . import journal
 from .compiled import Pointer, compile_cached, compile_function, function_pointer, stamp_of, with_compiled_names
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
-from .journal import add_forces
+from .journal import fill_forces
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
@@ -95,7 +95,7 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
 
 
 FIRST_CODE = journal.GAP + 1
-"""First column of both laws in a joint's row of numbers, after the clearance: kinds and addresses, as the bits of floats."""
+"""First column of both laws in a joint's row of numbers: kinds and addresses, integers whose bits are stored as floats."""
 FIRST_FLOAT = FIRST_CODE + 2 * CODES
 """First column of the floats of both laws in a joint's row of numbers."""
 END = FIRST_FLOAT + 2 * NUMBERS
@@ -168,7 +168,6 @@ class _PairTable:
 
 
 def _laws_of(numbers: Array) -> Laws:
-    """Return the table of the two laws in a joint's row of numbers."""
     codes, floats = numbers[FIRST_CODE:FIRST_FLOAT].view(np.int64), numbers[FIRST_FLOAT:END]
     return Laws(codes.reshape(2, CODES), floats.reshape(2, NUMBERS))
 
@@ -197,11 +196,11 @@ def _fill_report(t: float, q: Array, v: Array, memory: Array, offsets: Array, nu
 def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
     rows = np.empty((offsets.shape[0], REPORT_COLUMNS))
     _report(t, q, v, memory, offsets, numbers, rows)
-    add_forces(rows, q, v, offsets, numbers, out)
+    fill_forces(rows, q, v, offsets, numbers, out)
 
 
 def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy a function with a given report as its global `_report`; with a closure Numba would keep no machine code on disk."""
+    """Copy a function with a given report as its global `_report`. A closure would also do, but Numba would not keep its code."""
     return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
 
 

@@ -3,7 +3,8 @@
 ``coefficient(speed)`` is odd in the speed [m/s]. The friction force on the body sliding at that speed is
 -coefficient(speed) * N, with the normal force N [N]: it opposes the motion. All laws without a bristle are regularised: their
 force at rest is zero, so that a body on a slope creeps. The static coefficient is mu_s, the dynamic one mu_d, the speed v.
-STEP(x, x0, h0, x1, h1) is a cubic with zero slopes from h0 at x0 to h1 at x1, constant outside.
+STEP(x, x0, h0, x1, h1) is a cubic with zero slopes from h0 at x0 to h1 at x1, constant outside. In the code saturate(x) is x
+clipped to [-1, 1], and ramp(x) is max(0, x).
 
 F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443, doi 10.1007/s11071-016-2999-3, compare friction laws.
 """

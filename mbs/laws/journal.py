@@ -8,8 +8,8 @@ coefficient mu depends on the speed along t at which the pin's surface slides ov
 `MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
 law computes the present one: the bristle has slid since that step at the mean of the sliding speeds then and now.
 
-The three laws of a joint are functions of a row of numbers. So `laws.contact` compiles this module once, with functions that
-read kind and parameters of both laws from the row.
+Normal force, friction coefficient and bristle of a joint are functions of a row of numbers. So `laws.contact` compiles this
+module once, with functions that read kind and parameters of the normal and the friction law from the row.
 """
 
 from collections import namedtuple
@@ -27,13 +27,13 @@ Law = Callable[..., float]
 """Function of a joint's row of numbers and of its state; `make_report` has the arguments."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
-"""Columns of the report of a joint: [N], [N], [m], [m/s], [m/s], [m], force on the pin [N], normal n [1]."""
+"""Columns of the report of a joint: two forces [N], depth [m], two speeds [m/s], bristle [m], force on the pin [N], n [1]."""
 NORMAL, FX, FY, NX, NY = (COLUMNS.index(name) for name in ("normal", "fx", "fy", "nx", "ny"))
 MEMORY = ("onset", "bristle", "sliding", "since")
 """Values of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 RADIUS = 8
-"""Column of the pin's radius [m] in a joint's row of numbers, after 8 numbers: place (x, y) and arm (x, y) of both ends."""
+"""Column of the pin's radius [m] in a joint's row of numbers, after place (x, y) and arm (x, y) of the pin, then of the bush."""
 GAP = RADIUS + 1
 """Column of the clearance c [m] in a joint's row of numbers; kinds and parameters of both laws follow."""
 TINY = 1e-300
@@ -110,7 +110,7 @@ def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[...,
     return report
 
 
-def add_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
+def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
     """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`.
 
     `offsets` (joints, 2) are the indices in `out` of (x, y, theta) of both bodies' nodes, -1 for the ground.

@@ -5,7 +5,7 @@ contact onset. A force pushes the bodies apart or is zero: no law here ever pull
 slopes from h0 at x0 to h1 at x1, constant outside.
 
 Hertzian stiffness is K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 +
-1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. The rule is that for spheres; studies of clearance joints use it for pins too.
+1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. This rule holds for spheres; studies of clearance joints use it for pins too.
 A pin that nearly fills its bush has contact over a wide arc: K d^1.5 then fails (K. L. Johnson, Contact Mechanics, Cambridge
 University Press (1985), doi 10.1017/CBO9781139171731).
 """
@@ -54,7 +54,7 @@ class Hertz(PowerLaw, Declared):
         return self.elastic(depth)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Return the restitution delivered: 1."""
+        """Return the restitution delivered: 1, for every mass and speed."""
         return 1.0
 
 
@@ -79,8 +79,7 @@ class KelvinVoigt(PowerLaw, Declared):
     @classmethod
     def from_restitution(cls, stiffness: float, restitution: float, mass: float) -> "KelvinVoigt":
         """Return the law that delivers a restitution, 0 < e <= 1, for one effective mass m1 m2 / (m1 + m2) [kg]."""
-        stiffness = positive("stiffness", stiffness, "N/m")
-        mass = positive("mass", mass, "kg")
+        stiffness, mass = positive("stiffness", stiffness, "N/m"), positive("mass", mass, "kg")
         return cls(stiffness, 2.0 * damping_ratio(restitution) * math.sqrt(stiffness * mass))
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
@@ -109,23 +108,21 @@ class Impact(PowerLaw, Declared):
     stiffness: float = quantity("N/m^n", above=0, doc="k")
     damping: float = quantity("N s/m", low=0, doc="c_max")
     damping_depth: float = quantity("m", above=0, doc="depth d_max at which the damping is full")
+    # the range is chosen
     exponent: float = quantity("1", low=1, high=3, doc="n; 1.5 for a Hertzian contact, 1 for a linear stop", default=1.5)
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Return the contact force [N] at depth [m] and rate [m/s]; independent of the onset speed."""
         damping = step(depth, 0.0, 0.0, self.damping_depth, self.damping)
-        return ramp(self.stiffness * ramp(depth) ** self.exponent + damping * rate)
+        return ramp(self.elastic(depth) + damping * rate)
 
 
 def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
     """Return E* [Pa] of two bodies, by default alike, from Young's moduli [Pa] and Poisson's ratios in [0, 0.5]."""
-    compliance = 0.0
-    second = (young1 if young2 is None else young2, poisson1 if poisson2 is None else poisson2)
-    for body, (young, poisson) in ((1, (young1, poisson1)), (2, second)):
-        young = positive(f"young{body}", young, "Pa")
-        poisson = number(f"poisson{body}", poisson, 0.0, 0.5, "1")
-        compliance += (1.0 - poisson**2) / young
-    return 1.0 / compliance
+    young2, poisson2 = young1 if young2 is None else young2, poisson1 if poisson2 is None else poisson2
+    young1, young2 = positive("young1", young1, "Pa"), positive("young2", young2, "Pa")
+    poisson1, poisson2 = number("poisson1", poisson1, 0.0, 0.5, "1"), number("poisson2", poisson2, 0.0, 0.5, "1")
+    return 1.0 / ((1.0 - poisson1**2) / young1 + (1.0 - poisson2**2) / young2)
 
 
 def hertz_external(modulus: float, radius1: float, radius2: float) -> float:

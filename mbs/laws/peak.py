@@ -20,8 +20,8 @@ For Q = 0 this is exact; for chi = 0 it is F = Q + sqrt(Q^2 + S^2). Equation (4)
 
     F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2].                                           (4)
 
-It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, for values of chi with which the law delivers a restitution of 0.2 or
-more (see `rebound.restitution`). The law is that of Hunt and Crossley, doi 10.1115/1.3423596.
+It errs by 0.2 % up to Q = 0.3 S and by 0.6 % up to 0.5 S, if the law delivers a restitution of 0.2 or more. The law is that of
+Hunt and Crossley, doi 10.1115/1.3423596.
 """
 
 from typing import Any
@@ -33,12 +33,8 @@ from ..geometry import Array
 
 _ELASTIC = 1e-8
 """Factor chi below which w = chi is used for the root of (2), with an error of chi^2."""
-_GAUSS = np.polynomial.legendre.leggauss(12)
-"""Twelve Gauss points and weights on [-1, 1]."""
-_NODES = (_GAUSS[0] + 1.0) / 2.0
-"""Nodes of Gauss quadrature on [0, 1]."""
-_WEIGHTS = _GAUSS[1] / 2.0
-"""Weights of Gauss quadrature on [0, 1]."""
+_GAUSS = [((node + 1.0) / 2.0, weight / 2.0) for node, weight in zip(*np.polynomial.legendre.leggauss(12), strict=True)]
+"""Twelve nodes and weights of Gauss quadrature on [0, 1]."""
 
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
@@ -58,7 +54,7 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
 def _depth(w: Array, chi: Array) -> Array:
     """Compute x(w) = sqrt(2 E(w)) without the force Q by Gauss quadrature; the closed form of E would be 0/0 for chi = 0."""
     total = np.zeros_like(w)
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+    for node, weight in _GAUSS:
         s = w + (1.0 - w) * node
         total += weight * s / (1.0 + chi * s)
     return np.sqrt(2.0 * (1.0 - w) * total)
@@ -67,7 +63,7 @@ def _depth(w: Array, chi: Array) -> Array:
 def _load_integral(w: Array, chi: Array) -> Array:
     """Compute the integral I by Gauss quadrature in t, with s = 1 - (1 - w) t^2, which removes the pole of 1/x at s = 1."""
     total = np.zeros_like(w)
-    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+    for node, weight in _GAUSS:
         s = 1.0 - (1.0 - w) * node**2
         total += weight * 2.0 * node * s / ((1.0 + chi * s) ** 2 * _depth(s, chi))
     return (1.0 - w) * total

@@ -85,9 +85,8 @@ def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = N
 
     Effective mass m1 m2 / (m1 + m2) [kg] and approach speed [m/s] must be given where the restitution depends on them.
     """
-    closed_form = getattr(law, "delivered", None)
-    if closed_form is not None:
-        return float(closed_form(mass, speed))
+    if hasattr(law, "delivered"):
+        return float(law.delivered(mass, speed))
     return restitution_integrated(law, require_given("mass", mass, "kg", law), require_given("speed", speed, "m/s", law))
 
 
