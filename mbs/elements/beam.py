@@ -27,7 +27,8 @@ RULE = np.polynomial.legendre.leggauss(12)
 PANELS = 64
 """Equal pieces of the arc in the integral of a place, each by `RULE`.
 
-At the end of a strip with three waves the error is 1e-6 of the length, with a tenfold number 2e-10."""
+The cubic spline through a shape's points has jumps of its third derivative within the pieces. They limit the error: at the end
+of a strip with three waves it is 1e-6 of the length, with ten times as many pieces 2e-10."""
 SAMPLES = 401
 """Points at which a shape's function is sampled; the error of the cubic spline falls with their number to the power -4."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
@@ -47,7 +48,7 @@ class Flexible(Body):
     section: Section | Profile
     meshed: ClassVar[bool] = True
     carried_point_forms: ClassVar[tuple[str, ...]] = ("fraction",)
-    force_rounding: ClassVar[float] = 5e-12  # ten times the rounding of the elements' forces, over the axial stiffness
+    force_rounding: ClassVar[float] = 5e-12  # ten times the rounding error of the elements' forces, over E A
     elements: int | None
     nodes: int
     imperfection: float
@@ -80,7 +81,7 @@ class Flexible(Body):
         return float(x), float(y)
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
-        """Yield end shortening in [m], axial force [N], tension positive, and deflection of mid-length from the chord [m]."""
+        """Yield end shortening (arc length minus chord) [m], tension [N], and deflection of mid-length from the chord [m]."""
         strip = record.links[link.name]
         (start, _), (end, _) = strip.point(link.start), strip.point(link.end)  # places, without velocities
         chord, middle = end - start, strip.middle() - start

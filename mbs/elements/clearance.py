@@ -22,7 +22,7 @@ from .rows import Row, yield_pin
 from .signal import DepthLimit, Energy, Kind, Signal
 
 PIERCED = 0.05
-"""Depth of a pin in its bush, over the pin's radius: a run is suspect if the depth exceeds both this and the clearance."""
+"""Depth of a pin in its bush over the pin's radius, chosen: a run is suspect if the depth exceeds this and the clearance."""
 
 
 @declared
@@ -107,7 +107,6 @@ class Clearance(Joint):
         yield Signal(f"{point}.contacts", np.cumsum(is_onset), "1", Kind.COUNT)
 
     def _contact(self, name: str, record: Recorded) -> PinContact:
-        """Return the contact at the samples of the record."""
         memory, time = record.channel(name, "memory"), record.time
         return record.once(("contact", name), lambda: compute_contact(self, *read_motions(self, record), memory, time))
 
@@ -121,16 +120,12 @@ class Clearance(Joint):
                 yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield the energy stored in contact and bristles, and the energies dissipated by damping and by friction.
-
-        Simpson's rule integrates the powers over each step. Cubic Hermite polynomials give the motion in the middle of a step;
-        the deflection of the bristle there is the mean of its values at the ends of the step.
-        """
+        """Yield the energy stored in contact and bristles, and the energies dissipated by damping and by friction."""
         pin, bush = read_motions(self, record)
         ends, steps = self._contact(name, record), np.diff(record.time)
         middle_time = record.time[:-1] + steps / 2
-        memory = record.channel(name, "memory")[1:].copy()  # of the ends of steps; two columns differ in the middle
-        memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
+        memory = record.channel(name, "memory")[1:].copy()  # used in the steps that end there, with one onset speed
+        memory[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2  # mean of both ends of a step
         memory[:, SINCE] = middle_time  # with an elapsed time of 0 the law leaves the bristle at this mean
         middle = compute_contact(self, _at_middle(pin, steps), _at_middle(bush, steps), memory, middle_time)
 
@@ -146,7 +141,7 @@ class Clearance(Joint):
         dissipated = {"contact": normal_work - (elastic - elastic[0]), "friction": sliding_work - (bristle - bristle[0])}
         for entry, energy in dissipated.items():
             yield Energy("dissipated", entry, energy)
-            yield Energy("part", f"{self.point}.taken_{entry}", energy)  # dissipated by this joint, as a signal
+            yield Energy("part", f"{self.point}.taken_{entry}", energy)  # a signal of this joint's share
 
 
 def clearances(mechanism: Parts) -> list[Clearance]:

@@ -13,7 +13,7 @@ from .signal import Kind, Signal
 
 
 class Coupling(Element):
-    """Base of couplings of two bodies; angles are relative to a carrier, the link in which the axles are fixed, or 'ground'."""
+    """Base of couplings. Angles, which a rope does not use, are relative to the carrier of the axles: a link or 'ground'."""
 
     title: ClassVar[str] = "{kind:lower} of '{first}' and '{second}'"
     label: ClassVar[str] = "{kind:lower}.{first:body}-{second:body}"
@@ -40,7 +40,7 @@ class Coupling(Element):
         check_no_strut(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the multiplier of the row, whose sign `Element.reactions` explains."""
+        """Return the multiplier of the row: times the coefficient of a measure it is the load on the measure's first body."""
         return {"effort": multipliers}
 
 
@@ -149,7 +149,7 @@ class Belt(Coupling):
     'belt.motor-drum'
     """
 
-    sense: ClassVar[float] = -1.0  # a positive multiplier turns the first pulley forward, a positive force turns it back
+    sense: ClassVar[float] = -1.0  # a positive multiplier turns the first pulley forward; a positive force pulls it back
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
     second: str = names(doc="the other pulley and its centre")
@@ -181,7 +181,7 @@ class Rope(Coupling):
     'rope.A-B'
     """
 
-    sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart; a rope does not use the carrier
+    sense: ClassVar[float] = -1.0  # a positive multiplier pushes the ends apart
 
     first: str = names(doc="a point reference: 'A', 'load:A' or 'ground:P'")
     second: str = names(doc="point reference of the other end")

@@ -1,6 +1,7 @@
 """Drives: a prescribed angle or travel, by a constant speed, a ramp of the speed, or any motion with its derivative."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from math import inf
 from typing import Any, ClassVar
 
@@ -17,9 +18,9 @@ from .rows import Along, Row, Turn, row
 from .signal import Energy, Kind, Signal
 
 STEP = 1e-5
-"""Longest step of differences of positions and speeds [s]; a tenth of it loses a digit more to rounding."""
+"""Longest step of differences [s]; a tenth of it loses a digit more to rounding, but has a smaller truncation error."""
 SPEED_ERROR = 1e-3
-"""Largest relative difference of a motion's speed from the derivative of its position."""
+"""Largest difference of a motion's speed from the derivative of its position, over the sum of both magnitudes; chosen."""
 SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
 """Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
 
@@ -80,16 +81,16 @@ class Motion(Declared):
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
         times = [fraction * duration for fraction in SAMPLES]
-        speeds = [_evaluate(f"{where}: speed", self.speed, t) for t in times]
+        speed_at = partial(_evaluate, f"{where}: speed", self.speed)
+        speeds = [speed_at(t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
-        near_zero = SPEED_ERROR**2 * largest + 1e-12  # error allowed where the speed is near zero; 1e-12 for a motion at rest
+        near_zero = SPEED_ERROR**2 * largest + 1e-12  # allowed where the speed is near zero, chosen; 1e-12 for a motion at rest
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
             if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + near_zero:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in self.kinks(duration):
-            sides = t, float(np.nextafter(t, inf))  # `kinks` returns the last time before a jump
-            before, after = (_evaluate(f"{where}: speed", self.speed, at) for at in sides)
+            before, after = speed_at(t), speed_at(float(np.nextafter(t, inf)))  # `kinks` returns the last time before a jump
             if abs(after - before) > SPEED_ERROR * largest:
                 raise ValueError(
                     f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: all that it moves would take an impulse "
@@ -98,14 +99,12 @@ class Motion(Declared):
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
         """Return that of three central differences of the position, with different steps, which is closest to the speed."""
-        quotients = []
-        for h in (step, step / 10, step / 100):
-            before, after = (_evaluate(f"{where}: position", self.position, at) for at in (t - h, t + h))
-            quotients.append((after - before) / (2 * h))
+        position_at = partial(_evaluate, f"{where}: position", self.position)
+        quotients = [(position_at(t + h) - position_at(t - h)) / (2 * h) for h in (step, step / 10, step / 100)]
         return min(quotients, key=lambda slope: abs(slope - speed))
 
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Compute the derivative of the speed by Richardson extrapolation of differences that pass no kink, 0 or `last` [s]."""
+        """Compute the derivative of the speed by Richardson extrapolation of differences between kinks and within [0, last]."""
         kinks = self.kinks(last)
         start, end = max((k for k in kinks if k <= t), default=0.0), min((k for k in kinks if k > t), default=last)
         h = min(STEP, (end - start) / 4) if end > start else STEP  # one-sided quotients reach 2 h from t

@@ -63,6 +63,7 @@ def _fill(template: str, element: Element) -> str:
     """Fill in the fields in braces of a title or label, as `Element` defines them."""
 
     def write_field(match: re.Match[str]) -> str:
+        """Return the text for a field in braces."""
         name, form = match.groups()
         text = type(element).__name__ if name == "kind" else str(getattr(element, name))
         return {"": text, "lower": text.lower(), "point": place(text).point, "body": text.partition(":")[0]}[form]
@@ -102,7 +103,8 @@ class Element(Declared):
         """Return the reactions by name of channel, from the multipliers (times, rows) of `rows`; None if they are not known.
 
         A row is a sum of coefficients times measures, each between two bodies. Here multipliers have the sign with which a
-        multiplier times a coefficient is the load on the first body of the measure, and its opposite the load on the second.
+        multiplier times a coefficient is the load on the first body of the measure, and its opposite the load on the second. The
+        solvers' lambda, in M a + G^T lambda = force, has the other sign.
         """
         return None
 
@@ -221,7 +223,7 @@ class GuideBase(Element):
 class Parts(Declared):
     """Base of mechanisms: the fields and methods that elements use."""
 
-    in_files = False  # `Declared` registers the names of classes that may be parts in a file: a mechanism is none
+    in_files = False  # a mechanism is not a part in a file, as the classes are that `Declared` registers by name
 
     points: Mapping[str, Pair]
     links: Sequence[LinkBase]
@@ -287,7 +289,7 @@ class Recorded:
         raise NotImplementedError
 
     def _motion_at(self, at: str) -> MovingBody | None:
-        """Return the motion of the body at a point reference, at the end of a strut that of another body; None on the ground."""
+        """Return the motion of the body at a point reference, or of another body at a strut's end; None on the ground."""
         body, point = place(at)
         if body == GROUND:
             return None

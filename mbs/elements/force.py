@@ -20,7 +20,7 @@ from .signal import Energy, Kind, Signal, vector
 
 @declared
 class Force(Stateful):
-    """A force on a point of a link, or on a guide's block: constant, or a function of time, motion and states.
+    """A force on a point of a link or a guide's block: constant, a function of time, or with states of time, motion and states.
 
     Examples
     --------
@@ -57,16 +57,15 @@ class Force(Stateful):
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the force acts on a point of a body, and the link to follow has an angle."""
-        where = self.where
-        check_reference(mechanism, self.point, where)
+        check_reference(mechanism, self.point, self.where)
         if holder(mechanism, self.point) == GROUND:
-            raise ValueError(f"{where}: it acts on the ground; name a point of a link")
+            raise ValueError(f"{self.where}: it acts on the ground; name a point of a link")
         if self.follows is not None:
-            check_turning(mechanism, self.follows, where)
+            check_turning(mechanism, self.follows, self.where)
         if self.through is not None:
-            check_turning(mechanism, holder_reference(mechanism, self.point), where)  # as its moment acts on an angle
+            check_turning(mechanism, holder_reference(mechanism, self.point), self.where)  # as its moment acts on an angle
         if self.states is not None and (self.follows is not None or self.through is not None):
-            raise ValueError(f"{where}: states: a force with states neither follows a link nor goes through a place")
+            raise ValueError(f"{self.where}: states: a force with states neither follows a link nor goes through a place")
         self.check_states(mechanism)
 
     def start_motion(self, mechanism: Parts) -> list[float]:
@@ -96,7 +95,7 @@ class Force(Stateful):
         followed = self.turns_with(record.mechanism)
         if followed is None:
             return values
-        angle, _ = record.turn(followed)
+        angle, _ = record.turn(followed)  # since t = 0
         return rotate(angle, values)
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:

@@ -11,7 +11,7 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE
 from .element import GROUND, GuideBase, Parts, Push, Recorded
-from .link import weight
+from .link import yield_weight_energy
 from .references import check_known, check_point_of
 from .rows import Row, yield_line
 from .signal import Energy, Kind, Signal
@@ -77,7 +77,7 @@ class Guide(GuideBase):
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link that the point belongs to, as an end or a carried point")
-    along: tuple[float, float] = direction(doc="direction of the line, a vector of any length", default=(1.0, 0.0))
+    along: tuple[float, float] = direction(doc="direction of the line, which is normalised", default=(1.0, 0.0))
     mass: float = quantity("kg", low=0, doc="mass of the block", default=0.0)
     friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
@@ -123,14 +123,13 @@ class Guide(GuideBase):
         if not isinstance(self.friction, GuideFriction):
             return None
         drag = self.friction.force(record.blocks[self.point].speed)
-        no_torque = np.zeros_like(drag)
-        return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), no_torque)])
+        return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy and potential energy of gravity of the block, stored and dissipated energy of friction."""
         block = record.blocks[self.point]
         yield Energy("stored", "kinetic", block.kinetic())
-        yield from weight(block, record)
+        yield from yield_weight_energy(block, record)
         if self.friction is None:
             return
         stored = np.zeros_like(record.time)  # elastic energy of the bristles
@@ -154,7 +153,7 @@ class Guide(GuideBase):
         has_clearance = any(joint.point == self.point and not joint.ideal for joint in record.mechanism.joints)
         prefix = name if has_clearance else self.point  # the signals of a joint with clearance begin with the point's name
         yield Signal(f"{prefix}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
-        limit = getattr(self.friction, "limit", None)  # of bristle laws: largest coefficient of a stuck body, by the speed
+        limit = getattr(self.friction, "limit", None)  # of bristle laws: coefficient of steady sliding at a speed
         if limit is not None:
             largest = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{prefix}.friction_limit", largest, "N", Kind.FRICTION)
@@ -179,6 +178,6 @@ class Guide(GuideBase):
         longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)
         force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
-        # of the stiffness force/deflection and the mass of the block without its link: a lower bound
+        # bristles of the stiffness force/deflection carry the block; the mass of its link would make the period longer
         period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
         return bool(np.ptp(block.travel) < STUCK * longest and STEPS_PER_PERIOD * np.diff(record.time).max() > period)

@@ -55,7 +55,7 @@ class Revolute(Joint):
         return yield_pin(self.point, self.first, self.second)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the force on the second body [N], (times, 2): the multipliers are the force on the first."""
+        """Return the force on the second body [N], (times, 2); multipliers, as in `Element.reactions`, are that on the first."""
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -120,24 +120,23 @@ class Slot(Joint):
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the first body has the point, the second can have the line, and neither is a strut."""
-        where = self.where
-        check_known("point", self.point, mechanism.points, where)
+        check_known("point", self.point, mechanism.points, self.where)
         if self.first == GROUND:
-            raise ValueError(f"{where}: first = 'ground': the point must be a link's; swap the bodies")
+            raise ValueError(f"{self.where}: first = 'ground': the point must be a link's; swap the bodies")
         self.check_ends(mechanism)
-        check_point_of(mechanism, self.first, self.point, where)
+        check_point_of(mechanism, self.first, self.point, self.where)
         if self.second != GROUND:
-            check_link(mechanism, self.second, where)
+            check_link(mechanism, self.second, self.where)
             if mechanism.link(self.second).body.flexible:
-                check_point_of(mechanism, self.second, self.point, where)
-        check_no_strut(mechanism, (self.first, self.second), where)
+                check_point_of(mechanism, self.second, self.point, self.where)
+        check_no_strut(mechanism, (self.first, self.second), self.where)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row that keeps the point on the line."""
         yield from yield_line(self.point, self.first, self.second, self.along)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the load on the second body: force to the left of `along` [N], then the moment of a `Slider`."""
+        """Return the load on the second body: force to the left of `along` [N]; of a `Slider` also the moment [N m]."""
         return {"effort": -multipliers}
 
     def travel(self, record: Recorded) -> Array:
@@ -145,7 +144,8 @@ class Slot(Joint):
         start = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
         (position, _), (origin, _) = record.point(f"{self.first}:{self.point}"), record.point(start)
         angle, _ = record.turn(start)
-        return np.asarray(((position - origin) * rotate(angle, self.along)).sum(axis=1))
+        unit_vector = rotate(angle, self.along)  # `direction` has normalised `along`
+        return np.asarray(((position - origin) * unit_vector).sum(axis=1))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the component of the force on the second body to the left of `along` [N], and the travel along the line [m]."""

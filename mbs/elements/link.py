@@ -91,7 +91,7 @@ class Link(LinkBase):
     carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
         Carried(),
         "further points of the link: names of points whose places the mechanism has (rigid links only); or a table of names with "
-        "the fraction of the length, in (0, 1), at which they lie (rigid links, beams, cables); or a table of names with places "
+        "the fraction of the length, 0 to 1, at which they lie (rigid links, beams, cables); or a table of names with places "
         "(x, y), m, in the link's frame, from its start with x towards its end (rigid links only)",
         default=(),
     )
@@ -105,11 +105,10 @@ class Link(LinkBase):
     def agree(self) -> None:
         """Raise a ValueError for carried points that the body cannot have."""
         carried: Any = self.carries  # a mapping, which `Carried` has read
-        kind = type(self.body).__name__
-        if carried and not self.body.carried_point_forms:
+        kind, forms = type(self.body).__name__, self.body.carried_point_forms  # some of "fraction" and "place"
+        if carried and not forms:
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
-        are_fractions = all(isinstance(at, float) for at in carried.values())
-        if "place" not in self.body.carried_point_forms and not are_fractions:
+        if "place" not in forms and not all(isinstance(at, float) for at in carried.values()):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
@@ -130,7 +129,7 @@ class Link(LinkBase):
     def locate_carried(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
         """Return the places [m] of carried points in the plane from the places of both ends; none for points without a place."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
-        if chord == 0:
+        if chord == 0:  # an error, which `check` reports
             return {}
         cos, sin = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
         places = self.carried_places(chord)
@@ -158,20 +157,22 @@ class Link(LinkBase):
         if name in record.links:
             motion = record.links[name]
             yield Energy("stored", "kinetic", motion.kinetic())
-            yield from weight(motion, record)
+            yield from yield_weight_energy(motion, record)
         yield from self.body.energies(self, record)
 
 
 def make_motion_signals(name: str, *motion: Array) -> Iterator[Signal]:
     """Yield the signals `name.x`, `name.vx`, `name.ax`, `name.y`, ... of place, velocity and perhaps acceleration (times, 2)."""
-    prefixes, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
-    for k, values in enumerate(motion):
-        rate = f"{name}.{prefixes[k + 1]}" if k + 1 < len(motion) else ""
-        yield from vector(f"{name}.{prefixes[k]}", values, units[k], kinds[k], rate=rate)
+    stems = [f"{name}.", f"{name}.v", f"{name}.a"][: len(motion)]  # of names, to which `vector` appends x or y
+    rate_stems = [*stems[1:], ""]
+    units, kinds = ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
+    for stem, values, unit, kind, rate_stem in zip(stems, motion, units, kinds, rate_stems, strict=False):
+        yield from vector(stem, values, unit, kind, rate=rate_stem)
 
 
-def weight(motion: MovingBody, record: Recorded) -> Iterator[Energy]:
+def yield_weight_energy(motion: MovingBody, record: Recorded) -> Iterator[Energy]:
     """Yield the potential energy of a body in gravity; nothing without gravity in the plane of motion."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:
-        yield Energy("stored", "weight", -motion.mass * (motion.centre()[0] @ gravity))
+        place, _, _ = motion.centre()
+        yield Energy("stored", "weight", -motion.mass * (place @ gravity))

@@ -18,7 +18,7 @@ from .element import GROUND, Element, Parts, Push, Recorded, place
 from .signal import Kind, Signal
 
 SIDE = 1e-9
-"""Distance from a sample at which a load is evaluated before and after a jump there, over the duration of the run."""
+"""Distance from a sample at which a load is evaluated before and after a jump there, over the duration of the run; chosen."""
 
 
 class Load(Element):
@@ -145,10 +145,9 @@ class Stateful(Load):
         if self.states is None:
             return
         start = self.start_arguments(mechanism)
-        value = Function(", ".join(self.variables), self.signature.unit, self.signature.size)
-        value.check_call(f"{self.where}: value", self.value, start)
-        rates = Function(value.variables, size=len(self.states.initial))
-        rates.check_call(f"{self.where}: states.rates", self.states.rates, start)
+        names = ", ".join(self.variables)
+        Function(names, self.signature.unit, self.signature.size).check_call(f"{self.where}: value", self.value, start)
+        Function(names, size=len(self.states.initial)).check_call(f"{self.where}: states.rates", self.states.rates, start)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
         """Evaluate the function `value` at `times` with motion and states of the samples, (times,) or (times, components)."""
@@ -174,6 +173,7 @@ class Stateful(Load):
         measures = self.measures(record)
         half = len(measures) // 2
         coordinates, rates = measures[:half], measures[half:]
+        # coordinates and states are given with their rates; the rates of rates are not known
         arguments = [*map(Argument, coordinates, rates), *map(Argument, rates), *map(Argument, *self._read_states(name, record))]
         for function in [self.value] if self.states is None else self.functions():
             yield function, arguments

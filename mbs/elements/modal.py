@@ -85,7 +85,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes: `fixed` vibrations and the 6 relative motions of both interfaces, which move as rigid bodies."""
+    """Craig-Bampton modes: eigenmodes within `fixed` vibrations and the 6 relative motions of both rigid interfaces."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",

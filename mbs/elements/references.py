@@ -61,8 +61,7 @@ def holder(mechanism: Parts, at: str) -> str:
     """Return the body that a load at a point reference acts on: a link, a guide's block (by its point) or 'ground'.
 
     A point without a body belongs to the first link with mass that has it, or else to the first strut, or else to the ground.
-    A strut has no mass: a load at its end acts on the body that is pinned to it there, directly or through other struts. If no
-    such body has mass, ValueError is raised.
+    A load at the end of a strut acts on the body with mass that is pinned to it there, directly or through other struts.
     """
     body, point = place(at)
     links = {link.name: link for link in mechanism.links}
@@ -71,7 +70,7 @@ def holder(mechanism: Parts, at: str) -> str:
         with_mass = [link for link in carriers if not link.body.massless]
         body = next((link.name for link in with_mass + carriers), GROUND)
     pins = [{joint.first, joint.second} for joint in mechanism.joints if joint.point == point]
-    candidates = [body]  # links, or the ground (joints have no blocks); grows in the loop: breadth-first search through struts
+    candidates = [body]  # links or the ground, as joints have; grows in the loop: breadth-first search through struts
     for candidate in candidates:
         if candidate == GROUND or not links[candidate].body.massless:
             return candidate

@@ -1,6 +1,7 @@
 """Constraints as rows: scalar equations, from which the solvers Exudyn and Spectral build their constraints.
 
-A measure compares points of a first and a second body: relative position along a direction, relative angle, or distance.
+A measure compares points of a first and a second body: relative position along a direction, relative angle, or distance. A
+`Place` names a body and one of its points.
 In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
 """
 
@@ -59,7 +60,7 @@ class Row:
         return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
 
     def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
-        """Yield each point of the row, with the derivatives of the row by its (x, y, angle) at t = 0."""
+        """Yield each point of the row with the derivatives of the row by its (x, y, angle), at the places `points` [m]."""
         for coefficient, measure in self.terms:
             if isinstance(measure, Turn):
                 yield measure.first, (0.0, 0.0, coefficient)
@@ -89,7 +90,7 @@ def yield_pin(point: str, first: str, second: str, *, start_only: bool = False) 
 
 
 def find_pin(rows: Sequence[Row]) -> Along | None:
-    """Return the first measure, with both places, of rows that are a pin, or a pin and constant angles; None for other rows."""
+    """Return the first measure of rows that are a pin, or a pin and constant angles, for which Exudyn has joints; else None."""
     pin = next((measure for row in rows for _, measure in row.terms), None)
     if not isinstance(pin, Along) or pin.first.point != pin.second.point:
         return None

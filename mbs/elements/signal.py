@@ -17,7 +17,8 @@ class Kind(StrEnum):
 
     A stretch is the change of a link's length, in which axial vibrations are visible. A reaction is the force of a constraint,
     `CONTACT` the normal force or depth of a contact. An internal quantity, such as a force of a strip, spring, motor or load,
-    follows from motion or time by a law. A state belongs to the law of a load.
+    follows from motion or time by a law. A state is a variable of the law of a load, integrated with the motion. A count is a
+    number of contacts or the index of a state of contact.
     """
 
     PLACE = "place"
@@ -59,7 +60,7 @@ class Trait(NamedTuple):
 class Signal(NamedTuple):
     """A named series of `values` (times,); see `Trait` for the fields from kind to source.
 
-    `onsets` (n,) [s], in a wider sense, are all times at which a contact closes or opens: its force jumps or has a kink there.
+    `onsets` (n,) [s] are the times at which a contact closes and, against the name, those at which it opens: its force may jump.
     The force of a stop also has the `depth` (times,) [m] of its contact, negative if open. Its `elastic` is a function: the
     force [N] of the elastic part of the law at depths [m].
     """
@@ -103,7 +104,7 @@ class Energy(NamedTuple):
 
 
 class DepthLimit(NamedTuple):
-    """Largest depth `allowed` [m] in a `signal`; the message is "{what} is 0.1 m {where}"."""
+    """Largest depth `allowed` [m] in a `signal`; the message is "{what} is {depth found} m {where}"."""
 
     signal: str
     allowed: float

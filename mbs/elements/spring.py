@@ -76,7 +76,7 @@ class Elastic(Load):
         law = self.law
         if law is not None:
             value, rate = self.state(record)
-            yield (lambda _t, x, v: law(x, v)), (Argument(value, rates=rate), Argument(rate))
+            yield (lambda _time, x, v: law(x, v)), (Argument(value, rates=rate), Argument(rate))  # the time has no `Argument`
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the stored energy, and the energy dissipated by damping."""
@@ -112,24 +112,20 @@ class Spring(Elastic):
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if both points are on the ground, or coincide though the spring has a length."""
-        where = self.where
         for at in (self.a, self.b):
-            check_reference(mechanism, at, where)
+            check_reference(mechanism, at, self.where)
         if holder(mechanism, self.a) == holder(mechanism, self.b) == GROUND:
-            raise ValueError(f"{where}: both its ends are on the ground")
+            raise ValueError(f"{self.where}: both its ends are on the ground")
         if self.free(mechanism) > 0 and distance(mechanism, self.a, self.b) == 0:
-            raise ValueError(f"{where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
+            raise ValueError(f"{self.where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
 
     def free(self, mechanism: Parts) -> float:
         """Return the free length [m]."""
         return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
-        """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2).
-
-        A point that is given without a body, or at the end of a strut, is taken on the body that carries the load.
-        """
-        (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
+        """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2)."""
+        (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))  # loaded bodies
         length, direction = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * direction).sum(axis=1), direction
 

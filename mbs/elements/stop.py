@@ -59,7 +59,7 @@ class Stop(Element):
     @property
     def carrier(self) -> str:
         """Name of the body that carries the face."""
-        return place(self.on).body or self.on
+        return place(self.on).body or self.on  # 'link' alone has no body in front of a colon
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the face has a normal and belongs to another body than the point."""
@@ -196,8 +196,8 @@ class Stop(Element):
         """Yield contact force [N] and depth [m]; with friction also friction force [N] and sliding speed [m/s]."""
         depth, rate = self.approach(record)
         force = record.channel(name, "force")[:, 0]
-        switches = find_sign_changes(record.time, depth, rate)  # onsets and ends of contacts
-        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=switches, depth=depth, elastic=self.law.elastic)
+        onsets = find_sign_changes(record.time, depth, rate)  # and ends of contacts
+        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=onsets, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
         if self.friction_at:
             drag, sliding = self._drag(name, record)

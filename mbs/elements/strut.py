@@ -38,7 +38,7 @@ class Strut(Body):
     )
 
     massless: ClassVar[bool] = True
-    force_rounding: ClassVar[float] = 5e-15  # twenty roundings of a float; chosen
+    force_rounding: ClassVar[float] = 5e-15  # error of the force over E A: twenty roundings of a float; chosen
 
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, here not over length but in [m], and the compressive force without damping [N]."""
@@ -68,9 +68,9 @@ class StrutLaw:
 
     Down to the elongation `kink` < 0 [m], at which the Euler load is reached, the strut is straight and has the axial stiffness
     `rigidity` E A/L [N/m]. Beyond it the end shortening is the sum of bending, u L, and compression, P L/(E A), with
-    P = p(u) `force_unit`, `force_unit` = E I/L^2 [N]. The compression under the Euler load gives a first u. The compression under
-    P of this first u gives the final u: one step of fixed-point iteration. At u = 0.1 the relative error of u is 2e-13 for a
-    thickness of L/1000 and 2e-9 for L/100. Axial damping acts only where the chord is longer than L.
+    P = p(u) `force_unit`, `force_unit` = E I/L^2 [N]. One step of fixed-point iteration for u starts from the compression under
+    the Euler load. At u = 0.1 its relative error is 2e-13 for a thickness of L/1000 and 2e-9 for L/100. Axial damping acts only
+    where the chord is longer than L.
     """
 
     def __init__(self, strut: Strut, length: float) -> None:
