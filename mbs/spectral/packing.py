@@ -25,22 +25,20 @@ class Block(NamedTuple):
 
 
 def _number_slots(blocks: Sequence[Block], unknowns: int) -> dict[str, Array]:
-    """Number the slots, with one more for zeros; return the first five fields of `Tables` by name."""
+    """Number the slots, and one place more for all entries that are always zero; return the first five fields of `Tables`."""
     unknowns_of_blocks = [np.asarray(block.unknowns, dtype=np.int64) for block in blocks]
     widths = np.array([len(own) for own in unknowns_of_blocks], dtype=np.int64)
     table = np.column_stack([np.cumsum(widths) - widths, widths, np.cumsum(widths**2) - widths**2])  # columns of `BlockColumn`
-    pairs = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer, -1 if it is always zero
+    pairs = [np.empty(0, dtype=np.int64)]  # row and column of each entry as one integer
+    always_zero = unknowns**2  # larger than all pairs
     for own, block in zip(unknowns_of_blocks, blocks, strict=True):
         pair = own[:, None] * unknowns + own
         filled = np.zeros(pair.shape, dtype=bool)
         for rows, columns in block.parts:
             filled[rows, columns] = True
-        pairs.append(np.where(filled, pair, -1).ravel())
+        pairs.append(np.where(filled, pair, always_zero).ravel())
     found, slots = np.unique(np.concatenate(pairs), return_inverse=True)  # pairs[i] is found[slots[i]]
-    if len(found) and found[0] < 0:  # -1 was sorted to the front
-        zeros = len(found) - 1  # number of the slot for zeros, behind the others
-        found, slots = found[1:], np.where(slots == 0, zeros, slots - 1)
-    row, col = np.divmod(found, max(unknowns, 1))
+    row, col = np.divmod(found[found < always_zero], max(unknowns, 1))
     block_unknowns = np.concatenate([np.empty(0, dtype=np.int64), *unknowns_of_blocks])
     return {"blocks": table, "block_unknowns": block_unknowns, "slots": slots, "row": row, "col": col}
 
@@ -51,11 +49,12 @@ def _list_blocks(builder: Builder) -> list[Block]:
     rows = [_build_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = []
     for force in builder.forces:
-        acts_along_measure = force.kind < ForceKind.JOURNAL  # `ForceKind` begins with these kinds; later ones act at markers
-        pair = builder.measures[force.a] if acts_along_measure else force
-        markers = [pair.a, pair.b]
-        if force.kind == ForceKind.STATEFUL:  # each state of its law has a marker; they follow each other from b on
+        if force.kind < ForceKind.JOURNAL:  # along a measure, as all kinds before this one
+            markers = [builder.measures[force.a].a, builder.measures[force.a].b]
+        elif force.kind == ForceKind.STATEFUL:  # at marker a; each state is the spin of a marker of its own, from b on
             markers = [force.a, *range(force.b, force.b + int(force.numbers[StatefulData.STATES]))]
+        else:
+            markers = [force.a, force.b]
         unknowns = [dof for marker in markers for dof in _list_dofs(builder, marker)]
         if force.row >= 0:  # friction: the multiplier of the constraint whose reaction is its normal force
             unknowns.append(n + force.row)
@@ -90,7 +89,7 @@ def _list_dofs(builder: Builder, marker: int) -> list[int]:
 
 
 def pack(builder: Builder) -> Tables:
-    """Pack a builder's lists into tables. The values of constraints that are None are 0 until the scene sets them."""
+    """Pack a builder's lists into tables."""
     n, data, forces = len(builder.q), list(builder.data), []
     for f in builder.forces:
         forces.append((f.kind, f.a, f.b, f.law, f.friction, f.row, len(data)))
@@ -119,16 +118,17 @@ def pack(builder: Builder) -> Tables:
         measures=_build_table([(m.kind, m.a, m.b) for m in builder.measures], len(tables.Measures)),
         measure_numbers=_build_table([(*m.direction, m.factor) for m in builder.measures], len(tables.MeasureNumber), float),
         rows=_build_table([(r.measures.start, r.motion, len(r.measures)) for r in builder.rows], len(tables.RowColumn)),
+        # a value of None is that at t = 0, which `CompiledScene.of` computes from these tables
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_build_table([m[:3] for m in builder.motions], 3),
-        ramps=_build_table([m.ramp for m in builder.motions], 3, float),
+        motions=_build_table([m[:3] for m in builder.motions], 3),  # kind, addresses of position and speed
+        ramps=_build_table([m.ramp for m in builder.motions], 3, float),  # speeds at start and end, duration
         forces=_build_table(forces, len(tables.Forces)),
         factors=np.ones(len(forces) + 1),  # of each force, the last of gravity; statics varies them
         time_factor=np.ones(1),  # of the time in functions of time; statics varies it
         elastic=_build_table(builder.elastic, len(tables.Elastic)),
         laws=_build_table(builder.laws, CODES),
         law_numbers=_build_table(builder.law_numbers, NUMBERS, float),
-        edges=np.empty((0, 2)),  # an implicit run adds those that are known
+        edges=np.empty((0, 2)),  # force, value of its measure at a jump or kink; an implicit run adds those that are known
         data=np.array(data, dtype=float),
     )
 
