@@ -20,7 +20,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..sensitivity.numbers import Family
 from ..spectral.scene import CompiledScene
-from ..spectral.start import offset, slopes
+from ..spectral.start import differentiate_marker, draw_offset
 from ..spectral.tables import Forces
 from ..validate import whole
 
@@ -89,7 +89,7 @@ class Members:
         if of_journals is not None:
             return of_journals
         seed_of_offset = int(random.integers(2**31))
-        return offset(scene, TINY, seed_of_offset)
+        return draw_offset(scene, TINY, seed_of_offset)
 
 
 def _sobol(count: int, dimensions: int, seed: int) -> Array:
@@ -115,7 +115,8 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
         if isinstance(joint := elements.get(name), Clearance):
             journal, bush = map(int, scene.tables.forces[k, [Forces.A, Forces.B]])  # their markers
             joints.append(joint)
-            difference = slopes(scene, journal, scene.q0) - slopes(scene, bush, scene.q0)  # d(x, y, angle)/dq, (3, n)
+            of_journal, of_bush = (differentiate_marker(scene, marker, scene.q0) for marker in (journal, bush))
+            difference = of_journal - of_bush  # d(x, y, angle)/dq, (3, n)
             relative.append(difference[:2])
     if not joints:
         return None

@@ -24,7 +24,7 @@ from .fronts import EliminationOrders
 from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .scene import CompiledScene
-from .start import Balance, balance, dormand_prince, radau_state, start_rates
+from .start import balance, dormand_prince, radau_state, start_rates
 from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory
 
 NEWTON_SHARE = 1e-4
@@ -85,8 +85,9 @@ class RunState(NamedTuple):
 
 
 def memory_at_end(out: Output) -> Array:
-    """Return the memories of forces, (forces, 4), to continue a run; the last onset replaces the fastest, not in rows."""
+    """Return the memories of forces, (forces, 4), from which another run goes on."""
     memory = out.memory[-1].copy()
+    # a row has the start of its step in this column: the fastest onset is not known, and the last one takes its place
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
 
@@ -115,7 +116,8 @@ def find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     t, tables = float(out.time[-1]), scene.tables
     violation = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
     is_angle = tables.measures[:, Measures.KIND] == MeasureKind.ANGLE
-    measure_units = np.abs(tables.measure_numbers[:, MeasureNumber.FACTOR]) * np.where(is_angle, 1.0, scene.length)
+    coefficients = np.abs(tables.measure_numbers[:, MeasureNumber.FACTOR])  # of the measures in their constraints
+    measure_units = coefficients * np.where(is_angle, 1.0, scene.length)
     units = np.array([measure_units[row.measures].max() for row in scene.builder.rows])
     if not (violation > MOST_VIOLATION * units).any():
         return None
@@ -131,24 +133,24 @@ def integrate(
     """Integrate a scene from t = 0, or from another state; return its rows, its failure or None, counts of its work.
 
     With `ends` [s] there is no error control: steps end only at these times, at kinks and at onsets of contacts. `every` is the
-    number of steps for each row; if it is 1 there are also rows within steps. A function `take` gets all rows, part by part; then
-    only the last one is returned, and explicit steps do not end at onsets of contacts whose force begins smoothly.
+    number of steps for each row; if it is 1 there are also rows within steps. A function `take` gets all rows, part by part, for
+    statistics. Then only the last row is returned, and explicit steps do not end at onsets of forces that begin smoothly.
     """
     state = state or RunState(0.0, scene.q0, start_rates(scene), scene.memory())
     scene.reset_turns()
-    start = balance(scene, state.q, state.v, state.time, state.memory)
+    acceleration, multipliers = balance(scene, state.q, state.v, state.time, state.memory)
+    first_row = (state.q, state.v, acceleration, multipliers, state.memory)  # fields of `Output` behind the time
     controls = _set_controls(scene, state.time, end, solver, ends, every, gives_parts=take is not None)
     step_ends = _find_step_ends(scene, state.time, controls, ends)
-    run, model = _choose_integrator(scene, solver, state, start)
+    run, model = _choose_integrator(scene, solver, *first_row)
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
-    RAISED.clear()
+    RAISED.clear()  # exceptions of users' functions, which callbacks from compiled code append
     with catch_ctrl_c() as interrupted:
         while clock.time < end * (1 - END_ROUNDING) and failure is None:
-            fields = (state.q, state.v, start.acceleration, start.multipliers, state.memory)
-            out = Output(np.zeros(ROWS_PER_CALL), *(np.zeros((ROWS_PER_CALL, *each.shape)) for each in fields))
+            out = Output(np.zeros(ROWS_PER_CALL), *(np.zeros((ROWS_PER_CALL, *each.shape)) for each in first_row))
             run(model, clock, controls, step_ends, out, counts)
             failure = _translate_failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))
@@ -172,19 +174,19 @@ def _find_step_ends(scene: CompiledScene, start: float, controls: output.Record,
     with use_memory(current_memory(scene.edge_memory)):  # edges of users' functions are searched once, not in every run
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
     if not controls.fixed:
-        kinks = subdivide(kinks, controls.longest, end / SECOND_LEVEL_STEPS)
+        kinks = subdivide(kinks, controls.longest, default_longest=end / SECOND_LEVEL_STEPS)
     times = np.unique([*kinks, end])
     times = times[np.append(np.diff(times) > DISTINCT * end, True)]
     return times if ends is None else np.unique(np.concatenate([times, ends]))
 
 
 def _choose_integrator(
-    scene: CompiledScene, solver: Spectral, state: RunState, start: Balance
+    scene: CompiledScene, solver: Spectral, q: Array, v: Array, a: Array, lam: Array, memory: Array
 ) -> tuple[Callable[..., None], Radau | DormandPrince]:
-    """Choose the integrator that suits a scene; return it with its data."""
+    """Choose the integrator that suits a scene; return it with its data for a run from this state."""
     if is_explicit(scene, solver):
-        return explicit.run_explicit, dormand_prince(scene, state.q, state.v, start.multipliers, state.memory)
-    arrays = radau_state(scene, state.q, state.v, start.acceleration, start.multipliers, state.memory)
+        return explicit.run_explicit, dormand_prince(scene, q, v, lam, memory)
+    arrays = radau_state(scene, q, v, a, lam, memory)
     orders, tables = EliminationOrders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
     return implicit.run_implicit, Radau(tables, orders, scene.work, arrays)
 
@@ -215,7 +217,7 @@ def _set_controls(
     out.every, out.writes_within_steps = every, every == 1 and not out.fixed
     out.stops_at_all_onsets = not (runs_explicitly and gives_parts)
     out.least_onset = SLOWEST_ONSET
-    # least onset speed over the fastest so far; finer runs allow slower onsets: their difference shows what `GRAZE` changes
+    # finer runs allow slower onsets, so that the difference of two runs shows the effect of `GRAZE`
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
     out.newton_share = NEWTON_EQUAL / solver.tolerance if out.fixed else share

@@ -4,8 +4,6 @@ Coordinates q (n,), rates v, accelerations a, multipliers lambda (r,), forces f,
 first derivative by time is G v = speed, with speed = -dg/dt; their second is G a = change, with the terms without a on the right.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -26,18 +24,11 @@ LEAST_RATE = 1e-3
 """Least scale of errors of rates in the explicit method, in units of coordinates [1/s]; chosen: at rest no rate gives a scale."""
 
 
-class Balance(NamedTuple):
-    """Solution of the equations of motion at a state."""
-
-    acceleration: Array  # (n,)
-    multipliers: Array  # (r,)
-
-
 def start_rates(scene: CompiledScene) -> Array:
     """Compute the rates of all coordinates at t = 0, (n,), from the velocities of links that the scene's start has.
 
-    Links move as rigid bodies. Strips bend, too, if the linkage cannot move otherwise: their points then have `additional`
-    velocities. If these rates violate G v = speed (a pin inside a curved strip), the change of v has least kinetic energy. Raises
+    Links move as rigid bodies. If the linkage cannot move so, points of strips have `additional` velocities, which bend strips.
+    If these rates violate G v = speed (a pin inside a curved strip), the change of v has least kinetic energy. Raises
     KinematicsError if drives and given velocities contradict each other.
     """
     found = scene.source.start  # velocities of links as rigid bodies, from the closure of the linkage
@@ -63,7 +54,7 @@ def start_rates(scene: CompiledScene) -> Array:
     return v
 
 
-def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
+def differentiate_marker(scene: CompiledScene, marker: int, q: Array) -> Array:
     """Compute the derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))  # fills `work.jacobian`, the derivatives of all markers
     first, count = scene.tables.markers[marker, [Markers.FIRST, Markers.COUNT]]
@@ -73,8 +64,8 @@ def slopes(scene: CompiledScene, marker: int, q: Array) -> Array:
     return out
 
 
-def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
-    """Solve M a + G^T lambda = f, G a = change at a state; multipliers of redundant rows are zero.
+def balance(scene: CompiledScene, q: Array, v: Array, t: float, memory: Array) -> tuple[Array, Array]:
+    """Solve M a + G^T lambda = f, G a = change at a state; return a and lambda, which is zero for redundant rows.
 
     Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges.
     """
@@ -87,10 +78,10 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float = 0.0, memory: Ar
         lam = new
         if converged or not depends_on_multipliers:
             break
-    return Balance(acceleration, lam)
+    return acceleration, lam
 
 
-def offset(scene: CompiledScene, spread: float, seed: int) -> Array:
+def draw_offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), for members of an ensemble; constraints hold to first order.
 
     Components are normal with standard deviation `spread`, in m or rad; those of modal coordinates are 0. The projection by the
@@ -114,8 +105,7 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
         "newton_swaps": len(newton.unknowns),
         "front": max(newton.largest, saddle.largest),
     }
-    values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory}
-    values |= {"saddle": scene.tables.mass, "unit": scene.units, "error_ratio": np.ones(1)}
+    values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory, "unit": scene.units}
     return RadauState._make(allocate(RADAU_SHAPES, sizes, values))
 
 
@@ -126,14 +116,15 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     sizes = _count_sizes(scene, saddle) | {"y": len(y), "front": saddle.largest}
     largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
-    values: dict[str, ArrayLike] = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "matrix": scene.tables.mass}
-    values |= {"units": scene.units, "largest_rate": largest_rate, "free_modes": free_modes}
+    values: dict[str, ArrayLike] = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "units": scene.units}
+    # with `free_modes` M in [M G^T; G 0] is the constant `tables.mass`; else the integrator writes the whole matrix
+    values |= {"largest_rate": largest_rate, "free_modes": free_modes, "matrix": scene.tables.mass}
     state = DormandPrinceState._make(allocate(DORMAND_PRINCE_SHAPES, sizes, values))
     return DormandPrince(scene.tables, saddle, scene.work, state)
 
 
 def _count_sizes(scene: CompiledScene, saddle: Fronts) -> dict[str, int]:
-    """Count the sizes of arrays that both integrators have; `saddle` are the fronts of [M G^T; G 0]."""
+    """Count the sizes of arrays that both integrators have, n to g as in `output`; `saddle` are the fronts of [M G^T; G 0]."""
     tables, n, r = scene.tables, scene.size, len(scene.tables.rows)
     g = int(tables.blocks[:r, BlockColumn.WIDTH].sum())  # entries of G as the kernel stores it: unknowns of constraints' blocks
     of_factors = {"saddle_entries": saddle.size, "saddle_swaps": len(saddle.unknowns)}

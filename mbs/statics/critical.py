@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ..geometry import Array
-from ..spectral.start import slopes
+from ..spectral.start import differentiate_marker
 from .algebra import SPARSE_COORDINATES
 from .arc import Arc, Step
 from .problem import Problem, Rest, StaticsError
@@ -216,7 +216,8 @@ def shape_towards(problem: Problem, critical: Critical, link: str, point: str, a
     problem.set_parameter(critical.rest.parameter)
     scene = problem.scene
     shapes = critical.shapes / np.abs(critical.shapes / problem.units[:, None]).max(axis=0)
-    displacements = slopes(scene, scene.marker(link, point), critical.rest.q)[:2] @ shapes  # (x, y) of the point, by shape
+    by_coordinates = differentiate_marker(scene, scene.marker(link, point), critical.rest.q)[:2]  # of the point's x and y
+    displacements = by_coordinates @ shapes
     moves = along @ displacements / np.linalg.norm(along) / scene.length
     # of all weights with the same sum of squares, those in proportion to the moves give the largest move
     return shapes @ moves if np.abs(moves).max() > 1e-4 else None  # 1e-4 of the longest link: above rounding

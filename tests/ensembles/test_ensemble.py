@@ -13,7 +13,7 @@ from buckler import mbs
 from buckler.mbs.ensembles.members import WIDEST, Members, displace_journals
 from buckler.mbs.spectral.run import RunState, integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.start import offset, start_rates
+from buckler.mbs.spectral.start import draw_offset, start_rates
 from buckler.studies.rattling.bars import PlayParameters
 
 FORCE = "rms(B.normal_force)"
@@ -46,7 +46,7 @@ def test_rattling_motions_part_and_closed_ones_hardly_do():
     for unit in ("N.s/m", "N.s/mm"):
         scene = CompiledScene.of(PlayParameters(damping_unit=unit).bars())
         q, v, ends = scene.q0, start_rates(scene), []
-        for shift in (np.zeros(scene.size), offset(scene, 1e-12, 1)):
+        for shift in (np.zeros(scene.size), draw_offset(scene, 1e-12, 1)):
             state = RunState(0.0, q + shift, v, scene.memory())
             ends.append(integrate(scene, 0.06, mbs.Spectral(mbs.Controlled(1e-8)), state=state)[0].q[-1])
         apart[unit] = np.abs(ends[1] - ends[0]).max()
