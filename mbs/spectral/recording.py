@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -54,7 +55,8 @@ def follow(tables, work, out, wanted, traces, reports):
                 traces[k, 0, c, i], traces[k, 1, c, i] = work.state[m, State.X + c], work.state[m, State.VX + c]
                 traces[k, 2, c, i] = compute_acceleration(tables, work, m, c, out.a[i])
         if reports.shape[0] > 0:
-            since = out.time[i] - out.memory[i, 0, Memory.STEP_START]  # bristles are those at the step's start, for all forces
+            step_start = out.memory[i, 0, Memory.STEP_START]  # instant of the bristles in the memory; each force has the same
+            since = out.time[i] - step_start
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
             copy(work.reports, reports[i])
 
@@ -63,16 +65,17 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     """Convert the rows of a run to a record."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
-    frames = {}
+    rigid_links = {}  # by name: marker of the centre of mass, function from its trace to the link's motion
     for link in mechanism.links:
         body = builder.bodies[link.name]
-        if isinstance(body, FrameBody) and body.model is None:  # a rigid link; one with a model is modal
+        if isinstance(body, FrameBody) and body.model is None:  # one with a model is modal
             mass, inertia, (x, y) = link.body.mass_properties(mechanism.length(link.name))  # without attached masses
             centre = body.start + rotate(np.array(body.angle), (x, y))
+            arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
             marker = body.marker_at(builder, centre, from_zero=True)  # its angle is the turn since t = 0
-            frames[link.name] = marker, mass, inertia, centre
+            rigid_links[link.name] = marker, partial(RigidMotion, mass, inertia, arms)
     scene.refresh()  # packs the markers just added into the tables
-    wanted = [*(marker for marker, *_ in frames.values()), *guides.values()]
+    wanted = [*(marker for marker, _ in rigid_links.values()), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
     reported_times = 0 if np.isin(kinds, UNREPORTED).all() else len(out.time)
     reports = np.empty((reported_times, len(kinds), len(Report)))
@@ -81,23 +84,22 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     links: dict[str, Any] = {}
     for link in mechanism.links:
         body = builder.bodies[link.name]
-        if link.name in frames:
-            marker, mass, inertia, centre = frames[link.name]
-            arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
-            links[link.name] = RigidMotion(mass, inertia, arms, *traces[marker])
+        if link.name in rigid_links:
+            marker, make_motion = rigid_links[link.name]
+            links[link.name] = make_motion(*traces[marker])
         elif isinstance(body, FrameBody):
-            columns, stations = slice(body.offset, body.offset + 3 + body.modes), {link.start: "start", link.end: "end"}
-            q, v, a = out.q[:, columns], out.v[:, columns], out.a[:, columns]
+            q, v, a = (each[:, body.offset : body.offset + 3 + body.modes] for each in (out.q, out.v, out.a))
+            stations = {link.start: "start", link.end: "end"}
             links[link.name] = ModalHistory(cast(PlanarModel, body.model), q, v, a, stations, body.angle)
         elif isinstance(body, StripBody):
             dofs = np.unique(np.concatenate([piece.dofs.ravel() for piece in body.pieces]))
-            pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]  # with dofs among its own
-            q, v, a = out.q[:, dofs], out.v[:, dofs], out.a[:, dofs]
+            q, v, a = (each[:, dofs] for each in (out.q, out.v, out.a))
+            pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]  # dofs: columns of this q
             links[link.name] = SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], q, v, a)
     blocks = {point: _record_block(mechanism, point, traces[marker]) for point, marker in guides.items()}
-    channels, undetermined = _channels(scene, out, reports), scene.source.undetermined
     rule = corrected_trapezoidal  # for integrals over time
-    return Record(mechanism, out.time, links, blocks, channels, rule=rule, undetermined=undetermined)
+    undetermined = scene.source.undetermined  # of the mechanism's `scene.Scene`, before it was translated
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), rule=rule, undetermined=undetermined)
 
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:
@@ -133,8 +135,8 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         elif kind == ForceKind.CONTACT:
             found["force"] = np.abs(reports[:, i, [Report.VALUE]])  # its sign is the side of the face
         elif kind == ForceKind.STATEFUL:
-            marker, number = scene.tables.forces[i, [Forces.B, Forces.NUMBERS]]  # marker B has the coordinate of the first state
-            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[number + StatefulData.STATES])
+            marker, numbers = scene.tables.forces[i, [Forces.B, Forces.NUMBERS]]  # marker B: of the first state's coordinate
+            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[numbers + StatefulData.STATES])
             dofs = slice(first, first + count)
             found["states"] = np.hstack([out.v[:, dofs], out.a[:, dofs]])  # a state is the rate of its coordinate
         else:
