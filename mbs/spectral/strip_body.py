@@ -21,7 +21,7 @@ from .builder import Builder
 from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, locate, reissner
 from .table_rows import Attached
-from .tables import MarkerKind, Markers, MeasureKind, StripColumn, StripKind
+from .tables import MarkerKind, MeasureKind, StripColumn, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
 """Function from fractions of the arc (points,) to x, y [m] and tangent angle [rad] there."""
@@ -85,15 +85,15 @@ class StripBody:
         shape = find_shape(link, builder.mechanism.length(link.name))
         x_of_points = shape.line(np.array([*shape.fractions.values()]))[0]
         along_chord = dict(zip(shape.fractions, x_of_points.tolist(), strict=True))  # x of each point on the chord [m]
+
+        def interpolate(piece: Piece, i: int, xi: Array) -> Array:
+            """Interpolate component i of the bending velocity (vx, vy, spin) at xi in [-1, 1] of a piece."""
+            x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
+            return start.interpolate(link, along_chord, x)[:, i]
+
         for piece in self.pieces:
-
-            def interpolate(i: int, xi: Array, piece: Piece = piece) -> Array:
-                """Interpolate component i of the bending velocity (vx, vy, spin) at xi in [-1, 1] of the piece."""
-                x, _, _ = shape.line((piece.start + (xi + 1) * piece.half_length) / shape.length)
-                return start.interpolate(link, along_chord, x)[:, i]
-
             for i, dofs in enumerate(piece.dofs):
-                component = partial(interpolate, i)
+                component = partial(interpolate, piece, i)
                 out[dofs] = fit(piece.degree, component, tuple(component(np.array([-1.0, 1.0]))))
         return out
 
@@ -118,7 +118,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     stations = {point: fraction * shape.length for point, fraction in shape.fractions.items()}
     body = StripBody(kind, pieces, stations, start, link.body.section)
     for i, piece in enumerate(pieces):
-        _add_mass(builder, body.section, piece)
+        _add_piece_mass(builder, body.section, piece)
         _tabulate(builder, body, piece)
         if i and kind == StripKind.KIRCHHOFF:  # a common end does not give a common direction
             a, b = (body.marker_at(builder, piece.start, each) for each in (i - 1, i))
@@ -153,9 +153,13 @@ def find_shape(link: Link, chord: float) -> StripShape:
 
 def _fit_piece(line: Line, start: float, end: float, degree: int, fields: int) -> Array:
     """Fit the coefficients of a piece between two fractions of the arc, in the link's frame; (fields, degree + 1)."""
+
+    def evaluate(i: int, xi: Array) -> Array:
+        """Evaluate field i (x, y, angle) at xi in [-1, 1]."""
+        return line(start + (end - start) * (xi + 1) / 2)[i]
+
     ends = line(np.array([start, end]))
-    field = [lambda xi, i=i: line(start + (end - start) * (xi + 1) / 2)[i] for i in range(fields)]
-    return np.array([fit(degree, field[i], tuple(ends[i])) for i in range(fields)])
+    return np.array([fit(degree, partial(evaluate, i), tuple(ends[i])) for i in range(fields)])
 
 
 def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None) -> Array:
@@ -163,13 +167,11 @@ def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None
 
     Coefficient 0 of each field is the value at the start, which is coefficient 1 of the piece `before`.
     """
-    dofs = np.zeros(coefficients.shape, dtype=int)
-    for i, values in enumerate(coefficients):
-        if before is not None:
-            dofs[i, 0] = before.dofs[i, 1]
-        own = 0 if before is None else 1  # the first coefficient that is new
-        first = builder.add_coordinates(values[own:].tolist())
-        dofs[i, own:] = range(first, first + len(values) - own)
+    dofs, first_new = np.zeros(coefficients.shape, dtype=int), 0
+    if before is not None:
+        dofs[:, 0], first_new = before.dofs[:, 1], 1
+    for own, values in zip(dofs[:, first_new:], coefficients[:, first_new:], strict=True):
+        own[:] = builder.add_coordinates(values.tolist()) + np.arange(len(values))
     for angle_dofs in dofs[2:]:
         builder.set_angle_units(*angle_dofs.tolist())
     x_inner, y_inner = dofs[:2, 2:].tolist()
@@ -178,19 +180,26 @@ def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None
     return dofs
 
 
-def _add_mass(builder: Builder, section: Section | Profile, piece: Piece) -> None:
+def _add_piece_mass(builder: Builder, section: Section | Profile, piece: Piece) -> None:
     """Add the mass matrix and the weight of a piece."""
     x, w = gauss(piece.degree + 2)
     polynomials, lengths = basis(piece.degree, x), w * piece.half_length
     gram = (polynomials * lengths[:, None]).T @ polynomials
     gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0  # polynomials that are orthogonal but for rounding
     total = (polynomials * lengths[:, None]).sum(axis=0)
-    x_dofs, y_dofs, *angle_dofs = piece.dofs
-    for dofs, gravity in zip((x_dofs, y_dofs), builder.mechanism.gravity, strict=True):
-        builder.add_mass(dofs, section.mass_per_length * gram)
-        builder.add_weight(dofs, section.mass_per_length * gravity * total)
-    for dofs in angle_dofs:
-        builder.add_mass(dofs, section.inertia_per_length * gram)
+    _add_mass(builder, piece.dofs, section.mass_per_length, section.inertia_per_length, gram, total)
+
+
+def _add_mass(builder: Builder, fields: Array, mass: float, inertia: float, gram: Array, values: Array) -> None:
+    """Add mass and inertia times the matrix `gram` (m, m), and weight times `values` (m,), at `fields` (fields, m) of dofs."""
+    x_dofs, y_dofs, *angle_dofs = fields
+    if mass:
+        for dofs, gravity in zip((x_dofs, y_dofs), builder.mechanism.gravity, strict=True):
+            builder.add_mass(dofs, mass * gram)
+            builder.add_weight(dofs, mass * gravity * values)
+    if inertia:
+        for dofs in angle_dofs:
+            builder.add_mass(dofs, inertia * gram)
 
 
 def _tabulate(builder: Builder, body: StripBody, piece: Piece) -> None:
@@ -221,15 +230,10 @@ def _tabulate(builder: Builder, body: StripBody, piece: Piece) -> None:
 def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
     """Add a mass at a point: as a body of its own if it has inertia and the marker is not linear, else to the mass matrix."""
     marker = body.marker(builder, each.point)
-    kind, size, first, data = (builder.markers[marker][c] for c in (Markers.KIND, Markers.SIZE, Markers.FIRST, Markers.DATA))
-    if kind != MarkerKind.LINEAR and each.inertia:
+    row = builder.markers[marker]
+    if row.kind != MarkerKind.LINEAR and each.inertia:
         add_separate_mass(builder, marker, each, link)
         return
-    value = np.array(builder.data[data : data + size])
-    x_dofs, y_dofs, angle_dofs = (builder.dofs[first + i * size :][:size] for i in range(3))
-    if each.mass:
-        for dofs, gravity in zip((x_dofs, y_dofs), builder.mechanism.gravity, strict=True):
-            builder.add_mass(dofs, each.mass * np.outer(value, value))
-            builder.add_weight(dofs, each.mass * gravity * value)
-    if each.inertia:  # the marker is linear and has an angle
-        builder.add_mass(angle_dofs, each.inertia * np.outer(value, value))
+    values = np.array(builder.data[row.data : row.data + row.size])
+    fields = np.reshape(builder.dofs[row.first : row.first + row.count], (-1, row.size))  # x, y and, if linear, the angle
+    _add_mass(builder, fields, each.mass, each.inertia, np.outer(values, values), values)
