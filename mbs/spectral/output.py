@@ -1,8 +1,8 @@
 """Data that Python and the compiled integrators exchange: controls, clock, counts, rows of a run, states, work arrays.
 
 Numbers are fields of records, arrays those of named tuples. Sizes: n coordinates, r constraints, k forces, p Gauss points of all
-strips, e rows of `Tables.elastic`, each one inner coordinate of a mode or strip, or two as a vector (x, y). A slot is an entry of
-a matrix that can be nonzero. Constraints are g(q, t) = 0; differentiated in time G v = speed, G a = change, with G = dg/dq.
+strips, e rows of `Tables.elastic`. Such a row is one inner coordinate of a mode or strip, or two as a vector (x, y). A slot is an
+entry of a matrix that can be nonzero. Constraints are g(q, t) = 0; derivatives by time G v = speed, G a = change, with G = dg/dq.
 """
 
 from collections import namedtuple
@@ -108,7 +108,7 @@ class Output(NamedTuple):
 
 
 RADAU_SHAPES = {
-    "q": "n", "v": "n", "a": "n", "lam": "r", "stress": "p 3",  # at the step's start; stress: N, Q, M, unknowns too (`strips`)
+    "q": "n", "v": "n", "a": "n", "lam": "r", "stress": "p 3",  # at the step's start; stress: N, Q, M (`strips`)
     "node_q": "3 n", "node_v": "3 n", "node_a": "3 n", "node_lam": "3 r",  # at the three nodes
     "node_stress": "3 p 3", "node_stress_residual": "3 p 3",  # at the three nodes; `Work.stress_residual`
     "past_v": "4 n", "past_lam": "r", "past_stress": "p 3",  # last step: v at its start and nodes; lam, stress at its second node
@@ -123,14 +123,14 @@ RADAU_SHAPES = {
     "row_magnitude": "u", "front_work": "front", "complex_front_work": "front:complex",  # work arrays of factorisations
     "memory": "k 4", "start_memory": "k 4", "start_reports": "k 8", "end_reports": "k 8",  # columns of `Memory` and `Report`
     "largest_force": "k",  # largest force so far [N]
-    "start_deformation": "e", "largest_deformation": "e",  # at t = 0; largest change so far in group i of `Elastic.GROUP`
+    "start_deformation": "e", "largest_deformation": "e",  # of each row at t = 0; largest change since, by `Elastic.GROUP`
     "unit": "n", "inverse_error_unit": "n", "error_unit_across": "e", "chord": "e 2",  # units, see below
     "error_ratio": "1",  # error after a Newton increment over the increment, from the rate of convergence
 }  # fmt: skip
 """Shapes of the fields of `RadauState`, floats unless a type follows.
 
-Sizes beside n, r, k, p, e: u = n + r unknowns, s slots + 1 (`tables`), g entries of G; factors of a matrix have entries and swaps
-(exchanges of rows); `front` is the work space of the largest front."""
+Sizes beside n, r, k, p, e: u = n + r unknowns of linear equations, from which stresses are eliminated; s slots + 1 (`tables`);
+g entries of G; factors of a matrix have entries and swaps (exchanges of rows); `front` is the work space of the largest front."""
 RadauState = namedtuple("RadauState", RADAU_SHAPES)  # type: ignore[misc]
 """State of the implicit integrator, unknowns of its step, work arrays.
 
@@ -155,9 +155,9 @@ DORMAND_PRINCE_SHAPES = {
     "matrix": "s", "factors": "saddle_entries", "swaps": "saddle_swaps:int", "factored_jacobian": "g",  # [M G^T; G 0]; its G
     "row_magnitude": "u", "front_work": "front", "right_side": "u",  # work arrays of the factorisation
     "units": "n", "largest_rate": "1",  # units of coordinates; largest rate so far in these units [1/s]
-    "has_factors": "1:int", "free_modes": "1:int",  # 1 once there are factors; 1 if no constraint acts on modal links
+    "has_factors": "1:int", "free_modes": "1:int",  # 1 once there are factors; 1 to solve for modes in `couple_modes`
 }  # fmt: skip
-"""Shapes of the fields of `DormandPrinceState`."""
+"""Shapes of the fields of `DormandPrinceState`. If no constraint acts on modal links, `free_modes` is 1."""
 DormandPrinceState = namedtuple("DormandPrinceState", DORMAND_PRINCE_SHAPES)  # type: ignore[misc]
 """State of the explicit integrator and its work arrays."""
 

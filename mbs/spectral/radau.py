@@ -1,10 +1,12 @@
 """One step of collocation at the three Radau points, compiled: first guess, error estimate, projection onto the constraints.
 
-The module `newton` solves the equations. Unknowns are rates and multipliers at the nodes; constraints hold for velocities
-(index 2). The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system.
-Its real matrix is M + k1 C + k1^2 K with G, k1 = h over the real eigenvalue; M mass, C damping, K stiffness, h step length,
-G Jacobian. There are n coordinates q, rates v, r multipliers lam. Equations (3) to (5): docs/theory-spectral.md. The arrays of
-`state` are listed in `output`; `unit` is the unit of each coordinate.
+The module `newton` solves the equations, (3) and (4) of docs/theory-spectral.md. Unknowns at the nodes are the n rates v, the
+r multipliers lam and the stresses of strips (`strips`). At the nodes the n coordinates q follow from the rates.
+Constraints g(q, t) = 0 hold for velocities (index 2): G v = speed, with G = dg/dq. Their second derivative is G a = change.
+
+The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system. Its real
+matrix is M + k1 C + k1^2 K with G, k1 = h over the real eigenvalue; M mass, C damping, K stiffness, h step length. The arrays
+of `state` are listed in `output`; `unit` is the unit of each coordinate.
 """
 
 from typing import Any
@@ -60,8 +62,9 @@ MOST_EXTRAPOLATION = 100.0
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control.
 
-    Rows of `elastic` with j >= 0 are vectors (i, j) of a strip's piece. They are resolved along and across the piece's chord,
-    with a unit for each. The inverse units of i and j alone are 0.
+    A row of `elastic` with j >= 0 is a vector with x at dof i and y at dof j, a coefficient of a strip's polynomials. Across the
+    chord it bends the strip and has a unit of its own. Along the chord it has the unit of a length, so that axial vibrations
+    of nanometres set no steps. The inverse units of i and j alone are 0.
     """
     worst = 0.0
     for i in range(u.size):
@@ -93,9 +96,9 @@ def predict(state, h, last_h):
     """
     n, extrapolates = state.q.size, h < MOST_EXTRAPOLATION * last_h
     for i in range(3):
-        rates, node_stress, slope = state.node_v[i], state.node_stress[i], 0.0
-        if extrapolates:
-            slope = NODES[i] * h / (last_h * (1.0 - NODES[1]))
+        rates, node_stress = state.node_v[i], state.node_stress[i]
+        # past_lam and past_stress are those (1 - NODES[1]) last_h ago, at the second node of the last step
+        slope = NODES[i] * h / (last_h * (1.0 - NODES[1])) if extrapolates else 0.0
         for k in range(state.lam.size):
             state.node_lam[i, k] = state.lam[k] + slope * (state.lam[k] - state.past_lam[k])
         for p in range(state.stress.size):
@@ -106,8 +109,7 @@ def predict(state, h, last_h):
                 rates[k] = state.v[k] + NODES[i] * h * state.a[k]
             continue
         fraction = 1.0 + NODES[i] * h / last_h
-        for k in range(n):
-            rates[k] = 0.0
+        rates[:] = 0.0
         for j in range(4):
             weight, past = evaluate_lagrange(fraction, j), state.past_v[j]
             for k in range(n):
@@ -142,8 +144,9 @@ def _combine_nodes(nodes, start, k):
 def estimate_error(tables, orders, state, h):
     """Compute the local error e_q of the coordinates; return its largest component in units of the error control.
 
-    The embedded formula of third order leaves d_q = v + sum w_i (Q_i - q)/h and d_v = a + sum w_i (V_i - v)/h, Q and V being the
-    values at the nodes. The filtered errors satisfy e_q/k1 - e_v = d_q, M e_v/k1 + C e_v + K e_q = M d_v, G e_v = 0. Without e_v:
+    With Q_i and V_i at the nodes the embedded formula of third order has the defect d_q = v + sum w_i (Q_i - q)/h. That of the
+    rates is d_v = a + sum w_i (V_i - v)/h. The filtered errors satisfy three equations: e_q/k1 - e_v = d_q;
+    M e_v/k1 + C e_v + K e_q = M d_v; G e_v = 0. Without e_v:
 
         (M + k1 C + k1^2 K) e_q = k1^2 [M (d_v + d_q/k1) + C d_q],    G e_q = k1 G d_q.
 
@@ -171,16 +174,16 @@ def estimate_error(tables, orders, state, h):
 def project(tables, orders, work, state, t, h):
     """Project the end of a step onto g = 0, then its rates onto G v = speed and its accelerations onto G a = change.
 
-    The last two corrections are M^-1 G^T mu. With that of a, lam becomes lam - mu: so the residual M a - f + G^T lam stays.
-    Newton's method leaves a residual M x + G^T nu, with G x = 0. Its second part is removed: lam becomes lam - nu. At a node
-    within the step nu is multiplied by the node's fraction of the step. With strips lam is not corrected by nu, which would
-    contain residuals of stresses.
+    The last two corrections are M^-1 G^T mu, as in (5). With that of a, lam becomes lam - mu: so the residual M a - f + G^T lam
+    stays. Newton's method leaves a residual M x + G^T nu, with G x = 0. Without strips lam becomes lam - nu at the end; at the
+    nodes this change grows linearly from 0 at the start. With strips nu would contain residuals of their stresses. The projection
+    is as small as a local error: forces and rates of markers stay those before it.
     """
     n, q, v, a, lam = state.q.size, state.node_q[2], state.node_v[2], state.node_a[2], state.node_lam[2]
     if lam.size == 0:
         place_markers(tables, work, q, v)
         return
-    residual, corrects_multipliers = state.residual[2], state.stress.size == 0
+    residual, corrects_multipliers = state.residual[2], state.stress.size == 0  # without strips
     if corrects_multipliers:
         compute_forces(tables, work, Instant(t, h, q, v, lam, state.memory), state.force)
         multiply_mass(tables, q, a, residual[:n])
@@ -256,8 +259,8 @@ def measure_deformation(state, elastic, k):
 def update_units(state, elastic, tolerance):
     """Update the units of the error control: `DEFORMATION_FACTOR` times the largest deformation so far, within bounds.
 
-    The bounds are `unit` and a share of it, below which errors are rounding. Rows with j = LAW_STATE are no deformations: their
-    unit is the state's largest value so far, or its first unit if that is larger.
+    The bounds are `unit` and a share of it, below which errors are rounding. A row is a vector if j >= 0, a single coordinate if
+    j = -1. If j = LAW_STATE, it is the integral of a law's state. Its unit is the state's largest value so far, times 1 s.
     """
     least = max(LEAST_UNIT, LEAST_ERROR / tolerance)
     for k in range(elastic.shape[0]):
@@ -265,7 +268,7 @@ def update_units(state, elastic, tolerance):
         state.largest_deformation[group] = max(state.largest_deformation[group], change)
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, Elastic.FIRST], elastic[k, Elastic.SECOND], elastic[k, Elastic.GROUP]
-        if j == LAW_STATE:  # the rate v of the coordinate is the state
+        if j == LAW_STATE:  # v is the state; the unit does not fall, and began as max(1, |initial state|)
             state.inverse_error_unit[i] = min(state.inverse_error_unit[i], 1.0 / max(abs(state.v[i]), 1e-300))
             continue
         unit = min(state.unit[i], max(least * state.unit[i], DEFORMATION_FACTOR * state.largest_deformation[group]))

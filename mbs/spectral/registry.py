@@ -72,7 +72,8 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     has_friction = stop.friction_at != ""
     if has_friction:
         friction, along = add_friction(builder, stop.friction), add_distance((-across[1], across[0]))
-        builder.add_force(name, ForceKind.FRICTION, along, b=contact, friction=friction)  # the contact gives the normal force
+        # the normal force is that of the contact: for friction, b is the index of a contact, not of a marker
+        builder.add_force(name, ForceKind.FRICTION, along, b=contact, friction=friction)
 
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
@@ -94,8 +95,9 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 
 
 def _add_function(builder: Builder, function: object, variables: Sequence[str], about: str, components: int = 1) -> int:
-    """Add a law of functions without parameters of its own, one for each component; return its index."""
+    """Add a law that consists of a function for each component, without numbers; return its index."""
     pointers = [function_pointer(each, len(variables)) for each in component_functions(function, variables, components)]
+    # laws with equal keys are shared; this one has none
     return builder.add_law(key=None, kind=ForceKind.LAW, numbers=(), pointers=pointers, about=about)
 
 
@@ -104,7 +106,7 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground(ORIGIN)
     for i, piece in enumerate(strip.pieces):
-        # exact to degree 2 p + 5; `SpectralStrip.quadrature` has the same points for the record
+        # two points more than the polynomials need (docs/theory-stability.md), as in `SpectralStrip.quadrature`
         points, weights = gauss(piece.degree + 3)
         for x, w in zip(points, weights, strict=True):
             weight = float(w) * piece.half_length
@@ -129,7 +131,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
     law = _add_function(builder, load.value, TURN, f"the function of {name}")  # of time, angle and speed
-    is_spring, angle_at_start = 0.0, builder.angle_of(marker)  # in the order of `LawData`
+    is_spring, angle_at_start = 0.0, builder.angle_of(marker)  # `LawData`: the torque is law(t, angle since t = 0, speed)
     builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(is_spring, angle_at_start))
 
 
@@ -159,7 +161,7 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
         builder.add_force(name, ForceKind.SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
     law, is_spring = _add_function(builder, load.law, ["x", "v"], f"the law of {name}"), 1.0
-    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(is_spring, free))  # in the order of `LawData`
+    builder.add_force(name, ForceKind.LAW, measure, law=law, numbers=(is_spring, free))  # `LawData`: the force is -law(x, v)
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
@@ -194,7 +196,7 @@ def add_element(builder: Builder, name: str, element: Element) -> None:
     kind = type(element).__name__
     add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
     if add is None and not any(element.rows(builder.mechanism)):
-        raise _unknown(kind)
+        raise ValueError(f"{kind}: the compiled solver does not know this kind, and it has no rows")
     (add or connect)(builder, name, element)
 
 
@@ -202,9 +204,5 @@ def add_body(builder: Builder, link: Link) -> BuiltBody:
     """Add a link; return its body."""
     kind = type(link.body).__name__
     if kind not in BODIES:
-        raise _unknown(kind)
+        raise ValueError(f"{kind}: the compiled solver does not know this kind of link")
     return BODIES[kind](builder, link)
-
-
-def _unknown(kind: str) -> ValueError:
-    return ValueError(f"{kind}: the compiled solver does not know this kind, and it has no rows")

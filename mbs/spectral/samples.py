@@ -5,7 +5,8 @@ Multipliers follow the cubic through the step's start and nodes. Rows are close 
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
 step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
 
-A row has the forces' memories, from which forces are computed again: onset speeds, and bristles at the start of a step.
+`clock` and `controls` are the records of `output`. A row has the forces' memories, from which forces are computed again: onset
+speeds; bristles and sliding speeds (SLIDING) at the start of a step.
 """
 
 import numpy as np
@@ -18,10 +19,10 @@ LINE_EXPONENT = 0.75
 """Error allowed of linear interpolation between rows: the tolerance to this power, as the error of a run falls more slowly than
 its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows."""
 MOST_SAMPLES = 40
-"""Largest number of parts of a step, each with a row; the error of linear interpolation falls as its square. A step begins only
-if the output has room for so many rows: of the last `run.ROWS_PER_CALL` some stay unused."""
+"""Largest number of parts of a step, each with a row; the error of linear interpolation falls as its square. A call of the
+integrator ends when its `run.ROWS_PER_CALL` rows may not suffice for one more step with so many parts."""
 JUMP = 0.1
-"""Time between a jump of accelerations and the row beside it, over the shortest step."""
+"""Time from a jump of accelerations to the row just after it, or from the row just before, as a share of the shortest step."""
 END = 2
 """Index of the node at the end of a step."""
 
@@ -39,7 +40,7 @@ def write(state, out, counts, t, start):
 def write_after_jump(state, clock, controls, out, counts):
     """Write a row `JUMP` after an event, with the accelerations and multipliers that it left; q and v by Euler's method."""
     moment = JUMP * controls.shortest
-    if clock.time >= controls.end - 2.0 * moment:  # too near to the end, which has a row of its own
+    if clock.time >= controls.end - 2.0 * moment:  # less than `moment` would be left to the row at the end
         return
     write(state, out, counts, clock.time + moment, clock.time)  # then replace q and v
     row = counts.samples - 1

@@ -171,7 +171,7 @@ class CompiledScene:
         return out if sparse else out.toarray()
 
     def memory(self) -> Array:
-        """Return the memories of forces at the start, (forces, 4): columns of `Memory`; laws divide by the onset speed."""
+        """Return the memories of forces (forces, 4) before any onset, with the least onset speed, as laws divide by it."""
         out = np.zeros((len(self.tables.forces), 4))
         out[:, Memory.ONSET] = out[:, Memory.FASTEST] = SLOWEST_ONSET
         return out
@@ -190,7 +190,7 @@ class CompiledScene:
         return self.at(Instant(time=float(t), since=0.0, q=q, v=v, lam=lam, memory=memory), tangents, sparse)
 
     def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
-        """Compute the terms of `assemble` at an instant; its bristles are those `now.since` seconds before."""
+        """Compute the terms of `assemble` at an instant; `now.memory` has the bristles of `now.since` seconds before it."""
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((len(MatrixRow), len(self.tables.mass)))
         filled = matrices if tangents else matrices[MatrixRow.JACOBIAN :]  # the last row alone: G and G^T, but no tangents
@@ -249,15 +249,14 @@ class CompiledScene:
             return
         old = self.tables
         self.tables = pack(self.builder)
-        self.tables.values[:], self.tables.factors[:] = old.values, old.factors
-        self.tables.time_factor[:] = old.time_factor
+        # `of` and statics changed these since the tables were packed
+        self.tables.values[:], self.tables.factors[:], self.tables.time_factor[:] = old.values, old.factors, old.time_factor
         self.work = allocate_work(self.tables)
         self.reset_turns()
 
     def reset_turns(self) -> None:
         """Set the angles of all markers to those at t = 0, from which whole turns are counted."""
-        for m in np.flatnonzero(
-            self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE
-        ):  # directions, known to whole turns only
+        is_on_cable = self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE
+        for m in np.flatnonzero(is_on_cable):  # its angle, the direction of the tangent, is placed within half a turn of the last
             self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
         self._place(self.q0)

@@ -1,8 +1,9 @@
 """Forces whose law has states, compiled, with their derivatives.
 
-A state is the velocity of an extra coordinate of unit mass; the force on it is the rate of the state. An extra marker has the
-coordinate as its angle. Let q be all coordinates and v their rates. The list p has x and y, or the angle, of the force's
-marker, followed by the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is component r of the force or the rate of a state:
+Each state has an extra coordinate of unit mass, whose velocity is the state. The force on this coordinate is the rate of the
+state. Each extra coordinate is the angle of an extra marker. Let q be all coordinates and v their rates. The list p has x and y,
+or the angle, of the force's marker, followed by the extra coordinates; J_c = dp_c/dq. F_r(t, p, p') is component r of the force
+or the rate of a state:
 
     dF_r = sum over c of dF_r/dp_c dp_c + dF_r/dp'_c dp'_c,    dp_c = J_c dq,    dp'_c = J_c dv + J'_c dq.
 """
@@ -17,7 +18,7 @@ from .tables import Forces, Markers, Report, State, StatefulData
 STEP = 1e-6
 """Step of central differences over the size of the argument: rounding and truncation are both small."""
 SMALL = 1e-3
-"""Least size of a law's argument in that step, in SI units: at an argument of 0 the step must not vanish."""
+"""Least size of a law's argument in that step, in SI units, chosen: at an argument of 0 the step must not vanish."""
 
 
 @kernel_function
@@ -29,9 +30,9 @@ def _read_counts(tables, k):
 
 @kernel_function
 def _evaluate(tables, work, k, r, count):
-    """Evaluate component r of the force, or the rate of state r - count, at the arguments in work.scratch.
+    """Evaluate component r of the force if r < count, else the rate of state r - count, at the arguments in work.scratch.
 
-    Component and rate r have a row of tables.laws each, with the address of one function; the rows of a force are consecutive.
+    A force has `count` components. Each component, then each rate, has one function, at the address in a row of tables.laws.
     """
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
@@ -110,5 +111,4 @@ def add_stateful_tangents(tables, work, k, t, q):
         arguments[1 + c] = x
     moment = out[Report.VALUE] if count == 1 else 0.0
     opposite = -out[Report.FX], -out[Report.FY], -moment  # as the stiffness is -df/dq
-    first_row = 0  # of the marker in the block
-    add_geometric(tables, work, tables.forces[k, Forces.A], q, opposite, work.block_stiffness, first_row)
+    add_geometric(tables, work, tables.forces[k, Forces.A], q, opposite, work.block_stiffness, 0)  # its rows are the first

@@ -35,9 +35,9 @@ PROGRESS = record_type(last_time="f8", time_before="f8", rows="i8", samples="i8"
 SAMPLES_PER_WINDOW = 2000
 """Samples in a window from which the total variation is computed; chosen: a plot of one turn of a drive has as many points."""
 OVERSHOOT = 0.125
-"""Bound of the height of a vertex above the middle row, over the larger difference of that row to a neighbour. With equal steps
-and differences a and b the height is (a - b)^2/(8 (a + b)), at most an eighth of the larger. Where a short step lies beside a
-long one, the vertex of a parabola through a kink has no bound."""
+"""Largest height of a vertex above the middle of three rows, as a share of the larger difference between this row and its two
+neighbours. Greater heights are cut. With equal steps and differences a and b the height is (a - b)^2/(8 (a + b)), at most an
+eighth of the larger. Where a short step lies beside a long one, the vertex of a parabola through a kink has no bound."""
 
 
 class Accumulator(NamedTuple):
@@ -92,7 +92,7 @@ def find_window(edges, t):
 def add_vertices(t, value, sums):
     """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
     middle_time, window = sums.progress.last_time, find_window(sums.edges, sums.progress.last_time)
-    is_in_window = sums.edges[window] <= middle_time <= sums.edges[-1]  # the next edge is later
+    is_in_window = sums.edges[0] <= middle_time <= sums.edges[-1]  # of any window
     if sums.progress.rows < 2 or not is_in_window:
         return
     h1, h2 = middle_time - sums.progress.time_before, t - middle_time

@@ -18,7 +18,7 @@ from .markers import add_entries, clear_block
 from .tables import StripData, StripKind
 
 PLAIN = 0.0
-"""Form of the strips' forces: stresses from the strains."""
+"""Value of work.strip_form, an array of floats as all of `Work`: stresses from the strains."""
 MIXED = 1.0
 """Form with stresses as unknowns."""
 RENEWED = 2.0
@@ -141,7 +141,7 @@ def _add_strip(tables, work, strip, q, v, gradients, out):
     for a in range(size):
         x[a], rate[a], local[a] = q[dofs[a]], v[dofs[a]], 0.0
     lag = tables.data[d + StripData.AXIAL_TIME], 0.0, tables.data[d + StripData.BENDING_TIME]
-    weights = d + StripData.WEIGHTS
+    weights = d + StripData.WEIGHTS  # ng weights, 3 ng stress-free strains, then the functions
     free_strains, functions = weights + ng, weights + 4 * ng
     z_rate = 0.0, 0.0, 0.0, 0.0
     gradients[:] = 0.0
@@ -179,7 +179,7 @@ def _add_strip(tables, work, strip, q, v, gradients, out):
 
 @kernel_function
 def add_strips(tables, work, q, v, f):
-    """Add elastic and damping forces of all strips to f, in the form work.strip_form."""
+    """Add elastic and damping forces of all strips to f."""
     gradients = np.zeros((3, 4))
     for strip in range(tables.strips.shape[0]):
         _add_strip(tables, work, strip, q, v, gradients, f)
@@ -229,7 +229,7 @@ def _add_strip_tangents(tables, work, strip, v, damp, stiff):
             for i in range(4):
                 for k in range(4):
                     by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]
-            if lag[j] > 0.0:  # B z_t changes by B dz_t and by dB z_t, which `advance_stresses` leaves to the next residual
+            if lag[j] > 0.0:  # B z_t changes by B dz_t + dB z_t; `advance_stresses` leaves dB z_t to the next residual
                 for k in range(4):
                     row = second[j, k]
                     second_rate = row[0] * z_rate[0] + row[1] * z_rate[1] + row[2] * z_rate[2] + row[3] * z_rate[3]

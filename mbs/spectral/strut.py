@@ -54,7 +54,7 @@ def _find_hosts(builder: Builder, body: StrutBody) -> None:
     link = body.link
     for joint in builder.mechanism.joints:
         if link.name not in (joint.first, joint.second) or joint.point in body.hosts:
-            continue
+            continue  # nothing to find for a point mass at the end, which the joint's rows pin to the neighbour
         other = joint.second if joint.first == link.name else joint.first
         neighbour = None if other == GROUND else builder.bodies[other]
         if not isinstance(neighbour, StrutBody):

@@ -22,8 +22,8 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each: on a Reissner strip, or a point mass
-    # also at no place, with the angle as the only sum: a rotor, or the coordinate made for a law's state (`stateful`)
+    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each, with factors: on a Reissner strip, or a point mass
+    # also a rotor, or the coordinate made for a law's state (`stateful`): the factors of this coordinate in x and y are 0
     CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
@@ -199,7 +199,7 @@ class Work(NamedTuple):
     scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
     block_damping: Array  # (m, m): entries of the same block of C
-    strip_form: Array  # (1,): how `strips` computes forces: with stresses from strains (PLAIN) or as unknowns (MIXED, RENEWED)
+    strip_form: Array  # (1,): how `strips` computes forces: `strips.PLAIN`, MIXED or RENEWED
     stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
     stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
     kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (x', y', ...), of the last Newton matrices
