@@ -24,7 +24,8 @@ FORCE_TOLERANCE = 2.0
 """Relative error allowed of a contact's force, over that allowed of its depth. An elastic force d^n has n times the error of the
 depth d, so it counts only if n is above 2, or with damping."""
 LEAST_FORCE = 1e-2
-"""Least force with which the error of a contact's force is compared, over its largest; with 1 its last forces would not count."""
+"""Least force with which the error of a contact's force is compared, over its largest; chosen. With 1, errors of the small forces
+before a release would not count."""
 SHORTEST = 1e-12
 """Shortest step, over the end of the run: some thousand roundings of a time."""
 LEAST_STEP = 2.0
@@ -54,7 +55,7 @@ def _begin(model, t, tolerance):
     for k in range(tables.elastic.shape[0]):
         i, j = tables.elastic[k, Elastic.FIRST], tables.elastic[k, Elastic.SECOND]
         state.start_deformation[k] = measure_deformation(state, tables.elastic, k)
-        if j >= 0:  # a vector, whose error has units along and across the chord: i and j alone do not count
+        if j >= 0:  # the vector of a strip's piece: `measure_change` compares its components along and across the chord
             state.inverse_error_unit[i] = state.inverse_error_unit[j] = 0.0
     update_units(state, tables.elastic, tolerance)
 
@@ -67,41 +68,53 @@ def _complete_step(model, t, h, controls):
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
-    allowed = controls.contact_tolerance
     project(tables, orders, work, state, t, h)
     if tables.forces.shape[0] == 0:
         return error
     now = Instant(t, h, state.node_q[2], state.node_v[2], state.node_lam[2], state.memory)
     add_forces(tables, work, now, state.force)  # for the reports; state.force is work space here
-    if controls.fixed:
-        return error
-    has_contact = False
+    if not controls.fixed and _has_closed_contact(tables, state.start_reports, work.reports):
+        error = max(error, _estimate_contact_error(model, now, h, controls))
+    return error
+
+
+@kernel_function
+def _has_closed_contact(tables, start, end):
+    """Return True if a contact is closed at the start or end of the step."""
     for k in range(tables.forces.shape[0]):
         if contacts.is_contact(tables, k):
-            before, after = contacts.get_depth(tables, state.start_reports, k), contacts.get_depth(tables, work.reports, k)
-            has_contact = has_contact or max(before[0], after[0]) > 0.0
-    if has_contact:
-        copy(work.reports, state.end_reports)
-        _report_shifted_end(model, now, h)
-        for k in range(tables.forces.shape[0]):
-            if contacts.is_contact(tables, k):
-                depth_error = contacts.estimate_depth_error(tables, state, work.reports, h, k, controls)
-                before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
-                scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)  # 1e-300: not zero
-                error = max(error, depth_error / allowed)
-                if depth_error > 0.0:  # closed at the start or end, with an error above rounding
-                    force_error = abs(work.reports[k, Report.VALUE] - end)
-                    error = max(error, force_error / (scale * FORCE_TOLERANCE * allowed))
-        copy(state.end_reports, work.reports)
+            (depth_before, _), (depth_after, _) = contacts.get_depth(tables, start, k), contacts.get_depth(tables, end, k)
+            if max(depth_before, depth_after) > 0.0:
+                return True
+    return False
+
+
+@kernel_function
+def _estimate_contact_error(model, now, h, controls):
+    """Return the largest error of depth and force of a contact over the one allowed; the instant `now` is the step's end."""
+    tables, work, state, error, allowed = model.tables, model.work, model.state, 0.0, controls.contact_tolerance
+    copy(work.reports, state.end_reports)
+    _report_shifted_end(model, now, h)
+    shifted = work.reports
+    for k in range(tables.forces.shape[0]):
+        if contacts.is_contact(tables, k):
+            depth_error = contacts.estimate_depth_error(tables, state, shifted, h, k, controls)
+            before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
+            scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)  # 1e-300: not zero
+            error = max(error, depth_error / allowed)
+            if depth_error > 0.0:  # closed at the start or end, with an error above rounding
+                force_error = abs(shifted[k, Report.VALUE] - end)
+                error = max(error, force_error / (scale * FORCE_TOLERANCE * allowed))
+    copy(state.end_reports, work.reports)
     return error
 
 
 @kernel_function
 def _report_shifted_end(model, now, h):
-    """Report the contacts' forces at the end of the step, the instant `now`, shifted by its error: by e_q in q, by e_v in v.
+    """Fill work.reports for the end of the step, the instant `now`, shifted by its error: by e_q in q, by e_v in v.
 
-    `estimate_error` left e_q in state.real_solution and the defect d_q of the embedded formula in state.dq[0]. Its first equation
-    gives e_v = e_q/k1 - d_q, with k1 = h over the real eigenvalue.
+    `estimate_error` left e_q in state.real_solution, and d_q in state.dq[0]. By its docstring e_v = e_q/k1 - d_q, with k1 = h
+    over the real eigenvalue.
     """
     tables, work, state = model.tables, model.work, model.state
     e_q, d_q = state.real_solution, state.dq[0]
@@ -148,8 +161,8 @@ def _find_step_end(model, clock, controls, step_ends, out, counts):
 def _choose_length(clock, controls, step_end):
     """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short.
 
-    The step ends at `step_end` if this is nearer than `clock.reach` lengths: STEP_END_REACH or, for a step to an event, 1. Such a
-    step is not lengthened, nor halved: it would come to the event in ever shorter steps.
+    The step ends at `step_end` if this is nearer than `clock.reach` lengths: STEP_END_REACH or, for a step to an event, 1. A step
+    to an event keeps its length. Halved, steps would come to the event ever more slowly.
     """
     h, left = min(clock.next_step, controls.longest), step_end - clock.time
     if clock.time + clock.reach * h >= step_end:
@@ -173,7 +186,8 @@ def _try_step(model, clock, h, end, controls, counts):
     convergence = solve_nodes(model, clock.time, h, controls.newton_share * controls.tolerance, renews, counts)
     clock.matrix_step, clock.needs_matrix = h, convergence > SLOW  # ratio of the last two increments, above 1 for a failure
     if convergence > 1.0:
-        clock.next_step, clock.previous, clock.max_growth = 0.5 * h, 0.0, 1.0  # 1.0: no growth after the shorter step
+        clock.next_step, clock.max_growth = 0.5 * h, 1.0  # 1.0: no growth after the shorter step
+        clock.previous = 0.0  # `predict` then starts from the acceleration, not from the last step's polynomial
         if clock.next_step < shortest:
             counts.status = Ended.UNDERFLOW if np.isfinite(state.residual.sum()) else Ended.NOT_FINITE
         return False
@@ -196,22 +210,28 @@ def _try_step(model, clock, h, end, controls, counts):
 
 
 @kernel_function
+def _write_within(model, t, h, controls, out, counts):
+    """Write rows within a step of length h from time t: at equal distances, and just past the face of a contact that closes."""
+    tables, state, start, end = model.tables, model.state, model.state.start_reports, model.work.reports
+    # time from the step's start to the row past a face or, if negative, to it from the step's end; 0: no such row
+    face_time = contacts.find_time_past_face(tables, start, end, samples.JUMP * controls.shortest)
+    parts = samples.count_parts(state, tables.elastic, h, controls, contacts.compute_depth_deviation(tables, start, end, h))
+    is_outermost = abs(face_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
+    if is_outermost and face_time > 0.0:
+        samples.write_at_face(state, out, counts, t, h, face_time)
+    samples.write_between(state, out, counts, t, h, parts)
+    if is_outermost and face_time < 0.0:
+        samples.write_at_face(state, out, counts, t, h, face_time)
+
+
+@kernel_function
 def _accept(model, clock, h, target, controls, out, counts):
     """Accept a step of length h to the time `target`, write its rows and restart past an event."""
     tables, work, state = model.tables, model.work, model.state
     start_time = clock.time
     is_event = update_memories(tables, work, state, controls, counts)
     if controls.writes_within_steps:
-        # time of a row just past the face of a contact: after the step's start or, if negative, before its end; 0: no such row
-        face_time = contacts.find_time_past_face(tables, state.start_reports, work.reports, samples.JUMP * controls.shortest)
-        depth_deviation = contacts.compute_depth_deviation(tables, state.start_reports, work.reports, h)
-        parts = samples.count_parts(state, tables.elastic, h, controls, depth_deviation)
-        is_outermost = abs(face_time) < 0.5 * h / parts  # nearer to this end of the step than the other rows
-        if is_outermost and face_time > 0.0:
-            samples.write_at_face(state, out, counts, start_time, h, face_time)
-        samples.write_between(state, out, counts, start_time, h, parts)
-        if is_outermost and face_time < 0.0:
-            samples.write_at_face(state, out, counts, start_time, h, face_time)
+        _write_within(model, start_time, h, controls, out, counts)
     _advance(state)
     update_units(state, tables.elastic, controls.tolerance)
     copy(work.reports, state.start_reports)
@@ -258,7 +278,7 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
         h = _choose_length(clock, controls, step_end)
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY  # this step is still tried, then the loop ends
-        is_last = h >= step_end - clock.time  # before the step end
+        is_last = h >= step_end - clock.time  # of the steps before this step end
         # the step is computed up to two roundings before a kink, where a function of time still has its form before it
         end = step_end * (1.0 - 4e-16) if is_last else clock.time + h
         if not _try_step(model, clock, h, end, controls, counts):
