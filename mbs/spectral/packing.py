@@ -85,7 +85,7 @@ def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> B
 def _list_dofs(builder: Builder, marker: int) -> list[int]:
     """List the dofs on which a marker depends."""
     row = builder.markers[marker]
-    return builder.dofs[row.first : row.first + row.count]
+    return builder.dofs[row.first : row.first + row.dof_count]
 
 
 def pack(builder: Builder) -> Tables:

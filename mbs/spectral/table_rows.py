@@ -33,7 +33,7 @@ class MarkerRow(NamedTuple):
     offset: int
     size: int
     first: int
-    count: int
+    dof_count: int
     data: int
     twin: int
 
