@@ -15,13 +15,10 @@ import numpy as np
 
 from .compiling import copy, inline, jit, kernel_function
 from .contacts import find_first_event, has_smooth_onset, is_contact, update_onset
-from .forces import add_forces
 from .fronts import factor, solve
-from .kernel import add_modal, compute_changes, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
+from .kernel import compute_changes, compute_forces, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
 from .lawtable import JUST_AFTER, bristle_rate
-from .markers import place_markers
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
-from .strips import add_strips
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
@@ -55,8 +52,8 @@ ERROR_WEIGHTS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -
 @inline
 def _has_changed(tables, state):
     """Return True if the matrix differs from the one factored last, by modal links or by G; keep G to compare next time."""
-    has_free_modes = state.free_modes[0] > 0  # no constraint acts on modal links
-    is_mass_constant = tables.modal.shape[0] == 0 or has_free_modes
+    has_free_modes = state.free_modes[0] > 0  # no constraint acts on modal links: M at zero deformation is factored
+    is_mass_constant = tables.modal.shape[0] == 0 or has_free_modes  # other bodies have a constant mass matrix
     changed = not is_mass_constant or state.has_factors[0] == 0
     for i in range(state.jacobian.size):
         changed = changed or state.jacobian[i] != state.factored_jacobian[i]
@@ -68,18 +65,12 @@ def _has_changed(tables, state):
 def compute_rates(model, t, y, out):
     """Fill `out` with the rates of a state y: velocities, accelerations, rates of bristles; renew multipliers and reports."""
     tables, order, work, state = model.tables, model.order, model.work, model.state
-    n, has_free_modes, gravity_factor = state.force.size, state.free_modes[0] > 0, tables.factors[-1]
+    n, has_free_modes = state.force.size, state.free_modes[0] > 0
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
-    place_markers(tables, work, q, v)
-    for i in range(n):
-        state.right_side[i] = gravity_factor * tables.weight[i]
-    if tables.strips.shape[0] > 0:
-        add_strips(tables, work, q, v, state.right_side)
-    if tables.modal.shape[0] > 0:
-        add_modal(tables, q, v, state.right_side)
-    add_forces(tables, work, Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory), state.right_side)
+    now = Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory)
+    compute_forces(tables, work, now, state.right_side[:n])
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
     compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
     copy(state.change, state.right_side[n:])
@@ -99,8 +90,8 @@ def compute_rates(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
-        is_closed = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # of a pin: its depth
-        if law >= 0 and (kind == ForceKind.FRICTION or is_closed):
+        is_closed_pin = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # LENGTH is its depth
+        if law >= 0 and (kind == ForceKind.FRICTION or is_closed_pin):  # the bristle at a face moves while it is open, too
             out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
 
@@ -122,7 +113,10 @@ def fill_accelerations(model, out):
 
 @inline
 def _violates_constraints(tables, state, allowed):
-    """Return True if the new state violates its constraints by more than `allowed`, in units of coordinates and their rates."""
+    """Return True if a constraint is violated by more than `allowed` times the smallest unit of a coordinate.
+
+    Violations of velocities are divided by the largest rate so far.
+    """
     n, worst = state.force.size, 0.0
     for k in range(state.lam.size):
         rate_defect = multiply_row(tables, k, state.jacobian, state.y_new[n : 2 * n]) - state.speed[k]
@@ -132,7 +126,11 @@ def _violates_constraints(tables, state, allowed):
 
 @inline
 def _project(tables, order, state):
-    """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
+    """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities.
+
+    The last stage left violation, G and factors of the new state. Where no constraint acts on modal links, their mass is that at
+    zero deformation.
+    """
     n = state.force.size
     q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation
     _subtract_correction(order, state, defect, q)
@@ -145,8 +143,7 @@ def _project(tables, order, state):
 def _subtract_correction(order, state, defect, y):
     """Subtract from y (n,) the vector x of least kinetic energy with G x = defect (r,), for r constraints."""
     state.right_side[:] = 0.0
-    for k in range(defect.size):
-        state.right_side[y.size + k] = defect[k]
+    copy(defect, state.right_side[y.size :])
     solve(order, state.factors, state.swaps, state.right_side, state.front_work)
     for i in range(y.size):
         y[i] -= state.right_side[i]
@@ -288,7 +285,7 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row; its bristles are those at t, not at the start of the step, so STEP_START is t."""
+    """Write the state at time t as a row; its bristles are those at t, so STEP_START is t, and SLIDING is not used."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

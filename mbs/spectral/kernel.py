@@ -2,10 +2,11 @@
 
 The friction of guides makes f depend on lambda. The tangents are K = -df/dq + d(G^T lambda)/dq and C = -df/dv. Matrices are sums
 of blocks: small matrices of constraints, forces, strips, modal links and masses, in this order. `tables.block_unknowns` lists the
-unknowns of all blocks, `tables.slots` the slots of their entries in the whole matrix. Of one block `width` is the number of
-unknowns and `entry` the index of its first entry in `tables.slots`. The last unknown of a constraint's block is its multiplier;
-the other entries of this last row are those of G. `jacobian` stores G in the order of `block_unknowns`; its entries for
-multipliers are not used. Residuals g, G and the right sides of G v = speed and G a = change need markers that are placed.
+unknowns of all blocks, `tables.slots` the slots of their entries in the whole matrix. Of one block `first` is the index of its
+first unknown, `width` the number of unknowns and `entry` the index of its first entry in `tables.slots`. The last unknown of a
+constraint's block is its multiplier; the other entries of this last row are those of G. `jacobian` stores G in the order of
+`block_unknowns`; its entries for multipliers are not used. Residuals g, G and the right sides of G v = speed and G a = change
+need markers that are placed.
 
 The mass matrix is constant but for modal links (docs/theory-modal.md). Their modes phi_i have amplitudes eta (m,) and mass 1.
 Integrals of components in the plane, X being the position in the frame: `radial` (m,) of X . phi_i dm, `gram` (m, m) of
@@ -97,8 +98,8 @@ def fill_mass(tables, work, q, mass):
         markers.clear_block(tables, work, _find_block(tables, row))
         e, m = tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
-            block[2, 2] += inertia_slope * q[e + i]
+            inertia_factor, coupling = _compute_modal_mass(tables, row, q, i)
+            block[2, 2] += inertia_factor * q[e + i]
             block[2, 3 + i] += coupling
             block[3 + i, 2] += coupling
         markers.add_entries(tables, _find_block(tables, row), block, mass)
@@ -115,8 +116,8 @@ def fill_saddle(tables, work, q, jacobian, saddle):
 def _compute_modal_mass(tables, row, q, i):
     """Return (2 radial + gram eta)_i, which times eta_i is inertia of the frame, and the coupling -(gyration eta)_i of mode i."""
     _, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
-    inertia_slope = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
-    return inertia_slope, -_multiply_matrix_row(tables, gyration, i, m, q, e)
+    inertia_factor = 2.0 * tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)
+    return inertia_factor, -_multiply_matrix_row(tables, gyration, i, m, q, e)
 
 
 @kernel_function
@@ -132,9 +133,9 @@ def couple_modes(tables, work, q, a):
         inertia = tables.mass[tables.slots[entry + 2 * width + 2]]  # entry (2, 2) of the block, of the frame's angle
         moment = inertia * a[o + 2]
         for i in range(m):
-            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
+            inertia_factor, coupling = _compute_modal_mass(tables, row, q, i)
             moment -= coupling * a[e + i]
-            inertia += inertia_slope * q[e + i] - coupling * coupling
+            inertia += inertia_factor * q[e + i] - coupling * coupling
             work.scratch[i] = coupling
         a[o + 2] = moment / inertia
         for i in range(m):
@@ -152,8 +153,8 @@ def multiply_mass(tables, q, a, out):
     for row in range(tables.modal.shape[0]):
         o, e, m = tables.modal[row, Modal.OFFSET], tables.modal[row, Modal.OFFSET] + 3, tables.modal[row, Modal.MODES]
         for i in range(m):
-            inertia_slope, coupling = _compute_modal_mass(tables, row, q, i)
-            out[o + 2] += inertia_slope * q[e + i] * a[o + 2] + coupling * a[e + i]
+            inertia_factor, coupling = _compute_modal_mass(tables, row, q, i)
+            out[o + 2] += inertia_factor * q[e + i] * a[o + 2] + coupling * a[e + i]
             out[e + i] += coupling * a[o + 2]
 
 
@@ -165,10 +166,10 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
             half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
-            gyration_a = _multiply_matrix_row(tables, gyration, i, m, a, e)
+            coupling_slope = _multiply_matrix_row(tables, gyration, i, m, a, e)  # of the coupling with a: gyration is skew
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
-            work.block_stiffness[2, 3 + i] += 2.0 * half_slope * a[o + 2] + gyration_a
+            work.block_stiffness[2, 3 + i] += 2.0 * half_slope * a[o + 2] + coupling_slope
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
@@ -179,7 +180,8 @@ def compute_forces(tables, work, now, f):
     gravity = tables.factors[-1]  # factor of gravity
     for i in range(f.size):
         f[i] = gravity * tables.weight[i]
-    add_strips(tables, work, now.q, now.v, f)
+    if tables.strips.shape[0] > 0:  # else a rigid mechanism would allocate their work arrays at each call
+        add_strips(tables, work, now.q, now.v, f)
     if tables.modal.shape[0] > 0:
         add_modal(tables, now.q, now.v, f)
     add_forces(tables, work, now, f)
@@ -209,7 +211,7 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
             factor = tables.measure_numbers[k, MeasureNumber.FACTOR]
             next_entry = markers.write_gradient(tables, work, k, grad, factor, jacobian, next_entry)
             total += factor * value
-        residual[r], speed[r] = total - tables.values[r] - travel, rate
+        residual[r], speed[r] = total - tables.values[r] - travel, rate  # values: the sum as it is without motion
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
             residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # of one angle whole turns do not count
 
@@ -221,7 +223,7 @@ def compute_changes(tables, work, t, side, change):
         first, motion, grad = tables.rows[r, RowColumn.FIRST], tables.rows[r, RowColumn.MOTION], work.grad
         change[r] = evaluate_acceleration(tables, motion, t, side) if motion >= 0 else 0.0
         for k in range(first, first + tables.rows[r, RowColumn.TERMS]):
-            markers.compute_measure(tables, work, k, grad)
+            markers.compute_measure(tables, work, k, grad)  # for its gradient; the bias is the part of d2g/dt2 without a
             change[r] -= tables.measure_numbers[k, MeasureNumber.FACTOR] * markers.compute_bias(tables, work, k, grad, work.hess)
 
 
