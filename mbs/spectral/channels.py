@@ -137,7 +137,7 @@ STOP = {"contact_force": Column(Source.REPORT, 0, Report.VALUE, Transform.MAGNIT
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find the column of a joint with clearance (`JOINT`) or of a stop (`STOP`)."""
+    """Find the column of a joint with clearance (`JOINT`) or of a stop (`STOP`); `scene.source` has the elements by name."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
         is_joint = isinstance(element, Clearance) and element.point == owner

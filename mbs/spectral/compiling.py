@@ -122,14 +122,14 @@ class _IntermediateCode(JITCodeLibrary):
 
     @property
     def codegen(self) -> SimpleNamespace:
-        """Stand-in for Numba's code generator, which would write addresses into machine code: there is none."""
+        """Stand-in for Numba's code generator; its `set_env` does nothing, as there is no machine code to change."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
     def _optimize_final_module(self) -> None:
         pass
 
     def _finalize_final_module(self) -> None:
-        """List the addresses of this process in the code, dynamic globals: Numba stores no caller that has any on disk."""
+        """List the addresses in the code that hold in this process only; Numba does not store callers of such code on disk."""
         self._finalize_dynamic_globals()
         self._finalized = True
 

@@ -62,7 +62,7 @@ def _get_distance(tables, reports, i):
 
 @kernel_function
 def _get_depth_ahead(tables, reports, i):
-    """Return the depth beyond edge i in the direction in which the measure moves, and the speed; at rest, downwards."""
+    """Return the depth beyond edge i in the direction in which the measure moves, and the speed; at rest it counts as falling."""
     distance, rate = _get_distance(tables, reports, i)
     return distance if rate > 0.0 else -distance, abs(rate)
 
@@ -196,7 +196,8 @@ def update_onset(tables, start, end, k, memory, controls):
     """Update the `memory` (4,) of contact k after a step; return whether it closed in the step, and whether it opened.
 
     Steps end where a contact closes. So the onset speed is the rate at that end of the step which is nearer to the face. Laws
-    divide by it, so it has a least value. While the contact is open it follows the rate, as there is no force.
+    divide by it, so it is at least `least_onset`, and at least a share of FASTEST, the fastest onset so far. While the contact is
+    open it follows the rate, as there is no force.
     """
     (old, old_rate), (new, new_rate) = get_depth(tables, start, k), get_depth(tables, end, k)
     is_start_nearer = old <= 0.0 and -old < new
@@ -206,7 +207,7 @@ def update_onset(tables, start, end, k, memory, controls):
     # an implicit step ends within `closing_gap` before the face
     comes_near = controls.closing_gap > 0.0 and old < -controls.closing_gap <= new and rate > 0.0
     has_closed = new > 0.0 >= old or comes_near
-    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # a pin keeps the FASTEST with which the run began
+    if has_closed and tables.forces[k, Forces.KIND] == ForceKind.CONTACT:  # of a pin only `least_onset` counts
         memory[Memory.FASTEST] = max(memory[Memory.FASTEST], memory[Memory.ONSET])
     has_opened = end[k, Report.VALUE] == 0.0 and start[k, Report.VALUE] != 0.0  # damping ends a force before the depth is 0
     return has_closed, has_opened and not has_closed
@@ -252,7 +253,7 @@ def compute_depth_deviation(tables, start, end, h):
 def estimate_depth_error(tables, state, shifted, h, k, controls):
     """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
 
-    An error up to `controls.rounding` counts as 0. `shifted` are reports at the end of the step plus its estimated error.
+    An error up to `controls.rounding` counts as 0. `shifted` are reports at the end state plus its estimated error.
     """
     (old, old_rate), (new, new_rate) = get_depth(tables, state.start_reports, k), get_depth(tables, state.end_reports, k)
     deepest = max(old, new)

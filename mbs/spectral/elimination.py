@@ -1,4 +1,4 @@
-"""Order of elimination of the unknowns of a mechanism's matrices by minimum degree: fronts for the multifrontal `fronts`.
+"""Order of elimination of a mechanism's unknowns by minimum degree, as fronts: small matrices, which the module `fronts` factors.
 
 Unknowns are coordinates, then constraints, for their multipliers. A constraint is eliminated after all its coordinates. Sources
 and reasons: docs/theory-spectral.md, matrices.
@@ -87,9 +87,9 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
     groups_by_key: dict[object, list[int]] = {}
     for u in range(unknowns):
         is_coordinate = u < coordinates
-        if is_coordinate:  # coordinates that are all coupled have equal sets if each is in its own
+        if is_coordinate:  # with itself in its set: mutually coupled coordinates have equal sets, and form one group
             neighbours[u].add(u)
-        else:  # constraints are not coupled with each other: with itself in it no set would equal another
+        else:  # without itself: constraints are not coupled with each other, but those on the same coordinates form one group
             neighbours[u].discard(u)
         groups_by_key.setdefault((is_coordinate, frozenset(neighbours[u])), []).append(u)
     groups = list(groups_by_key.values())
@@ -126,7 +126,7 @@ def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: i
         for m in adjacent[g]:
             adjacent[m] |= adjacent[g]
             adjacent[m] -= {g, m}
-        for m in (*adjacent[g], *constraints[g]):
+        for m in adjacent[g]:
             if not waiting[m] and not done[m]:
                 heappush(heap, (degree(m), m))
     return fronts

@@ -17,16 +17,17 @@ FORCE_DECAY = 0.8
 """Factor of a contact's largest force from step to step, so that errors are compared with the largest force of recent steps.
 The value is chosen: a third of a force is left after five steps."""
 MOST_JUMP = 0.1
-"""Longest time of a move past a face or edge, as a share of the last step and of the time left."""
+"""Longest time of a move past a face or edge, as a share of the last step and of the time left; chosen."""
 
 
 @kernel_function
 def compute_start(model, t):
     """Compute forces, their reports and the constraints at the start of a step, the present state at time t."""
     tables, work, state = model.tables, model.work, model.state
-    work.kept_gradients[:] = 0.0  # so that strips have the forces of `state.stress` alone, see `strips`
+    work.kept_gradients[:] = 0.0  # B0 of `strips`: without it the forces are those of `state.stress` alone
     copy(state.stress, work.stress)
-    compute_forces(tables, work, Instant(t, 0.0, state.q, state.v, state.lam, state.memory), state.force)
+    since = 0.0  # time since the start of the step
+    compute_forces(tables, work, Instant(t, since, state.q, state.v, state.lam, state.memory), state.force)
     compute_rows(tables, work, t, state.violation, state.start_jacobian, state.speed)
     copy(work.reports, state.start_reports)
 
@@ -40,7 +41,7 @@ def _compute_accelerations(model, t):
     tables, orders, state = model.tables, model.orders, model.state
     n = state.q.size
     compute_start(model, t)
-    compute_changes(tables, model.work, t, JUST_AFTER, state.change)
+    compute_changes(tables, model.work, t, JUST_AFTER, state.change)  # forces do not depend on accelerations of drives
     copy(state.force, state.right_side[:n])
     copy(state.change, state.right_side[n:])
     factor_saddle(tables, orders, model.work, state, state.q, state.start_jacobian)

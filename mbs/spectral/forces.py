@@ -1,8 +1,8 @@
 """Forces between markers, compiled: along a measure, of a pin in a bush, and at a marker; with their derivatives.
 
 Let y(q) (6,) be (x, y, angle) of markers a and b, F (6,) the forces on them, J = dy/dq, and J' = dJ/dt. Local names: h = dF/dy
-and c = dF/dy', (6, 6). As f = J^T F and y' = J v, a force adds to the stiffness -df/dq the terms -J^T h J, -J^T c J' and the
-geometric stiffness -F . d2y/dq2, and to the damping -df/dv the term -J^T c J. For a force along a measure see (2) of
+and c = dF/dy', (6, 6). As f = J^T F and y' = J v, the stiffness -df/dq has the terms -J^T h J, -J^T c J' and the geometric
+stiffness -F . d2y/dq2. The damping -df/dv has the term -J^T c J. For a force along a measure see (2) of
 docs/theory-spectral.md. `now` is an `Instant`; `memory` and `since` are fields of it, `mem` is one row of the memory. `since` is
 the time since the step began, over which bristles deflect; below 0 bristles are states of the integrator.
 
@@ -175,8 +175,8 @@ def _add_journal_tangents(tables, work, k, q, memory, since):
 
     The force on the pin is -push n - drag t: normal force and friction, t being the normal n turned by a right angle. The sliding
     speed is t . (v_pin - v_bush) + R spin_pin - (e + R) spin_bush, e the eccentricity. Column j is x, y, angle of the pin (0 to
-    2) and of the bush (3 to 5), (kx, ky, ka) its direction. By it e has the derivative `along`, n turn t, and t -turn n. Names on
-    _x are derivatives by coordinate j, on _v by its rate.
+    2) and of the bush (3 to 5), (kx, ky, ka) its direction. Derivatives by coordinate j are: of e `along`, of n `turn` times t,
+    of t minus `turn` times n. Names on _x are derivatives by coordinate j, on _v by its rate.
     """
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]

@@ -6,14 +6,15 @@ stored row by row in `factors`. With P those of the pivots, a front is
     [ P  U ]
     [ W  S ].
 
-P is factored as L R, L with a unit diagonal. Then U is replaced by L^-1 U, W by W R^-1, and S by the Schur complement S - W U,
-which is added to the parent front. Within a front, rows are exchanged for the largest pivot of a column. A constraint whose
-pivot is small is first exchanged with that of the largest pivot on the diagonal. So of two nearly redundant constraints the
-better conditioned one is kept in every pose. A pivot below rounding counts as zero, and so does the multiplier of its redundant
-constraint.
+P is factored as L R, L with a unit diagonal. U is replaced by U' = L^-1 U, W by W' = W R^-1. S is replaced by the Schur
+complement S - W' U', and this is added to the parent front. Within a front, rows are exchanged for the largest pivot of a column.
+A constraint whose pivot is small is first exchanged with that of the largest pivot on the diagonal. So of two nearly redundant
+constraints the better conditioned one is kept in every pose. A pivot below rounding counts as zero, and so does the multiplier of
+its redundant constraint.
 
 Local names: `first` is the index of a front's first unknown in `order.unknowns`, `at` that of its first entry in `factors`. The
-rows of order.fronts have the columns `FrontColumn`.
+rows of order.fronts have the columns `FrontColumn`. Nonzero order.slots[k] of the matrix is entry order.positions[k] of the
+fronts.
 """
 
 from typing import NamedTuple
@@ -55,14 +56,15 @@ def _add_to_parent(order, factors, magnitude, f):
     pivots, size, first, at, parent, in_parent, has_constraints = order.fronts[f]
     parent_size, parent_at = order.fronts[parent, FrontColumn.SIZE], order.fronts[parent, FrontColumn.ENTRIES]
     count = size - pivots
-    target, unknowns = view(order.in_parent, in_parent, count), view(order.unknowns, first + pivots, count)
+    target = view(order.in_parent, in_parent, count)  # indices of the later unknowns in the parent
+    unknowns = view(order.unknowns, first + pivots, count)
     for i in range(count):
         row = view(factors, at + (pivots + i) * size + pivots, count)
         sums = view(factors, parent_at + target[i] * parent_size, parent_size)
         for j in range(count):
             sums[target[j]] += row[j]
         # row[i], on the diagonal, is a term of -G M^-1 G^T, M being the matrix of the coordinates. Terms from fronts of
-        # constraints are subtracted from this sum, so they are not counted
+        # constraints have the opposite sign and only reduce this sum, so they are not counted
         if has_constraints == 0:
             magnitude[unknowns[i]] += abs(row[i])
 

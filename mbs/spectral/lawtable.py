@@ -28,7 +28,8 @@ JUST_BEFORE = -JUST_AFTER
 @kernel_function
 def differentiate_normal(tables, law, depth, rate, onset):
     """Return the derivatives of the normal force by depth and rate, by central differences."""
-    h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)  # 1e-5: cube root of rounding, the best step of such a difference
+    # depth and onset are above 0; 1e-5: cube root of rounding, the best step of such a difference
+    h, h_rate = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
     by_depth = normal_force(tables, law, depth + h, rate, onset) - normal_force(tables, law, depth - h, rate, onset)
     by_rate = normal_force(tables, law, depth, rate + h_rate, onset) - normal_force(tables, law, depth, rate - h_rate, onset)
     return by_depth / (2.0 * h), by_rate / (2.0 * h_rate)
@@ -78,6 +79,7 @@ def evaluate_acceleration(tables, k, t, side):
     t = factor * t
     if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
         first, last, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
+        # before the ramp's end implicit steps ask for times just before it, so `side` is not needed
         return factor * factor * (last - first) / duration if t < duration else 0.0
     # one-sided difference of second order; before t = 0 there is no speed
     speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER

@@ -2,9 +2,9 @@
 
     M da + C dv + K dq + (G - X)^T dlambda = df,    G dq = dg.
 
-Here da, dv, dq, dlambda are small changes of accelerations, rates, coordinates and multipliers; df and dg are small additional
-forces and prescribed changes of the constraints. X, the transpose of df/dlambda, is due to friction that a constraint's own force
-causes.
+M is the mass matrix, `CompiledScene.mass_at`. Here da, dv, dq, dlambda are small changes of accelerations, rates, coordinates and
+multipliers; df and dg are small additional forces and prescribed changes of the constraints. X, the transpose of df/dlambda, is
+due to friction that a constraint's own force causes.
 
 The integrators factor the same matrices in compiled code (`fronts`), whose pivots need a positive definite mass matrix. SuperLU
 chooses its pivots freely. So it also factors where neither mass nor stiffness, but only constraints, hold a mechanism.
@@ -36,7 +36,7 @@ class Equations:
     residual: Array  # residual g(q, t) of the constraints, (r,)
     speed: Array  # right side of dg/dt = 0, G v = speed, (r,)
     change: Array  # right side of d2g/dt2 = 0, G a = change, (r,)
-    entries: Array = field(repr=False)  # entries of matrices that can be nonzero, by `MatrixRow`, and one more, never read
+    entries: Array = field(repr=False)  # (4, slots + 1): nonzeros of the matrices `MatrixRow`; the last column is never read
     build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property

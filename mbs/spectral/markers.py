@@ -1,11 +1,12 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-work.jacobian (3, dofs) has J, the derivatives of a marker's x, y and angle by its coordinates, from the marker's column `first`
-on. work.jacobian_rate has J' = dJ/dt. `allocate_work` wrote their constant entries. A bias is a second time derivative at zero
-second rates of the coordinates. The columns AX, AY, SPIN_BIAS of a marker's state are the biases of x, y and angle.
+work.jacobian (3, dofs) has J, the derivatives of x, y and angle of all markers by their coordinates, one marker after the other
+as in `Tables.dofs`. Those of one marker begin in column `first`. work.jacobian_rate has J' = dJ/dt. `allocate_work` wrote their
+constant entries. A bias is a second time derivative at zero second rates of the coordinates. The columns AX, AY, SPIN_BIAS of a
+marker's state are the biases of x, y and angle.
 
-Where markers are placed, m is a marker, p its state, d the index of its first number in tables.data, j and dj are J and J', c and
-sn cosine and sine. `tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
+Where markers are placed, m is a marker, p its state, d the index of its first number in tables.data. There j and dj are J and J',
+c and sn cosine and sine. `tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
 """
 
 import numpy as np
@@ -23,8 +24,9 @@ def _place_frame(tables, work, m, q, v):
     """
     o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
     d = tables.markers[m, Markers.DATA]
-    lx, ly, angle, rx, ry, turn = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2], 0.0, 0.0, 0.0
-    for k in range(size):
+    lx, ly, angle = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2]
+    rx = ry = turn = 0.0
+    for k in range(size):  # x, y, angle of each mode follow
         px, py, pa = tables.data[d + 3 + 3 * k], tables.data[d + 4 + 3 * k], tables.data[d + 5 + 3 * k]
         eta, rate = q[o + 3 + k], v[o + 3 + k]
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
@@ -36,10 +38,11 @@ def _place_frame(tables, work, m, q, v):
     else:
         p[State.COS], p[State.SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
     c, sn = p[State.COS], p[State.SIN]
-    ax, ay, ux, uy = c * lx - sn * ly, sn * lx + c * ly, c * rx - sn * ry, sn * rx + c * ry
+    ax, ay = c * lx - sn * ly, sn * lx + c * ly
+    ux, uy = c * rx - sn * ry, sn * rx + c * ry
     p[State.X], p[State.Y], p[State.ANGLE] = q[o] + ax, q[o + 1] + ay, angle
     p[State.VX], p[State.VY], p[State.SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
-    p[State.AX], p[State.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
+    p[State.AX], p[State.AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux  # SPIN_BIAS stays 0
     j[0, first + 2], j[1, first + 2] = -ay, ax
     dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
     for k in range(size):
@@ -70,9 +73,10 @@ def _place_curve(tables, work, m, q, v):
     p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
     x = y = vx = vy = tx = ty = rx = ry = 0.0
     for i in range(size):
-        a, b, n, dn = tables.dofs[first + i], tables.dofs[first + size + i], tables.data[d + i], tables.data[d + size + i]
-        x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
-        tx, ty, rx, ry = tx + dn * q[a], ty + dn * q[b], rx + dn * v[a], ry + dn * v[b]
+        x_dof, y_dof = tables.dofs[first + i], tables.dofs[first + size + i]
+        n, dn = tables.data[d + i], tables.data[d + size + i]
+        x, y, vx, vy = x + n * q[x_dof], y + n * q[y_dof], vx + n * v[x_dof], vy + n * v[y_dof]
+        tx, ty, rx, ry = tx + dn * q[x_dof], ty + dn * q[y_dof], rx + dn * v[x_dof], ry + dn * v[y_dof]
     square = tx * tx + ty * ty
     p[State.X], p[State.Y], p[State.VX], p[State.VY] = x, y, vx, vy
     angle = np.arctan2(ty, tx)
@@ -207,27 +211,29 @@ def write_gradient(tables, work, k, grad, factor, out, index):
 def add_pair(tables, work, pair, matrix, factor, right, out):
     """Add factor J^T H R to `out`, the block of a force on two markers.
 
-    `matrix` is H (6, 6), derivatives of the force's components by (x, y, angle) of both markers, or by their rates. `right` is R
-    (3, dofs): J, or J' where H has derivatives by rates and `out` by coordinates, as d(J v)/dq = J'. `pair` is marker a, marker
-    b, and the row and column of `out` at which the coordinates of a begin. Those of b follow.
+    `matrix` is H (6, 6), derivatives of the forces (x, y, torque) on a and b by (x, y, angle) of both, or by their rates. For a
+    stiffness or damping `factor` is -1. `right` is R (3, dofs): J, or J' where H has derivatives by rates and `out` by
+    coordinates, as d(J v)/dq = J'. `pair` is marker a, marker b, and the row and column of `out` at which the coordinates of a
+    begin. Those of b follow.
     """
     a, b, start = pair
     both, starts = (a, b), (start, start + tables.markers[a, Markers.COUNT])
     for i in range(2):
-        row, first = starts[i], tables.markers[both[i], Markers.FIRST]
+        first, rows = tables.markers[both[i], Markers.FIRST], tables.markers[both[i], Markers.COUNT]
         for j in range(2):
-            column, first_right = starts[j], tables.markers[both[j], Markers.FIRST]
+            first_right, columns = tables.markers[both[j], Markers.FIRST], tables.markers[both[j], Markers.COUNT]
             r, s = 3 * i, 3 * j  # row and column of this part of H, (3, 3)
-            for y in range(tables.markers[both[i], Markers.COUNT]):
-                k = first + y
+            for row in range(rows):
+                k = first + row
                 jx, jy, ja = factor * work.jacobian[0, k], factor * work.jacobian[1, k], factor * work.jacobian[2, k]
                 tx = jx * matrix[r, s] + jy * matrix[r + 1, s] + ja * matrix[r + 2, s]  # (tx, ty, ta): row of factor J^T H
                 ty = jx * matrix[r, s + 1] + jy * matrix[r + 1, s + 1] + ja * matrix[r + 2, s + 1]
                 ta = jx * matrix[r, s + 2] + jy * matrix[r + 1, s + 2] + ja * matrix[r + 2, s + 2]
                 if tx != 0.0 or ty != 0.0 or ta != 0.0:
-                    for x in range(tables.markers[both[j], Markers.COUNT]):
-                        k = first_right + x
-                        out[row + y, column + x] += tx * right[0, k] + ty * right[1, k] + ta * right[2, k]
+                    for column in range(columns):
+                        m = first_right + column
+                        term = tx * right[0, m] + ty * right[1, m] + ta * right[2, m]
+                        out[starts[i] + row, starts[j] + column] += term
 
 
 @kernel_function
@@ -246,7 +252,7 @@ def add_entries(tables, block, entries, values):
 
     Entries of the block that are always zero go to the last of `values`, which is never read.
     """
-    _, width, slot = tables.blocks[block]
+    width, slot = tables.blocks[block, BlockColumn.WIDTH], tables.blocks[block, BlockColumn.ENTRIES]
     for i in range(width):
         for j in range(width):
             values[tables.slots[slot]] += entries[i, j]

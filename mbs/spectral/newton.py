@@ -25,6 +25,8 @@ UNKNOWN_ERROR_RATIO = 1.0
 """Value of `error_ratio` for the first increment with new matrices: that of increments which halve."""
 DIVERGENT = 2.0
 """Ratio of two increments above which Newton's method counts as divergent at once; below it a third iteration is tried."""
+FAILED = 2.0
+"""Value that `solve_nodes` returns if it fails; any above 1, the largest of a success."""
 SLOW = 0.3
 """Ratio theta of the last two increments above which `implicit` asks for new matrices in the next step."""
 
@@ -115,7 +117,7 @@ def _apply_increment(tables, orders, work, state, h):
                 return np.inf, np.inf  # nan fails all comparisons
         size = max(size, measure_change(state, tables.elastic, state.dq[i]))
         advance_stresses(tables, work, state.dq[i], state.dv[i], state.node_stress[i], state.node_stress_residual[i])
-    integrate(state, h)
+    integrate(state, h)  # coordinates and accelerations at the nodes from the rates
     return size, size_in_coordinate_units
 
 
@@ -123,14 +125,14 @@ def _apply_increment(tables, orders, work, state, h):
 def solve_nodes(model, t, h, allowed, renew, counts):
     """Solve the equations at the nodes to an `allowed` error, in units of the error control.
 
-    Returns theta, the ratio of the last two increments, or 2 if this fails. The matrices are computed first if `renew`. Kept ones
-    are renewed once, at the present nodes, if the iterations left would not suffice. The error after an increment is
+    Returns theta, the ratio of the last two increments, at most 1, or FAILED. The matrices are computed first if `renew`. Kept
+    ones are renewed once, at the present nodes, if the iterations left would not suffice. The error after an increment is
     `error_ratio` = theta/(1 - theta) times this increment.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
     if renew and not renew_matrices(tables, orders, work, state, t, h, counts):
-        return 2.0
+        return FAILED
     error_ratio = max(state.error_ratio[0], LEAST_ERROR_RATIO)
     while left > 0:
         left -= 1
@@ -138,7 +140,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
         size, size_in_coordinate_units = _apply_increment(tables, orders, work, state, h)
         counts.iterations += 1
         if not np.isfinite(size):
-            return 2.0
+            return FAILED
         if last_size > 0.0:
             ratio = size / last_size
             if ratio < 0.99:  # at 1 the error has no bound
@@ -147,11 +149,11 @@ def solve_nodes(model, t, h, allowed, renew, counts):
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             if size_in_coordinate_units > ROUNDING and (ratio > DIVERGENT or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
-                    return 2.0
+                    return FAILED
                 renew, last_size, ratio, left, error_ratio = True, 0.0, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
                 continue
         if size_in_coordinate_units <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio
             return min(ratio, 1.0)  # rounding alone may make it larger than 1
         last_size = size
-    return 2.0
+    return FAILED
