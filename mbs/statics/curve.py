@@ -58,7 +58,7 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical motion: a 'fold' of the curve, or a 'doubling' or 'branching', where a multiplier passes -1 or 1.
 
-    `rest` has the coordinates at the start of a period, and the parameter. `multiple` is 1: a `Critical` may have more.
+    `rest` has the coordinates at the start of a period, and the parameter. `multiple` multipliers pass together, always 1.
     """
 
     kind: str
@@ -96,8 +96,8 @@ class ResponseCurve:
         """Compute multipliers and tangent of a periodic motion; orient the tangent as that `before`, or towards the end."""
         self.set_parameter(parameter)
         shooting, changes = self.shooting, []
-        basis = shooting.basis(state)
-        out, monodromy = shooting.monodromy(state, basis)
+        basis, out = shooting.basis(state), shooting.run(state)
+        monodromy = shooting.monodromy(state, basis, out)
         for side in (1.0, -1.0):  # differences by p over its range have the same half width as those by x
             self.set_parameter(parameter + side * shooting.width * self.span)
             projected = shooting.project(state)
@@ -188,7 +188,8 @@ class ResponseCurve:
                 curve, error = self, abs(new.parameter - orbit.parameter)  # the error, if the finer curve has no root
                 with suppress(StaticsError):
                     finer, state, tangent = self.refine(orbit)
-                    start = finer.compute_orbit(finer.shooting.search(state).state, orbit.parameter, tangent)
+                    periodic = finer.shooting.search(state).state  # by Newton's method, from later periods if it fails
+                    start = finer.compute_orbit(periodic, orbit.parameter, tangent)
                     refined = finer.refine_root(start, function, root, arc)
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
                 # multipliers of a `Rest` are Lagrange's, of which none are kept here
@@ -200,6 +201,7 @@ class ResponseCurve:
         known = {0.0: orbit, arc: new}
 
         def evaluate(trial: float) -> float:
+            """Evaluate the function at an arc, and keep the motion."""
             if trial not in known:
                 known[trial] = self.find_on_plane(orbit, trial)
             return function(known[trial])
@@ -247,7 +249,7 @@ class ResponseCurve:
             except StaticsError:
                 if arc <= SHORTEST:
                     return orbits, criticals, "singular"
-                arc *= 0.4  # repeat the step, which failed or must be shorter; the factor is chosen
+                arc *= 0.4  # repeat the step, which failed, must be shorter or has a critical point not found; 0.4: chosen
                 continue
             orbits.append(new)
             arc = next_arc(arc, self.angle(last, new), longest)

@@ -90,18 +90,16 @@ class Shooting:
         return all(np.array_equal(equations[0], other) for other in equations[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
-        """Integrate a period on the stored steps; if adaptive, or with onsets of contacts, on steps of its own."""
-        adapts = adaptive or self.has_onsets
-        if adapts:  # with onsets steps of two runs differ, so that errors do not cancel: 1e-3, chosen, keeps them small
-            tolerance, limit = self.tolerance * (1e-3 if self.has_onsets else 1.0), self.steps_left
+        """Integrate a period: on the stored steps; with onsets of contacts on steps of its own; if adaptive, store its steps."""
+        ends, every, most = None, 1, self.steps_left  # every step is a row of the output
+        if self.has_onsets:  # steps of two runs differ, so that errors do not cancel: 1e-3, chosen, keeps them small
+            tolerance = 1e-3 * self.tolerance
+        elif adaptive:  # every second step is a row, from which `ends_of_steps` makes two steps again
+            tolerance, every = self.tolerance, 2
         else:  # 1e-10, chosen, locates events on the stored steps; 20: far more than a run without a failure takes
-            tolerance, limit = 1e-10, 20 * len(self.step_ends)
-        most = max(1, min(self.steps_left, limit))
-        steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
+            tolerance, ends, most = 1e-10, self.step_ends * self.period, min(most, 20 * len(self.step_ends))
+        steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=max(1, most))
         solver = Spectral(steps, method="implicit", contact_tolerance=1e4 * tolerance)  # 1e4: as by default
-        ends = None if adapts else self.step_ends * self.period
-        # if later runs repeat the steps, every second step is a row, from which `ends_of_steps` makes two steps again
-        every = 2 if adapts and not self.has_onsets else 1
         watching.get().step()
         time_left = watching.get().time_left
         out, failure, counts = integrate(self.scene, self.period, solver, time_left, state=state, ends=ends, every=every)
@@ -114,7 +112,7 @@ class Shooting:
             raise StaticsError(f"{failure.status}: {failure.message}")
         self.onsets = int(counts.onsets)
         if adaptive:
-            # if onsets have ceased, `every` was 1 in this run, and there are twice as many ends as steps: harmless
+            # after a run with onsets, where each step is a row, these are twice as many steps as needed
             self.step_ends, self.has_onsets = ends_of_steps(out.time) / self.period, bool(counts.onsets)
         return out
 
@@ -130,7 +128,7 @@ class Shooting:
         """Project a nearby state onto the constraints g = 0, G v = speed by the least change in the norm of the mass matrix."""
         scene, q, v = self.scene, state.q, state.v
         no_force = np.zeros(scene.size)  # the change is the acceleration a with M a + G^T lambda = 0 and G a = g or speed - G v
-        for _ in range(4):  # of Newton's method; a closed state does not change any more
+        for _ in range(4):  # of Newton's method; where g = 0 to rounding, q stays
             q = q - scene.accelerate(q, no_force, scene.assemble(q, tangents=False).residual)[0]
         equations = scene.assemble(q, tangents=False)
         return state._replace(q=q, v=v + scene.accelerate(q, no_force, equations.speed - equations.jacobian @ v)[0])
@@ -151,17 +149,17 @@ class Shooting:
         q = q - np.where(self.is_angle, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([to_free @ q, to_free @ (out.v[-1] - state.v) / self.pace])
 
-    def monodromy(self, state: RunState, basis: Array) -> tuple[Output, Array]:
-        """Integrate a period and compute dP/dx for changes of free coordinates and rates, (2 f, 2 f); return run and matrix."""
-        out = self.run(state)
+    def monodromy(self, state: RunState, basis: Array, out: Output) -> Array:
+        """Compute dP/dx for changes of free coordinates and rates, (2 f, 2 f); `out` is the latest run, from the state."""
         undisplaced, onsets, self.grazes = self.change(state, basis, out), self.onsets, False
         columns = [self._difference(state, basis, unit, undisplaced, onsets) for unit in self.width * np.eye(2 * basis.shape[1])]
-        return out, np.array(columns).reshape(len(columns), len(columns)).T
+        return np.array(columns).reshape(len(columns), len(columns)).T
 
     def _difference(self, state: RunState, basis: Array, unit: Array, undisplaced: Array, onsets: int) -> Array:
         """Differentiate the map along a displacement: centrally, or on the side with the same number of onsets as the motion."""
 
-        def evaluate(widths: float) -> tuple[Array, bool]:  # change at a displacement; True if there are as many onsets
+        def evaluate(widths: float) -> tuple[Array, bool]:
+            """Return the change from a displaced state, and True if the number of onsets stays."""
             found = self.change(state, basis, self.run(self.displace(state, basis, widths * unit)))
             return found, self.onsets == onsets
 
@@ -209,12 +207,12 @@ class Shooting:
                 break
             if not matrix.size or residual > 0.5 * previous:  # 0.5: slow, chosen
                 basis, at_matrix = self.basis(state), residual
-                change, matrix = self.change(state, basis, out), self.monodromy(state, basis)[1]
+                change, matrix = self.change(state, basis, out), self.monodromy(state, basis, out)
             previous = residual
             state = self._newton_step(state, basis, out, matrix, change)
         self.period = best.period
         if best.residual <= CLOSED and at_matrix > 1e-9:  # a hundredth of `CLOSED`: else the matrix was computed too far away
-            matrix = self.monodromy(best.state, self.basis(best.state))[1]
+            matrix = self.monodromy(best.state, self.basis(best.state), self.run(best.state))
         return best._replace(monodromy=matrix)
 
     def _newton_step(self, state: RunState, basis: Array, out: Output, matrix: Array, change: Array) -> RunState:
