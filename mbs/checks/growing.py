@@ -32,7 +32,7 @@ class Growth:
         q = self._pose(k, forces)
         parameter = 1.0  # without effect: this problem varies no load and no constraint
         rest = self.problem.start(parameter)._replace(q=q)  # a pose without velocity, in general no equilibrium
-        tangent = self.problem.about(rest._replace(multipliers=self.problem.compute_multipliers(rest)))
+        tangent = self.problem.linearise(rest._replace(multipliers=self.problem.compute_multipliers(rest)))
         if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)
         found = spectrum(tangent)

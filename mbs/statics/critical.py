@@ -6,6 +6,7 @@ Flutter begins where two eigenvalues meet, or, with damping, where a complex exp
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -29,11 +30,6 @@ class TangentState(NamedTuple):
     damped: Spectrum
 
     @property
-    def growth(self) -> float:
-        """Largest growth rate [1/s]."""
-        return float(self.damped.growth.max(initial=0.0))
-
-    @property
     def is_negative(self) -> Array:
         """True for eigenvalues mu that are real and below zero, (m,)."""
         return np.asarray((self.undamped.growth > 0.0) & (self.undamped.values.imag == 0.0))
@@ -46,7 +42,7 @@ class TangentState(NamedTuple):
 
 def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
     """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero."""
-    tangent = problem.about(rest)
+    tangent = problem.linearise(rest)
     undamped = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = undamped.shift  # by which `spectrum` inverts K + shift M: the next state begins with it
     return TangentState(undamped, undamped if tangent.conservative else spectrum(tangent))
@@ -79,13 +75,9 @@ def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[C
     """Find the critical points within a whole step, in their order; `last` is the step before."""
     found = []
     for piece in _pieces(arc, whole, last):
-        ahead = piece.step.direction
-
-        def parameter_rate(rest: Rest, ahead: Array = ahead) -> float:  # along the path, oriented as the piece
-            return float(arc.direction(rest, ahead)[-1])
-
-        limits = list[Critical]()
-        if ahead[-1] * piece.direction_after[-1] < 0.0 and (rest := arc.find_root(piece.step, parameter_rate)):
+        limits, ahead = list[Critical](), piece.step.direction
+        turns_back = ahead[-1] * piece.direction_after[-1] < 0.0  # the last component of a direction is that of the parameter
+        if turns_back and (rest := arc.find_root(piece.step, partial(_parameter_rate, arc, ahead))):
             eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point p is constant along the path
             limits.append(Critical("limit", rest, 1, eigenvector))
         pairs = _pairs(arc.problem, piece)
@@ -96,11 +88,15 @@ def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[C
     return sorted(found, key=lambda critical: arc.arc_of(whole.step, critical.rest))
 
 
-def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[PathPiece]:
-    """Halve a piece until no eigenvalue decreases by more than half in it, nor would at the rate of the `last` piece.
+def _parameter_rate(arc: Arc, ahead: Array, rest: Rest) -> float:
+    return float(arc.direction(rest, ahead)[-1])  # change of the parameter along the path, which is oriented as `ahead`
 
-    An eigenvalue may touch zero without a change of sign. If it does so at the end of the next piece, as the parabola (2 - x)^2
-    at x = 2, it decreases by 3/4 in this piece, from x = 0 to 1. The piece is then halved.
+
+def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[PathPiece]:
+    """Halve a piece until no eigenvalue decreases by more than half in it, also at the rate of decrease in the `last` piece.
+
+    An eigenvalue may touch zero, or pass it and come back, while its signs at the ends of a piece are equal. Before that it
+    decreases fast: the parabola (2 - x)^2, which touches zero at x = 2, by 3/4 from x = 0 to 1.
     """
     pairs = _pairs(arc.problem, piece)
     decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)  # inf: 0 instead of 0/0
@@ -109,8 +105,7 @@ def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[Path
         relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)
         decreases = np.append(decreases, relative * piece.step.arc / last.step.arc)
     is_long = piece.step.arc >= 1.6e-3  # the longest step by default, 0.1, is halved six times
-    must_be_halved = is_long and (decreases > 0.5).any()
-    halves = _halve(arc, piece.step) if must_be_halved else None
+    halves = _halve(arc, piece.step) if is_long and (decreases > 0.5).any() else None
     if halves is None:
         yield piece
         return
@@ -196,8 +191,8 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
 
 def _flutters(arc: Arc, piece: PathPiece) -> list[Critical]:
     """Find where oscillations begin or cease to grow: where the number of rates above a threshold changes."""
-    # Near its onset a rate often grows like a square root. A low threshold, here over the rounding error, is passed nearer to the
-    # onset. If as many rates are above 1e-3 at both ends, take 1, for which `find_criticals` counted different numbers.
+    # Near its onset a rate often grows like a square root, and passes a low threshold sooner. The thresholds are multiples of the
+    # rounding error. The numbers of rates above it differ at the ends, see `find_criticals`, those above 1e-3 of it may not.
     for threshold in (1e-3, 1.0):
 
         def sign(rest: Rest, threshold: float = threshold) -> float:
@@ -205,7 +200,7 @@ def _flutters(arc: Arc, piece: PathPiece) -> list[Critical]:
             is_same = state_at(arc.problem, rest).count_flutters(threshold) == piece.before.count_flutters(threshold)
             return 1.0 if is_same else -1.0
 
-        if (rest := arc.find_root(piece.step, sign)) is not None:
+        if (rest := arc.find_root(piece.step, sign)) is not None:  # values are 1 and -1: Brent's method bisects
             change = abs(piece.after.count_flutters() - piece.before.count_flutters())
             return [Critical("flutter", rest, change, np.empty((len(rest.q), 0)))]
     return []
@@ -228,7 +223,7 @@ def leaving_shapes(problem: Problem, critical: Critical) -> list[Array]:
     if critical.multiple == 1:
         return [critical.shapes[:, 0]]
     shapes: list[Array] = []  # for each point of a link along x and y
-    links = [link for link in problem.scene.mechanism.links if not link.body.massless]
+    links = [link for link in problem.scene.mechanism.links if not link.body.massless]  # massless ones have no coordinates
     for name, point, along in ((link.name, point, along) for link in links for point in link.points for along in np.eye(2)):
         shape = shape_towards(problem, critical, name, point, along)
         if shape is not None:

@@ -1,7 +1,8 @@
 """Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive.
 
 Coordinates q (n,) have units: the longest link for lengths, 1 rad for angles. Multipliers lambda (r,) belong to the rows of the
-constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q. A `Rest` is a state, in equilibrium or not.
+constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q. A `Rest` is a trial state as well,
+which Newton's method improves.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,9 +16,10 @@ from scipy.sparse import block_array
 from ..geometry import Array
 from ..progress import USER_STOPS, watching
 from ..spectral.entry_points import place, update_stresses
-from ..spectral.linear import Equations
+from ..spectral.linear import Equations, MatrixRow
 from ..spectral.scene import CompiledScene
-from ..spectral.strips import PLAIN, RENEWED
+from ..spectral.strips import PLAIN as STRESSES_BY_COORDINATES
+from ..spectral.strips import RENEWED as STRESSES_ARE_UNKNOWNS
 from ..spectral.tables import Report, State
 from .algebra import DEPENDENT, EPS, LOWEST_COUNT, SPARSE_UNKNOWNS, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
@@ -45,7 +47,7 @@ class Rest(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Plane normal . x = value of states x = (q, lambda, p), normal (n + r + 1,); Newton's method solves for p/`unit`."""
+    """Plane of the states x = (q, lambda, p) with normal . x = value, (n + r + 1,); an unknown of Newton's method is p/`unit`."""
 
     normal: Array
     value: float
@@ -57,8 +59,7 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is that with which `spectrum` computed the eigenvalues at the last state of a path, 0 before the
-    first state. The computation at the next state begins with it.
+    for none. `shift` [1/s^2] is that of the latest spectrum on a path, with which the next one begins; 0 at first.
     """
 
     scene: CompiledScene
@@ -112,7 +113,7 @@ class Problem:
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
-        """Return the derivative (n + r,) of f - G^T lambda and g by p, a difference over p + 1, as both are linear in p."""
+        """Return the derivative (n + r,) of f - G^T lambda and g by p: values at p + 1 less those at p, as they are linear."""
         force, gap = residuals or self.residual(rest, False)[:2]
         next_force, next_gap, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
         return np.concatenate([next_force - force, next_gap - gap])
@@ -121,12 +122,11 @@ class Problem:
         """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the unit F; `added` entries are added to K."""
         unit = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
         row, column = self.scene.tables.row, self.scene.tables.col  # indices of the entries in the matrix
-        weight = np.append(unit[row] * unit[column], 0.0)  # the last entry takes zeros and is no part of the matrix, see `tables`
-        _, _, stiffness, jacobian = a.entries  # nonzeros of K, and of G with its transpose; the others are not used
-        k = (stiffness + added) * weight
+        weight = np.append(unit[row] * unit[column], 0.0)  # for the last entry, which is in no matrix, see `Equations.entries`
+        k = (a.entries[MatrixRow.STIFFNESS] + added) * weight
         diagonal = np.abs(k[:-1][row == column])
         force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0  # F
-        return a.build(k / force_unit + jacobian * weight), force_unit
+        return a.build(k / force_unit + a.entries[MatrixRow.JACOBIAN] * weight), force_unit  # G with its transpose
 
     def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
@@ -140,7 +140,7 @@ class Problem:
                 rest, largest = self.step(rest, plane)
                 next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
                 cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous  # or if it is not quadratic any more
-                grows_by_rounding = previous < largest < 1e-8  # amplified, as near a critical point: above 1e-10
+                grows_by_rounding = previous < largest < 1e-8  # near a critical point rounding may exceed 1e-10
                 if (largest < 1e-10 and cannot_improve) or grows_by_rounding:
                     found = rest if self.is_balanced(rest) else None
                     break
@@ -157,13 +157,13 @@ class Problem:
         """Make the stresses of strips unknowns within the context, extrapolated from an equilibrium to coordinates q."""
         scene, work = self.scene, self.scene.work
         work.stress[:] = 0.0
-        work.strip_form[:] = RENEWED  # a flag for compiled code, in an array of one number: stresses are unknowns
+        work.strip_form[:] = STRESSES_ARE_UNKNOWNS  # a flag for compiled code, in an array of one number
         try:
             self.assemble(origin, False)  # stores the stresses of the origin and their derivatives
             update_stresses(scene.tables, work, q - origin.q)  # sets `work.stress` by them
             yield
         finally:
-            work.strip_form[:] = PLAIN  # flag: stresses follow from coordinates
+            work.strip_form[:] = STRESSES_BY_COORDINATES
 
     def step(self, rest: Rest, plane: Plane | None = None) -> tuple[Rest, float]:
         """Take one step of Newton's method, limited to `LONGEST_STEP`; return the state and the largest change without limit."""
@@ -180,10 +180,9 @@ class Problem:
             step = solve(bordered, np.concatenate([force * self.units / force_unit, -gap, [distance]]))
             change_p = float(step[-1]) * plane.unit
         largest = float(np.abs(step[:n]).max(initial=0.0))
-        share = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
+        share = min(1.0, LONGEST_STEP / max(largest, 1e-300))  # any, if the step is not finite: `newton` then ends
         q = rest.q + share * step[:n] * self.units
-        stresses_are_unknowns = self.scene.work.strip_form[0] != PLAIN
-        if stresses_are_unknowns:
+        if self.scene.work.strip_form[0] != STRESSES_BY_COORDINATES:
             update_stresses(self.scene.tables, self.scene.work, q - rest.q)
         return Rest(q, rest.multipliers + share * step[n : n + r] * force_unit, rest.parameter + share * change_p), largest
 
@@ -193,8 +192,7 @@ class Problem:
         scene, units = self.scene, self.units
         # rough scale of forces times units of coordinates [N m]: a torque is multiplied by the longest link as well
         applied = np.abs(scene.work.reports[:, Report.VALUE]).max(initial=0.0) * scene.length
-        gravity = scene.tables.factors[-1]  # factor of gravity, behind those of the other loads
-        weight = np.abs(gravity * scene.tables.weight * units).max(initial=0.0)
+        weight = np.abs(scene.tables.factors[-1] * scene.tables.weight * units).max(initial=0.0)  # the last factor is gravity's
         reactions = abs(a.jacobian * units * rest.multipliers[:, None]).max() if min(a.jacobian.shape) else 0.0
         stiffest = float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
         rounding = 1e3 * EPS * stiffest  # force by rounding of the stiffest coordinate, with a margin of 1e3
@@ -234,7 +232,7 @@ class Problem:
         return bordered, force_unit, force, gap
 
     def rounding(self, rest: Rest) -> float:
-        """Estimate the rounding error of the parameter: that of axial forces of strips, over the derivative of forces by it."""
+        """Estimate the rounding error of p by that of axial forces of strips over the largest df/dp; 0 for drives (df/dp = 0)."""
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
         force = float(slope[:n][~self.is_angle].max(initial=0.0))
@@ -243,9 +241,9 @@ class Problem:
     def spectrum(self, rest: Rest, count: int = LOWEST_COUNT) -> Spectrum:
         """Compute the eigenvalues of small motions about a state: for many coordinates the lowest `count` and all that grow."""
         watching.get().check()
-        return spectrum(self.about(rest), count=count)
+        return spectrum(self.linearise(rest), count=count)
 
-    def about(self, rest: Rest) -> Tangent:
+    def linearise(self, rest: Rest) -> Tangent:
         """Make the equations of small motions about a state."""
         self.set_parameter(rest.parameter)
         return Tangent.at(self.scene, rest.q, rest.multipliers)
