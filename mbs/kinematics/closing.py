@@ -4,6 +4,7 @@ C(q, t) = 0 are the constraints and J = dC/dq. A branch is a family of poses tha
 residuals is the longest link [m], or 1 if that is larger, as residuals of angles are in rad.
 """
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -29,36 +30,31 @@ def close_loops(linkage: Linkage, times: Array, q: Array) -> Course | None:
     """Close the loops at each time by Newton's method from guesses q (times, links, 3); return None if it fails."""
     drive_travel, scale = linkage.drive_travel(times), max(1.0, linkage.size)
     previous = np.inf
-    for _ in range(30):  # Newton steps; from a good guess some five are enough
-        residual, jacobian = linkage.system(q)
-        residual = residual - drive_travel  # 0 in rows without a drive
-        gap = float(np.abs(residual).max(initial=0.0))
-        if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
-            return None
-        is_exact = gap < 2e-15 * scale  # chosen: nine roundings of the scale
-        is_stalled = previous < CLOSED * scale and gap >= previous  # rounding lets it decrease no further
-        if is_exact or is_stalled:
-            return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
-        previous = gap
-        try:
+    with suppress(np.linalg.LinAlgError):  # of a singular Jacobian
+        for _ in range(30):  # Newton steps; from a good guess some five are enough
+            residual, jacobian = linkage.system(q)
+            residual = residual - drive_travel  # 0 in rows without a drive
+            gap = float(np.abs(residual).max(initial=0.0))
+            if not np.isfinite(gap) or gap > 1e3 * scale:  # far beyond the links' reach: Newton's method diverges
+                return None
+            is_exact = gap < 2e-15 * scale  # chosen: nine roundings of the scale
+            is_stalled = previous < CLOSED * scale and gap >= previous  # rounding lets it decrease no further
+            if is_exact or is_stalled:
+                return _complete_course(linkage, times, q, jacobian) if gap < CLOSED * scale else None
+            previous = gap
             if jacobian.shape[1] == jacobian.shape[2]:
                 step = np.linalg.solve(jacobian, residual[..., None])
             else:  # redundant rows: by least squares
                 step = invert(jacobian) @ residual[..., None]
             q = q - step.reshape(q.shape)
-        except np.linalg.LinAlgError:
-            return None
     return None
 
 
 def _complete_course(linkage: Linkage, times: Array, q: Array, jacobian: Array) -> Course | None:
-    """Compute rates and second rates of closed loops; return None if the Jacobian is singular."""
-    try:
-        inverse = invert(jacobian)  # of redundant rows the Moore-Penrose inverse
-    except np.linalg.LinAlgError:
-        return None
+    """Compute rates and second rates of closed loops; return None if they are not finite, raise if the Jacobian is singular."""
+    inverse = invert(jacobian)  # of redundant rows the Moore-Penrose inverse
     q_t = (inverse @ linkage.drive_travel(times, order=1)[..., None])[..., 0].reshape(q.shape)
-    # J q_tt = gamma - C_tt, see `linkage`; a row is its measure less the travel of its drive, so that -C_tt is travel_tt
+    # J q_tt = gamma - C_tt, gamma the convective term; C is a measure less the travel of a drive, so that -C_tt is travel_tt
     right = linkage.convective(q, q_t) + linkage.drive_travel(times, order=2)
     q_tt = (inverse @ right[..., None])[..., 0].reshape(q.shape)
     return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None

@@ -72,7 +72,7 @@ class Follower:
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # 0.02 rad, or any first step, which adapts
-        slow = 0.01 * linkage.size / duration  # least scale of errors of speeds [m/s]: a linkage at rest has no other
+        slow = 0.01 * linkage.size / duration  # by the longest link: least scale of errors of speeds [m/s], for a start at rest
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
@@ -162,7 +162,7 @@ class Follower:
         return RigidMotion(mass, inertia, arms, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
-        """Compute the reactions of constrained elements from the multipliers mu with J^T mu = M q_tt - f, of least norm."""
+        """Compute the reactions of elements with rows from the multipliers mu with J^T mu = M q_tt - f, of least norm."""
         right = self._inertia_less_weight(course) - self._applied_forces(record)
         inverse = invert(course.jacobian.mT)  # the Moore-Penrose inverse if rows are redundant
         multipliers = (inverse @ right.reshape(len(right), -1, 1))[..., 0]
@@ -193,7 +193,7 @@ class Follower:
         for name, element in Scene.of(mechanism).elements.items():
             for reference, force, moment in element.pushes(name, record) or ():
                 body, point = place(reference)
-                body = linkage.carrying_link(body)
+                body = linkage.carrying_link(body)  # on which a guide's block slides; other bodies stay
                 if body != GROUND:
                     i, motion = linkage.index[body], record.links[body]
                     arm = motion.point(point)[0] - motion.point(mechanism.link(body).start)[0]

@@ -42,7 +42,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     mechanism = record.mechanism
     linkage = Scene.of(mechanism).linkage
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
-    q = linkage.reference.copy()
+    q = linkage.reference.copy()  # flexible links keep their pose at t = 0
     for i in rigid:
         link = mechanism.links[i]
         motion = record.links[link.name]
@@ -57,7 +57,8 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     if not len(independent) or not np.isfinite(last).all():
         return None
     at_start, at_end = (np.linalg.svd(matrix[independent], compute_uv=False)[-1] for matrix in (first, last))
-    # in a singular pose it is zero, but the run ends before: 0.05 is chosen; 0.2: a regular linkage may have a small one at first
+    # entries are about 1. The least value is zero in a singular pose, but the run ends before: 0.05 is chosen.
+    # 0.2, chosen: that of a regular linkage may be small from the start
     if at_end > min(0.05, 0.2 * at_start):
         return None
     t, where = float(record.time[-1]), explain_singularity(linkage, q, np.array(rows)[independent])

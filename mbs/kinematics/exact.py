@@ -62,8 +62,7 @@ def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver:
         ended, grid = failed_load, grid[grid < failed_load.time]
         course = follower.at(grid)
         record = follower.record(course)
-    channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
-    channels.update(follower.reactions(course, record))
+    record.channels.update(follower.reactions(course, record))  # type: ignore[attr-defined]
     counts_of_integration = {"newton_iterations": 0.0, "jacobians": 0.0, "rejected": 0.0}
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), **counts_of_integration}
     failure = None if ended is None else Failure(ended.status, ended.message)

@@ -49,8 +49,7 @@ class SliderCrank(NamedTuple):
         """Compute the force with which a buckled coupler presses a slider against a stop at x = stop, p(u) E I/L^2 cos(phi) [N].
 
         It is positive towards negative x, away from the crank (eqs 7-13). `load` is a function from the end shortening over
-        length to p = P L^2/(E I), `rigidity` is E I [N m^2]. Angles where the slider does not reach the stop are not meant: the
-        equations do not hold there, and the force is that for u = 0.
+        length to p = P L^2/(E I), `rigidity` is E I [N m^2]. Where the slider does not reach the stop, u = 0 is taken.
         """
         u = np.maximum(self.shortening(theta, stop), 0.0)
         return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)

@@ -83,8 +83,7 @@ class Forms:
         """Sum values over the terms of each row; the terms lie along `axis`."""
         if len(self.coefficients) == self.row_count:  # one term in each row
             return values
-        found: Array = np.add.reduceat(values, self.first_terms, axis=axis)
-        return found
+        return np.asarray(np.add.reduceat(values, self.first_terms, axis=axis))
 
     def system(self, q: Array) -> tuple[Array, Array]:
         """Compute the changes C (..., rows) of the rows since t = 0, and their Jacobian J (..., rows, 3 bodies).

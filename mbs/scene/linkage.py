@@ -31,7 +31,7 @@ DEPENDENT = 1e-9
 
 A largest value below 1 counts as 1. The relative rounding error is about 1e-15."""
 DISPLACEMENT = 1e-2
-"""Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad."""
+"""Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad: chosen."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Linkage:
 
     def limit_drives(self, last: float) -> Self:
         """Return a copy that takes accelerations, differences of speeds of drives, from times up to `last` [s]."""
-        limited = copy(self)  # with the cached rows
+        limited = copy(self)  # with the cached rows, so that functions of the user are not asked again
         object.__setattr__(limited, "last", last)
         return limited
 
@@ -165,17 +165,11 @@ class Linkage:
         free = right[independent:].T  # small motions that the rows allow
         if not free.size:
             return reference
-        best, largest_rank = reference, -1
-        for weights in np.random.default_rng(seed=0).normal(size=(4, free.shape[1])):
-            direction = free @ weights
-            step = DISPLACEMENT * direction / np.abs(direction).max() * unit
-            pose = self._close(reference + step.reshape(reference.shape), rows, unit)
-            if pose is None:
-                continue
-            pose_rank = rank(self.jacobian(pose)[self.permanent_rows])
-            if pose_rank > largest_rank:
-                best, largest_rank = pose, pose_rank
-        return best
+        directions = [free @ weights for weights in np.random.default_rng(seed=0).normal(size=(4, free.shape[1]))]
+        steps = [DISPLACEMENT * direction / np.abs(direction).max() * unit for direction in directions]
+        poses = [self._close(reference + step.reshape(reference.shape), rows, unit) for step in steps]
+        closed = [pose for pose in poses if pose is not None]
+        return max(closed, key=lambda pose: rank(self.jacobian(pose)[self.permanent_rows]), default=reference)
 
     def _close(self, q: Array, rows: Array, unit: Array) -> Array | None:
         """Close loops by the Gauss-Newton method from a nearby pose; return None if it does not converge or goes far away."""
@@ -194,7 +188,7 @@ class Linkage:
 
     def count_free_motions(self) -> int:
         """Return the degrees of freedom at t = 0 with the drives locked: 0 for a fully driven linkage."""
-        jacobian = self.jacobian(self.reference)
+        jacobian = self.jacobian(self.reference)  # of all rows, also of those that hold at t = 0 only
         return jacobian.shape[1] - rank(jacobian)
 
 
@@ -224,7 +218,7 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
 
 
 class LinkMass(NamedTuple):
-    """Mass [kg] and inertia [kg m^2] of the link of index `link`; the arm [m] leads from its start to the mass at t = 0."""
+    """Mass [kg] and inertia about its centre [kg m^2] of link number `link`; the arm [m] leads from its start there at t = 0."""
 
     link: int
     mass: float

@@ -31,7 +31,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         if unjoined and point not in with_forces:  # a load there may be a spring, which connects these links, as a stop may
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
-    reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # longest way of a point: from side to side
+    reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # diameter of the circle that they reach in line
     for stop in mechanism.stops:
         if stop.carrier == GROUND and abs(stop.distance_to_face(mechanism)) > reach:
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
@@ -40,7 +40,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 def _named_places(*parts: object) -> set[str]:
     """Return the names of points and links in the printed form of elements, in quotes and split at colons."""
-    # other texts in quotes are found as well: a point with such a name gets no remark
+    # the printed form has all references, of any element; a point named as another text in it gets no remark
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
@@ -64,7 +64,7 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
         # orthonormal motions (free, 3 links) that all rows allow at t = 0; along them forces decide the motion
         free_motions = np.linalg.svd(linkage.jacobian(linkage.reference))[2][-free:]
         of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
-        moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > DEPENDENT]
+        moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > 1e-9]  # above rounding
         count = "1 way" if free == 1 else f"{free} ways"
         driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
         can_move = f"with the drives held the linkage can move in {count} ({names})"
@@ -107,7 +107,7 @@ def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
     angles (times the longest link) of links, and for deformations of flexible ones, whose scale has no effect on the rank.
     """
     rigid, flexible = compute_jacobians(linkage, linkage.general_pose)
-    unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))
+    unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))  # d/d(angle L) = d/d(angle)/L for the longest link L
     order = sorted(linkage.permanent_rows, key=lambda k: linkage.rows[k].motion is None)
     matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
     return [linkage.names[k] for k in order], matrix

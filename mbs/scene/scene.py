@@ -150,7 +150,7 @@ class Scene:
 
     @cached_property
     def is_stiffly_damped(self) -> bool:
-        """True if contacts damp the lightest link at a rate of 1e5/s or more: explicit steps are stable below some 3/rate."""
+        """True if contacts damp the lightest link at 1e5/s or more (chosen): explicit steps are stable below some 3/rate."""
         laws = [joint.law for joint in self.clearances]
         if not laws:
             return False

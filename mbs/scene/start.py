@@ -50,9 +50,9 @@ class Start:
         along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
         across = np.array([-along[1], along[0]])
         points = sorted(distances, key=lambda point: distances[point])
-        places, rates = [distances[point] for point in points], np.array([self.additional[link.name][point] for point in points])
-        lateral = CubicHermiteSpline(places, rates[:, :2] @ across, rates[:, 2])
-        velocity = np.outer(np.interp(x, places, rates[:, :2] @ along), along) + np.outer(lateral(x), across)
+        knots, rates = [distances[point] for point in points], np.array([self.additional[link.name][point] for point in points])
+        lateral = CubicHermiteSpline(knots, rates[:, :2] @ across, rates[:, 2])
+        velocity = np.outer(np.interp(x, knots, rates[:, :2] @ along), along) + np.outer(lateral(x), across)
         return np.column_stack([velocity, lateral(x, 1)])
 
 
@@ -98,7 +98,7 @@ def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, 
 
 def name_surplus_drives(linkage: Linkage) -> str:
     """Explain that a mechanism has more drives than degrees of freedom; return '' if it has not."""
-    matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))  # near t = 0, where no rows are dependent by chance
+    matrix = np.hstack(compute_jacobians(linkage, linkage.general_pose))  # not at t = 0, where rows may be dependent by chance
     driven = [k for k in linkage.permanent_rows if k in linkage.motions]  # rows that follow a drive throughout a run
     constraints = [k for k in linkage.permanent_rows if k not in linkage.motions]
     free = matrix.shape[1] - rank(matrix[constraints])
@@ -141,8 +141,7 @@ def _solve_flexible(rigid: Array, flexible: Array, right: Array) -> tuple[Array,
     if not flexible.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(flexible.shape[1]), missing
     projector = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=DEPENDENT)  # removes all that rigid motions can do
-    unit = np.abs(flexible).max()  # for entries near 1: the result does not depend on it
-    weighted = np.linalg.pinv(projector @ flexible / unit, rcond=DEPENDENT) @ missing / unit
+    weighted = np.linalg.pinv(projector @ flexible, rcond=DEPENDENT) @ missing
     return weighted, missing - projector @ flexible @ weighted
 
 
@@ -181,7 +180,7 @@ def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, 
 
 def carrier(mechanism: Mechanism, reference: str) -> tuple[str, str]:
     """Return link and point of a reference to a point: the link that it names, else the first link with the point."""
-    body, point = place(reference)
+    body, point = place(reference)  # parts of the text; no body if it names a point alone
     if body and body != GROUND:
         return body, point
     return next(link.name for link in mechanism.links if point in link.points), point
