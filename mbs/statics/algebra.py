@@ -23,11 +23,11 @@ EPS = float(np.finfo(float).eps)
 SPARSE_UNKNOWNS = 220
 """Number of unknowns from which linear equations are sparse: there dense and sparse solvers take the same time."""
 SPARSE_COORDINATES = 300
-"""Number of coordinates from which M and K are sparse, and only the lowest eigenvalues are computed."""
+"""Number of coordinates from which M and K are sparse, and only the lowest eigenvalues are computed: chosen."""
 LOWEST_COUNT = 20
 """Default number of lowest eigenvalues."""
 SPARE = 8
-"""Number of eigenvalues computed beyond those wanted. Results end at the largest gap between these, where a count is certain."""
+"""Number of eigenvalues beyond those wanted, chosen: a result ends at the widest gap among them, where a count is certain."""
 DEPENDENT = 1e-10
 """Singular value of a scaled Jacobian, over the largest, below which rows count as dependent: far above rounding."""
 Matrix: TypeAlias = Array | csr_array

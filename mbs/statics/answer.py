@@ -23,9 +23,9 @@ DEGREE_STEP = 4
 MAX_DEGREE = 40
 """Degree of strips at which refinement ends."""
 ACCURACY = 1e-8
-"""Relative error at which refinement ends, for equilibria and frequencies."""
+"""Error at which refinement ends, chosen: of equilibria over the longest link, of frequencies relative."""
 CRITICAL_ACCURACY = 1e-6
-"""Relative error at which refinement ends, for critical points and periodic motions."""
+"""Relative error at which refinement ends, for critical points and periodic motions: chosen."""
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
@@ -44,7 +44,7 @@ class Ending(StrEnum):
     OPEN_CONTACT = "OPEN_CONTACT"
     """No equilibrium: contacts that could resist the motion stay open."""
     NOT_REACHED = "NOT_REACHED"
-    """Newton's method failed before the full load; the message has the load that was reached."""
+    """Newton's method failed before the full load, see the message, or found no periodic motion."""
     UNSTABLE = "UNSTABLE"
     """Forces balance, but a small motion grows."""
     INACCURATE = "INACCURATE"
@@ -93,28 +93,29 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
         whole("degree", degree, 2, 200)  # more than `MAX_DEGREE`, as only refinement ends there
 
 
-def check_path(to: float, steps: int, step: float, longest: float, **alternatives: object) -> None:
-    """Raise a ValueError if the end or a step of a path is invalid, or if more than one of the alternatives is given."""
-    number("to", to, -np.inf, np.inf, "1")
+def check_path(to: float, steps: int, step: float, longest: float, **parameters: object) -> None:
+    """Raise a ValueError if the end or a step of a path is invalid, or if more than one of the `parameters` is not None."""
+    number("to", to, -np.inf, np.inf, "1")  # any number, in the unit of the parameter
     whole("steps", steps, 1, 100_000)
     for name, value in (("step", step), ("longest", longest)):
         positive(name, value, "1")
-    if sum(value is not None for value in alternatives.values()) > 1:
-        raise ValueError(f"{', '.join(alternatives)}: give one of them")
+    if sum(value is not None for value in parameters.values()) > 1:
+        raise ValueError(f"{', '.join(parameters)}: give one of them")
 
 
 def explain_end(ended: str, last: float, start: float, to: float, steps: int) -> tuple[Ending, str]:
     """Return status and message of a path from `start` to `to` that ended for the reason `ended` at the parameter `last`."""
-    messages = {
-        "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
-        "spent": f"the time steps of its periodic motions, as many as allowed, led to {last:.6g}, not to {to:.6g}",
-        "singular": f"it cannot be followed beyond {last:.6g}",
-        "closed": "it came back to its start",
-        "back": f"it turned and came back to {start:.6g}",
-        "stopped": f"it led to {last:.6g}, not to {to:.6g}",
+    led, too_many = f"led to {last:.6g}, not to {to:.6g}", Ending.TOO_MANY_STEPS
+    endings = {
+        "reached": (Ending.OK, ""),
+        "steps": (too_many, f"{steps} steps {led}; give more steps or a longer one"),
+        "spent": (too_many, f"the time steps of its periodic motions, as many as allowed, {led}"),
+        "singular": (Ending.SINGULAR, f"it cannot be followed beyond {last:.6g}"),
+        "closed": (Ending.OK, "it came back to its start"),
+        "back": (Ending.OK, f"it turned and came back to {start:.6g}"),  # only a response curve
+        "stopped": (Ending.OK, f"it {led}"),  # `mark_stopped` replaces the status
     }
-    statuses = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
-    return statuses.get(ended, Ending.OK), messages.get(ended, "")  # after "stopped" `mark_stopped` replaces the status OK
+    return endings[ended]
 
 
 def list_omissions(mechanism: Mechanism, friction_remark: str) -> list[str]:
@@ -175,7 +176,7 @@ class Equilibrium(Answer):
         """Return rows of the table: stability, error, and places of points."""
         out = [("stable", "yes" if self.stable else f"no, grows at {self.growth:.4g} 1/s"), ("error", f"{self.error:.1e}")]
         for link in self.scene.mechanism.links:
-            if not link.body.massless and np.isfinite(self.q).all():
+            if not link.body.massless and np.isfinite(self.q).all():  # massless links have no coordinates; nan: none was found
                 for point in link.points:
                     at = self.point(link.name, point)
                     out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
@@ -196,9 +197,9 @@ def parameters_at(kind: str, doc: str) -> Any:
 class Route(Answer):
     """Path of equilibria or of periodic motions over a parameter, with critical `points` and their errors.
 
-    `points` are `Critical` points of equilibria or `CriticalMotion`s, with the parameter `rest.parameter` and the multiplicity
-    `multiple`. `ended` is 'reached' or another reason of `explain_end`. `errors` are arrays by the values of `KEYS`, in which a
-    point of multiplicity m has m entries.
+    `parameter` is (steps,). `q` (steps, n) are coordinates, of a motion those at the start of its period. `points` are `Critical`
+    points or `CriticalMotion`s, with the parameter `rest.parameter` and the multiplicity `multiple`. `ended` is 'reached' or
+    another reason of `explain_end`. `errors` are arrays by the values of `KEYS`, with m entries for a point of multiplicity m.
     """
 
     ended: str
@@ -229,11 +230,11 @@ class Route(Answer):
 class Path(Route):
     """Equilibria along a path; the status is OK if `to` was reached, or if the path closed.
 
-    `parameter` (steps,) is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `q`
-    (steps, n) are coordinates, `multipliers` (steps, r) those of constraints. `growth` (steps,) is the largest growth rate of a
-    small motion [1/s], 0 if stable, and `unstable` (steps,) the number of negative eigenvalues of K. `points` are limit points,
-    branchings and flutter points in their order. `errors` are changes by a higher degree of the strips: of `limits`,
-    `branchings`, `flutter`, and, by the key 'end', of the last positions. `branches` leave the branchings, if requested.
+    `parameter` is the factor of the loads, the travel of the drive [rad or m], or the number that changes. `multipliers`
+    (steps, r) are those of constraints. `growth` (steps,) is the largest growth rate of a small motion [1/s], 0 if stable, and
+    `unstable` (steps,) the number of negative eigenvalues of K. `points` are limit points, branchings and flutter points in
+    their order. `errors` are changes by a higher degree of the strips: of `limits`, `branchings`, `flutter`, and, by the key
+    'end', of the last positions. `branches` leave the branchings, if requested.
     """
 
     multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
@@ -242,7 +243,7 @@ class Path(Route):
     branches: list["Path"] = field(default_factory=list)
 
     def rounding(self, name: str) -> list[float]:
-        """Return rounding errors, the least possible ones, of the parameters of `limits`, `branchings` or `flutter`."""
+        """Return the errors by rounding of the parameters at `limits`, `branchings` or `flutter`: none can be smaller."""
         return [point.rounding for point in self.points if KEYS[point.kind] == name for _ in range(point.multiple)]
 
     limits = parameters_at("limit", "Parameters at limit points.")

@@ -38,7 +38,7 @@ class Step(NamedTuple):
     direction: Array
     new: Rest
     arc: float
-    passes_corner: bool = False  # direction and arc are then those behind the corner
+    passes_corner: bool = False  # at most 1e-2 behind `rest`: direction and arc are then those behind the corner
 
 
 class Arc:
@@ -101,10 +101,12 @@ class Arc:
     def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
 
-        def at(arc: float) -> Rest:  # on the straight line: nearly an equilibrium, as arcs are short
+        def at(arc: float) -> Rest:
+            """Return the state on the straight line: nearly an equilibrium, as arcs are short."""
             return self._rest(self.problem.vector(rest) + arc * direction)
 
-        def is_behind(arc: float) -> bool:  # the tangent has turned
+        def is_behind(arc: float) -> bool:
+            """Return True if the tangent has turned."""
             return float(self.metric * direction @ self.direction(at(arc), direction)) < np.cos(CORNER)
 
         if not is_behind(far):
@@ -148,6 +150,7 @@ class Arc:
         values: dict[float, float] = {}
 
         def evaluate(arc: float) -> float:
+            """Evaluate the function, and keep its value and the equilibrium."""
             rest = self.equilibrium_at(step, arc, known)
             known[arc], values[arc] = rest, function(rest)
             return values[arc]
@@ -191,7 +194,8 @@ class Arc:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
 
         def evaluate(arc: float) -> float:
-            for offset in (0.0, 0.3, -0.3):  # beside the arc, over the tolerance; 0.3: chosen
+            """Evaluate the function at an arc, or beside it."""
+            for offset in (0.0, 0.3, -0.3):  # over the tolerance; 0.3: chosen
                 try:
                     return function(self.equilibrium_at(step, min(max(arc + offset * tolerance, 0.0), step.arc)))
                 except StaticsError as error:
@@ -215,8 +219,8 @@ class Arc:
 
 
 def next_arc(arc: float, angle: float, longest: float) -> float:
-    """Return an arc in which the tangent turns by 0.15 rad, if by `angle` in this one: by convention 0.3 to 1.6 times as long."""
-    return min(longest, arc * float(np.clip(0.15 / max(angle, 1e-300), 0.3, 1.6)))
+    """Return the arc in which the tangent turns by 0.15 rad, from its `angle` in this one; 0.3 to 1.6 times as long."""
+    return min(longest, arc * float(np.clip(0.15 / max(angle, 1e-300), 0.3, 1.6)))  # the three numbers are chosen
 
 
 def _root_of(x: Array, y: list[float]) -> float:

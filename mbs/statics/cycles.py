@@ -82,11 +82,6 @@ def periodic(
         Degree of the strips; by default it is increased until the error is below 1e-6.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
-
-    Returns
-    -------
-    Periodic
-        The status is NOT_REACHED or TOO_MANY_STEPS if no periodic motion was found.
     """
     whole("settle", settle, 0, 1_000_000)
     shooting, state = prepare(mechanism, period, start, degree)
@@ -130,7 +125,7 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)
         try:
-            new = finer.search(start, found.monodromy)  # the matrix of the coarser motion is near enough for Newton's method
+            new = finer.search(start, found.monodromy)  # with more coordinates `newton` computes a matrix of its own
         except SEARCH_STOPS:
             break
         new_values, changes, change = compare_multipliers(finer, start, new, values)
@@ -156,7 +151,7 @@ def compare_multipliers(finer: Shooting, start: RunState, new: Found, values: Ar
 
 
 def describe_change(multiplier: complex) -> str:
-    """Describe how a small motion changes in a period: a negative multiplier changes its sign, a complex one turns its plane."""
+    """Describe a small motion after a period: a negative multiplier changes its sign, a complex one turns it in a plane."""
     if abs(multiplier.imag) > 1e-9 * abs(multiplier):  # 1e-9, chosen: above rounding
         return " and turns"
     return " and alternates" if multiplier.real < 0.0 else ""

@@ -4,6 +4,7 @@ A path is followed by the steps of `arc`, with strips of a higher degree until t
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -63,7 +64,7 @@ def path(
         Also follow all paths that leave the branchings, to both sides.
     degree : int, optional
         Degree of the strips; by default it is increased until critical points change by less than 1e-6. A body's `elements`
-        apply to the engine only.
+        are for Exudyn only.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
     """
@@ -93,14 +94,12 @@ def path(
 def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
     """Raise a ValueError unless a branch is a link, a point of it and a direction."""
     links = {link.name: link for link in mechanism.links}
-    try:
+    with suppress(KeyError, TypeError, ValueError):
         link, point, direction = branch
         vector = Vector("").read("", direction)  # raises unless it is a pair of numbers; the texts are for its message only
-        is_valid = point in links[link].points and vector != (0.0, 0.0)
-    except (KeyError, TypeError, ValueError):
-        is_valid = False
-    if not is_valid:
-        raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
+        if point in links[link].points and vector != (0.0, 0.0):
+            return
+    raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
 
 
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
@@ -116,12 +115,12 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         errors = _errors(found, finer)
         answer = found if keeps_degree else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
-        # scale of parameters; by convention also that of errors['end'], which is already over the longest link
+        # the largest parameter is the scale of errors of parameters; by convention also of errors['end'], over the longest link
         scale = max(np.abs(finer.parameter).max(), 1e-300)
         is_highest = finer.scene.degree > 30  # chosen: less than for one equilibrium, as a path has many
         if keeps_degree or worst <= CRITICAL_ACCURACY * scale or is_highest:
             for name, each in errors.items():
-                rounding = answer.rounding(name)  # of the points of this path; the other one may have more
+                rounding = answer.rounding(name)  # least errors of the points of this path; the other one may have more
                 each[: len(rounding)] = np.maximum(each[: len(rounding)], rounding)
             answer.errors.update(errors)
             return answer
@@ -165,10 +164,11 @@ class _Follower:
         """Follow the path from the start and, if `branches`, the paths that leave it to both sides."""
         first = self._run(self._find_start(), None)
         branchings = [critical for critical in first.points if branches and critical.kind == "branching"]
-        for point, shape in ((critical, shape) for critical in branchings for shape in leaving_shapes(self.problem, critical)):
-            for side in (1.0, -1.0):
-                if not watching.get().ended:
-                    first.branches.append(self._run(self._offset_parameter(point), self._unit(side * shape)))
+        for branching in branchings:
+            for shape in leaving_shapes(self.problem, branching):
+                for side in (1.0, -1.0):
+                    if not watching.get().ended:
+                        first.branches.append(self._run(self._offset_parameter(branching), self._unit(side * shape)))
         return first
 
     def _find_start(self) -> Rest:
@@ -192,17 +192,16 @@ class _Follower:
             ended = "stopped"
         q, multipliers, parameter = (np.array(column) for column in zip(*self.rests, strict=True))
         self.states[-1] = state_at(self.problem, self.rests[-1])  # `_find_end` may have replaced the last equilibrium
-        growth, unstable = np.array([x.growth for x in self.states]), np.array([int(x.is_negative.sum()) for x in self.states])
+        growth = np.array([state.damped.growth.max(initial=0.0) for state in self.states])
+        unstable = np.array([int(state.is_negative.sum()) for state in self.states])
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
         return Path(*status, ended, self.problem.scene, parameter, q, self.points, {}, multipliers, growth, unstable)
 
     def _follow(self, leaving: Array | None) -> str:
         """Follow the path step by step; return the reason of its end, see `explain_end`."""
         branch_step = min(self.step, 1e-2)  # first step behind a branching; 1e-2: chosen
-        if leaving is None:
-            direction, length = self.arc.direction(self.rests[0], None), self.step
-        else:
-            direction, length = leaving, branch_step
+        direction = self.arc.direction(self.rests[0], None) if leaving is None else leaving
+        length = self.step if leaving is None else branch_step
         at_branching, last = leaving is not None, None  # last: piece of the step before, if eigenvalues are known along it
         for _ in range(self.steps):
             watching.get().step(self._fraction(self.rests[-1]))
@@ -212,7 +211,7 @@ class _Follower:
                 return "singular"
             after = self.arc.direction(step.new, step.direction)
             if self.arc.may_have_jumped(step, after):
-                length = next_arc(step.arc, angle=np.inf, longest=np.inf)  # repeat the step, as short as allowed
+                length = 0.3 * step.arc  # repeat the step; 0.3: chosen; the shortest steps count as right
                 continue
             piece, found = PathPiece(step, self.states[-1], state_at(self.problem, step.new), after), list[Critical]()
             # at a branching eigenvalues are zero; they jump at a corner, where a contact closes or opens
@@ -243,8 +242,8 @@ class _Follower:
         """Return a branching with its parameter nearer to the end by 1e-8 of the range, less than its error: not singular."""
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
-    def _find_end(self, step: Step, new: int) -> str:
-        """Return the reason if the path ends with the last step, in which `new` critical points were found; else ''."""
+    def _find_end(self, step: Step, found_count: int) -> str:
+        """Return the reason if the path ends with the last step, in which so many critical points were found; else ''."""
         if self._fraction(self.rests[-1]) >= 1.0:  # replace the last equilibrium, remove critical points beyond `to`
             try:
                 self.rests[-1] = self.problem.newton(self.rests[-1]._replace(parameter=self.to))
@@ -257,19 +256,17 @@ class _Follower:
             return ""
         # the path is back at its start; a critical point there, found again with an error up to the tolerance, is removed as well
         closing_arc = self.arc.arc_of(step, self.rests[0]) - ON_CURVE * step.arc
-        while new and self.arc.arc_of(step, self.points[-1].rest) > closing_arc:
+        while found_count and self.arc.arc_of(step, self.points[-1].rest) > closing_arc:
             self.points.pop()
-            new -= 1
+            found_count -= 1
         self.rests[-1] = self.rests[0]
         return "closed"
 
     def _find_branch(self, found: list[Critical]) -> tuple[int, Array] | None:
         """Find the first branching whose shapes move the point of `branch`; return its index and the direction to leave it."""
-        if self.branch is None:
-            return None
-        link, point, along = self.branch
         for i, critical in enumerate(found):
-            if critical.kind == "branching":
+            if self.branch is not None and critical.kind == "branching":
+                link, point, along = self.branch
                 shape = shape_towards(self.problem, critical, link, point, np.array(along, dtype=float))
                 if shape is not None:
                     return i, self._unit(shape)

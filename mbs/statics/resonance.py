@@ -19,11 +19,10 @@ from .varied import Paced, problem_over
 
 @dataclass(frozen=True)
 class Response(Route):
-    """Response curve: periodic `motions` over a parameter, with the coordinates `q` (steps, n) at the start of each period.
+    """Response curve: periodic `motions` over a parameter; the status is OK if the end was reached, or the start again.
 
-    `parameter` (steps,) is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
-    folds, branchings and doublings in their order. `errors` has, for each of these kinds, the changes of their parameters by
-    finer steps and a higher degree of the strips, in the same order.
+    `parameter` is the frequency of the motion [Hz], the factor of the loads, or the number that changes. `points` are
+    folds, branchings and doublings. `errors` are changes of their parameters by finer steps and a higher degree of the strips.
     """
 
     motions: list[Periodic] = field(default_factory=list)
@@ -76,15 +75,10 @@ def response(
     steps : int
         Largest number of steps.
     step, longest : float
-        Arc lengths of the first and the longest step: root of the sum of squares of the changes of the parameter over its range
-        and of coordinates and rates over the size of the motion.
+        Arc lengths of the first and the longest step: root of the sum of squares of the changes of the parameter over its range,
+        and of coordinates and rates over the largest range of a coordinate in a period.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
-
-    Returns
-    -------
-    Response
-        The status is OK if the end was reached.
     """
     check_path(to, steps, step, longest, load=load, parameter=parameter)
     whole("settle", settle, 0, 1_000_000)
@@ -118,4 +112,5 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
     motions, points = [curve.make_motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
     status, message = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
-    return Response(status, message, ended, curve.shooting.scene, parameters, q, points, errors, motions)
+    scene = curve.shooting.scene
+    return Response(status, message, ended, scene, parameter=parameters, q=q, points=points, errors=errors, motions=motions)

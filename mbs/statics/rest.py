@@ -65,11 +65,6 @@ def equilibrium(
         Degree of the strips; by default it is increased until the error is below 1e-8 of the longest link.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
-
-    Returns
-    -------
-    Equilibrium
-        The status is OK for a stable equilibrium, UNSTABLE for an unstable one.
     """
     check(mechanism, degree)
     number("load", load, -np.inf, np.inf, "1")
@@ -143,7 +138,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
     """
     n, units = problem.scene.size, problem.units
     mass_matrix, new, last = begin.build(mass)[:n, :n], rest, begin
-    for iteration in range(4):  # until the work at the end is accepted; the first stretches a strip that rotates
+    for iteration in range(4):  # until the work at the end is accepted; one linear iteration stretches a strip that rotates
         force = last.force - mass_matrix @ (new.q - rest.q) / tau
         matrix, force_unit = problem.scale_matrix(last, mass / tau)  # for dq over units, dlambda over force_unit
         out = solve(matrix, np.concatenate([force * units / force_unit, -last.residual]))
@@ -167,7 +162,7 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
 def find_equilibrium(problem: Problem, load: float) -> tuple[Rest, str]:
     """Find the equilibrium under loads times `load`; return it with a note on the method, '' if by load steps."""
     start = problem.start(load)
-    # the pose as given may be an equilibrium: then the multipliers that fit its forces best balance them
+    # the pose as given may be an equilibrium: with multipliers by least squares
     if problem.is_balanced(start._replace(multipliers=problem.compute_multipliers(start))):
         return problem.newton(start), ""
     is_movable = problem.spectrum(problem.start(0.0), count=1).neutral.any()  # the lowest eigenvalue is zero: a rigid motion
@@ -238,7 +233,8 @@ def _refine(problem: Problem, rest: Rest, keeps_degree: bool) -> tuple[Problem, 
         if keeps_degree:
             break
         problem, rest = finer, new
-        if error <= ACCURACY or error > 0.5 * previous or problem.scene.degree > MAX_DEGREE:
+        is_rounding = error > 0.5 * previous  # a higher degree does not halve it
+        if error <= ACCURACY or is_rounding or problem.scene.degree > MAX_DEGREE:
             break
         previous = error
     return problem, rest, error if problem.scene.strips else 0.0

@@ -5,10 +5,10 @@ tangent stiffness, G the Jacobian of the constraints, with changes l of their mu
 forces. Follower forces make K unsymmetric (Bolotin 1963, ch. 1), and C need not be symmetric. A state is unstable if an s has a
 positive real part.
 
-Without damping mu = -s^2 are the eigenvalues of K and M. In a thin strip the rounding error of the highest is larger than the
-lowest. Therefore eigenvalues of the inverse of K + shift M are computed, theta = 1/(shift + mu). With left and right vectors y
-and z the condition number of s is |y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z| (Tisseur and Meerbergen 2001,
-doi 10.1137/S0036144500381988). Eigenvalues below their rounding error count as zero.
+Without damping mu = -s^2 are the eigenvalues of K and M. In a thin strip the highest mu has a larger rounding error than the
+lowest mu itself. Therefore eigenvalues of (K + shift M)^-1 M are computed, theta = 1/(shift + mu). Left and right vectors are y
+and z. The condition number of s is |y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M + C) z|, by Tisseur and Meerbergen 2001
+(doi 10.1137/S0036144500381988). Eigenvalues below their rounding error count as zero.
 """
 
 from dataclasses import dataclass
@@ -105,9 +105,9 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """True for eigenvalues, up to the root of the shift, that are zero to rounding: rigid motions, or at critical points."""
+        """True for eigenvalues that are zero to rounding: rigid motions, or at critical points."""
         size = np.abs(self.values)
-        return (size <= self.rounding) & (size**2 <= self.shift)
+        return (size <= self.rounding) & (size**2 <= self.shift)  # larger ones with such an error are inaccurate, but not zero
 
     @property
     def growth(self) -> Array:
@@ -158,8 +158,8 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     """Solve s^2 M z + K z = 0; return s, one of s and -s, left and right vectors, errors of s, and the shift.
 
     The first shift is `known` or an estimate. It is changed until no mu is near -shift, where K + shift M is singular, and until
-    the lowest |mu| above zero is at most 100 times the shift. A rigid motion has the largest theta, 1/shift: with it the relative
-    error of this |mu| is about its ratio to the shift times `ROUNDING`. Half the lowest |mu| is such a shift.
+    the lowest |mu| above zero is at most 100 times the shift. The relative error of mu is about `ROUNDING` mu/shift if there are
+    rigid motions, which have the largest theta, 1/shift.
     """
     symmetric = is_symmetric(k)
     k, m, next_shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, known or _first_shift(m, k)
@@ -172,13 +172,13 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         if known:  # it may exceed the lowest |mu|
             is_away = float(np.abs(mu + shift).min()) >= 0.2 * shift
         else:
-            is_away = lowest >= 1.5 * shift  # the shift is below the lowest |mu|, by a chosen margin
+            is_away = lowest >= 1.5 * shift  # 1.5: a chosen margin
         if is_away and lowest <= 100.0 * shift:
             break
-        # the nearest mu is between -1.2 and -0.8 times a known shift: 0.6 is away from it, on the side of zero
+        # the nearest mu is between -1.2 and -0.8 times a known shift: go towards zero, or to half the lowest |mu|
         next_shift = 0.6 * shift if known and not is_away else 0.5 * lowest
-    theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)
-    errors = _errors_of_inverse(theta, left, m @ right)  # m @ right: right vectors of M (K + shift M)^-1, left ones are the same
+    theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)  # EPS: any small number, as 1/theta was lost in mu
+    errors = _errors_of_inverse(theta, left, m @ right)  # of M (K + shift M)^-1, whose left and right vectors are y and M z
     if symmetric:
         mu, errors, right = _improve_by_quotient(m, k, right, mu, errors)
         left = right

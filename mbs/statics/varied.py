@@ -33,12 +33,8 @@ class Varied(Problem):
         """Return the derivative of (f - G^T lambda, g) by the number, a central difference: `residuals` are not needed."""
         # a half width of h = 1e-5 over the number has relative errors of about h^2 by truncation, 1e-16/h by rounding
         step = 1e-5 * max(abs(rest.parameter), abs(self.initial), 1e-300)
-        sides = []
-        for p in (rest.parameter + step, rest.parameter - step):
-            self.set_parameter(p)  # it stays changed: each method of a `Problem` that assembles sets it again
-            a = self.scene.assemble(rest.q, tangents=False)
-            sides.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
-        return np.asarray((sides[0] - sides[1]) / (2 * step))
+        sides = [self.residual(rest._replace(parameter=rest.parameter + change), False)[:2] for change in (step, -step)]
+        return (np.concatenate(sides[0]) - np.concatenate(sides[1])) / (2 * step)
 
     def with_degree(self, increment: int) -> "Varied":
         """Return the problem with strips of a higher degree."""
@@ -46,7 +42,7 @@ class Varied(Problem):
 
 
 class Paced(Problem):
-    """Problem over the frequency of a periodic motion [Hz]; all functions of time run parameter/`initial` as fast."""
+    """Equations over the frequency of a motion [Hz]; time runs faster in all functions, by the factor parameter/`initial`."""
 
     def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""
@@ -65,4 +61,4 @@ def problem_over(
         return Problem(scene, loads_of(scene, [load] if isinstance(load, str) else load))
     if drive not in scene.row_names:
         raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
-    return Problem(scene, (), scene.row_names.index(drive), initial=0.0)
+    return Problem(scene, row=scene.row_names.index(drive), initial=0.0)  # a drive has one row

@@ -96,8 +96,8 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state. Its load factor is set for that only: the scene, as given, is part of results."""
-    found = problem.spectrum(rest)
+    """Compute the spectrum at a state; the scene, which results have, keeps the loads as given."""
+    found = problem.spectrum(rest)  # sets the load factor of the state in the scene
     problem.set_parameter(problem.initial)
     return found
 
@@ -164,7 +164,7 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
             names.append(f"rigid motion of {find_moving_link(scene, q, np.real(shape))}")
-        elif growth > 0.0:
+        elif growth > 0.0:  # Re s, zero below its rounding error
             names.append("flutter" if value.imag else "growth")
         else:
             names.append("vibration" if value.imag else "decay")
