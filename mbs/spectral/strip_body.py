@@ -235,5 +235,5 @@ def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> Non
         add_separate_mass(builder, marker, each, link)
         return
     values = np.array(builder.data[row.data : row.data + row.size])
-    fields = np.reshape(builder.dofs[row.first : row.first + row.count], (-1, row.size))  # x, y and, if linear, the angle
+    fields = np.reshape(builder.dofs[row.first : row.first + row.dof_count], (-1, row.size))  # x, y and, if linear, the angle
     _add_mass(builder, fields, each.mass, each.inertia, np.outer(values, values), values)
