@@ -244,12 +244,10 @@ def _combine(blank: Derivative, scale: float, sides: Array, reading_error: float
     values have in common. `rounding` is the error of the derivative due to rounding.
     """
     below, above, coarse_below, coarse_above = map(float, sides)
-    if isfinite(below) and not isfinite(above):
-        value, coarse, note = below, coarse_below, "from below alone: a run on the other side failed"
-    elif isfinite(above) and not isfinite(below):
-        value, coarse, note = above, coarse_above, "from above alone: a run on the other side failed"
-    else:
-        value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
+    value, coarse, note = 0.5 * (below + above), 0.5 * (coarse_below + coarse_above), ""
+    if isfinite(below) != isfinite(above):
+        side, value, coarse = ("below", below, coarse_below) if isfinite(below) else ("above", above, coarse_above)
+        note = f"from {side} alone: a run on the other side failed"
     gap, coarse_gap = above - below, coarse_above - coarse_below
     noise = abs(gap - coarse_gap / WIDER) / GAP_NOISE if isfinite(gap) else 0.0  # unknown without a gap, when one side failed
     error = abs(value - coarse) + noise

@@ -108,8 +108,7 @@ class Family:
     def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
         """Make a family by paths of numbers, or by names of a function's arguments.
 
-        `arguments` are those of a function in the given mechanism; without them `values` is empty. Arguments that are not in
-        `names` do not vary.
+        `arguments` are those of a function in the given mechanism: those in `names` vary. Without them `values` is empty.
         """
         if not isinstance(source, Mechanism | Mapping):
             function, fixed = source, dict(arguments or {})

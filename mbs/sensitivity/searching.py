@@ -170,7 +170,7 @@ class Search:
         return {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
 
     def read(self, x: Array, solver: Spectral) -> Array:
-        """Compute the readings at a point, nan where the run fails; set the units."""
+        """Compute the readings at a point, nan where the run fails; set the units, and compare them with those of constraints."""
         self.runs += 1
         try:
             found = read_run(self.readings, self.family.make(self.values(x)), self.duration, solver)
@@ -180,15 +180,11 @@ class Search:
             self.failed = str(error) if self.runs == 1 else self.failed
             return np.full(len(self.readings), np.nan)
         self.units = self.family.units | dict(zip(self.readings, found.units, strict=True))
-        self.check_units()
-        return found.values
-
-    def check_units(self) -> None:
-        """Raise a WrongReadingError if a constraint has a unit that does not fit its reading."""
         for each in self.constraints:
             unit = self.units[each.reading]
             if unit and each.written and not cast(Measured, measured(each.written)).fits(unit):
                 raise WrongReadingError(f"subject_to '{each.text}': {each.reading} is in {unit}")
+        return found.values
 
     def evaluate(self, x: Array) -> Array:
         """Compute the readings at a point, or look them up, and add the offset; an EnoughError ends the search."""

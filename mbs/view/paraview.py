@@ -77,8 +77,7 @@ def _solids(movie: Movie) -> Iterator[MeshSolid]:
         # nodes 0 to 3 are at a station, 4 to 7 at the next; VTK lists the four of one face, then those opposite to them
         hexahedron = np.array([0, 4, 5, 1, 2, 6, 7, 3])
         cells = 4 * np.arange(band.points.shape[1] - 1)[:, None] + hexahedron
-        # bending is the change of curvature [1/m]
-        values = {"curvature": band.bending, "axial_force": band.axial_force, "stress": band.stress}
+        values = {"curvature": band.bending, "axial_force": band.axial_force, "stress": band.stress}  # bending [1/m]
         yield MeshSolid(nodes, "hexahedron", cells, {key: np.repeat(column, 4, axis=1) for key, column in values.items()})
 
 

@@ -149,8 +149,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
     return {
         "count": len(movie.time), "time": store.add(movie.time), "unit": movie.unit, "box": movie.box,
         "names": list(movie.frames), "points": movie.points,
-        # position x, y and angle of each frame
-        "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
+        "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],  # x, y and angle
         "bands": bands, "marks": marks,
     }  # fmt: skip
 

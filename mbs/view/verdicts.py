@@ -46,8 +46,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         name, _, message = reason.partition(": ") if re.match(NAME, reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(message)
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
-    questions = dict.fromkeys(reasons, "") | QUESTIONS  # failed checks first; OTHER has no question
-    for name, question in questions.items():
+    for name, question in (dict.fromkeys(reasons, "") | QUESTIONS).items():  # failed checks first; OTHER has no question
         is_compared = result.verified >= 0  # difference from the other solver, nan without such a run
         if name == "SOLVERS" and not is_compared:
             continue
