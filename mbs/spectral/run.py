@@ -46,7 +46,8 @@ MOST_VIOLATION = 1e-6
 DISTINCT = 1e-12
 """Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
-"""Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold."""
+"""Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold.
+With `samples.MOST_SAMPLES` + 3 or less no step would begin, and a run would not end."""
 LANDING = 1e-2
 """Distance to a face, over tolerance and longest link, within which a contact counts as closed as a step starts.
 A step does not end at such a face again. The distance is `face_tolerance` of the controls."""
