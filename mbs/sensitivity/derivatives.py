@@ -164,7 +164,6 @@ def sensitivities(
     scales = {name: abs(family.values[name]) or spreads.get(name, 0.0) for name in by}  # of the changes of a number
     if no_scale := [name for name, scale in scales.items() if not scale]:
         raise ValueError(f"{no_scale[0]} = 0: a relative change says nothing; give its standard deviation, too")
-    neighbours = Neighbours(family, scales, duration)
     of_runs = {name: reading for name, reading in readings.items() if needs_run(reading)}
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
@@ -172,7 +171,7 @@ def sensitivities(
     watching.get().most = runs if of_runs else inf  # for the display of progress, which counts runs alone
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
-            rows += neighbours.rows(group, solver or TIGHT, width)
+            rows += Neighbours(family, scales, duration, group).rows(solver or TIGHT, width)
     return Sensitivities(rows, spreads)
 
 
@@ -182,17 +181,18 @@ class Neighbours(NamedTuple):
     family: Family
     scales: dict[str, float]
     duration: float | None
+    readings: Mapping[str, Reading]
 
-    def read(self, readings: Mapping[str, Reading], solver: Spectral, **changes: float) -> Readings:
-        """Compute readings of the mechanism with other values of some numbers."""
-        return read(readings, self.family.make(self.family.values | changes), self.duration, solver)
+    def read(self, solver: Spectral, **changes: float) -> Readings:
+        """Compute the readings of the mechanism with other values of some numbers."""
+        return read(self.readings, self.family.make(self.family.values | changes), self.duration, solver)
 
-    def rows(self, readings: Mapping[str, Reading], solver: Spectral, width: float) -> list[Derivative]:
-        """Compute derivatives of readings, grouped by reading, the largest effect first."""
-        unchanged = self.read(readings, solver)
-        slopes, reason = self.slopes_by_number(readings, solver, width, unchanged)
+    def rows(self, solver: Spectral, width: float) -> list[Derivative]:
+        """Compute derivatives, grouped by reading, the largest effect first."""
+        unchanged = self.read(solver)
+        slopes, reason = self.slopes_by_number(solver, width, unchanged)
         rows = []
-        for i, reading in enumerate(readings):
+        for i, reading in enumerate(self.readings):
             value, derivatives = float(unchanged.values[i]), []
             reading_error = float(unchanged.errors[i]) / abs(value) if value else 0.0  # relative
             for name, scale in self.scales.items():
@@ -205,9 +205,7 @@ class Neighbours(NamedTuple):
             rows += sorted(derivatives, key=lambda row: -abs(np.nan_to_num(row.derivative) * self.scales[row.number]))
         return rows
 
-    def slopes_by_number(
-        self, readings: Mapping[str, Reading], solver: Spectral, width: float, unchanged: Readings
-    ) -> tuple[dict[str, Array], str]:
+    def slopes_by_number(self, solver: Spectral, width: float, unchanged: Readings) -> tuple[dict[str, Array], str]:
         """Compute one-sided derivatives by each number, (4, readings), and the reason why the user stopped, or ''.
 
         They are from below and from above over the finer width, then both over the coarser width.
@@ -216,23 +214,23 @@ class Neighbours(NamedTuple):
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
         slopes: dict[str, Array] = {}
         try:
-            coarse_unchanged = self.read(readings, coarse_solver)
+            coarse_unchanged = self.read(coarse_solver)
             for name in self.scales:
-                fine = self.slopes(readings, name, solver, width, unchanged)
-                coarse = self.slopes(readings, name, coarse_solver, WIDER * width, coarse_unchanged)
+                fine = self.slopes(name, solver, width, unchanged)
+                coarse = self.slopes(name, coarse_solver, WIDER * width, coarse_unchanged)
                 slopes[name] = np.array([*fine, *coarse])
         except USER_STOPS as stop:
             return slopes, str(stop)
         return slopes, ""
 
-    def slopes(self, readings: Mapping[str, Reading], name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
+    def slopes(self, name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
         """Compute the one-sided derivatives from below and from above by a number, each (readings,); nan where a run fails."""
         sides = []
         for change in (-width * self.scales[name], width * self.scales[name]):
             try:
-                values = self.read(readings, solver, **{name: self.family.values[name] + change}).values
+                values = self.read(solver, **{name: self.family.values[name] + change}).values
             except FAILURES:  # the changed number may be out of its range
-                values = np.full(len(readings), nan)
+                values = np.full(len(self.readings), nan)
             sides.append((values - start.values) / change)
         return sides
 

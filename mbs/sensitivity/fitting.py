@@ -155,31 +155,26 @@ def fit(
     return _answer(problem, best, likelihoods)
 
 
-class RankedPoint(NamedTuple):
-    """Point of the cube with its sum of squared residuals."""
-
-    squares: float
-    x: Array
-
-
 def _find_best(problem: FitProblem, starts: int) -> Array:
     """Minimise the sum of squares from the best of the starts: the middle and points of a Halton sequence."""
-    d, ranked, minima = len(problem.names), list[RankedPoint](), list[RankedPoint]()
+    d = len(problem.names)
+    ranked, minima = dict[tuple[float, ...], float](), dict[tuple[float, ...], float]()  # sums of squares by the point
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
             squares = problem.sum_of_squares(x)
             if np.isfinite(squares):
-                ranked.append(RankedPoint(squares, x))
-        for start in sorted(ranked, key=lambda each: each.squares)[:BEST_STARTS]:
-            x = _solve(problem, start.x)
-            minima.append(RankedPoint(problem.sum_of_squares(x), x))
+                ranked[tuple(x)] = squares
+        for start in sorted(ranked, key=lambda point: ranked[point])[:BEST_STARTS]:
+            x = _solve(problem, np.array(start))
+            minima[tuple(x)] = problem.sum_of_squares(x)
     except USER_STOPS as stop:
         problem.stopped = str(stop)
         if not ranked:
             raise RunFailedError(f"{stop}, before any run ended") from None
     if not ranked:
         raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
-    return min(minima or ranked, key=lambda each: each.squares).x
+    found = minima or ranked
+    return np.array(min(found, key=lambda point: found[point]))
 
 
 def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
