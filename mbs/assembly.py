@@ -63,7 +63,7 @@ def assemble(
     base, free = _solve_linear(equations, 2 * len(unknown))
     size = max(lengths.values(), default=0.0) or 1.0  # [m]
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
-    chords = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)
+    chords = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)  # linear forms of E - S
     chords = chords.reshape(-1, 2 * len(unknown) + 1)  # also without links
     length_equations = _LengthEquations(chords, np.array([link.length for link in of_length]), base, free)
     length_equations.check_decided(of_length)
@@ -162,10 +162,7 @@ def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
 
 
 class _LengthEquations:
-    """Equations |M z + c| = L of the links whose length alone is given, with M and c complex; each solution z is a pose.
-
-    `chords` are the linear forms of E - S, from start to end of each link, shape (links, unknowns + 1).
-    """
+    """Equations |M z + c| = L of the links whose length alone is given, with M and c complex; each solution z is a pose."""
 
     def __init__(self, chords: Array, lengths: Array, base: Array, free: Array) -> None:
         self.base, self.free, self.lengths = base, free, lengths
@@ -205,11 +202,7 @@ class _LengthEquations:
         return found, True
 
     def _iterate(self, z: Array) -> tuple[Array, Array]:
-        """Iterate by the Levenberg-Marquardt method from all starts z at once, (starts, free).
-
-        Return the last z of each start and its largest residual [m], (starts,). The damping falls tenfold after an accepted step
-        and rises tenfold after a rejected one.
-        """
+        """Iterate by the Levenberg-Marquardt method from starts z, (starts, free); return last z and largest residual [m]."""
         damping = np.full(len(z), 1e-2)
         value, slopes = self.residual(z)
         for _ in range(ITERATIONS):

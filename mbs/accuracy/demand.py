@@ -31,7 +31,7 @@ PLACE_PEAK_ERROR = 1e-3
 of manufacture. A convention."""
 STRUCK_PLACE_ERROR = 5e-3
 """Root mean square of the error allowed of a place where bodies strike, stick or slip, over the longest link or the range,
-whichever is larger: an error of 5 % in the speed of a rebound. `PLACE_ERROR` holds as well; `PLACE_PEAK_ERROR` does not."""
+whichever is larger: 5 % in the speed of a rebound by a tenth of it. `PLACE_ERROR` holds as well; `PLACE_PEAK_ERROR` does not."""
 LAW_ERROR = COARSEST
 """Error allowed of a journal's place, over its clearance, and of the states x of a load with equations dx/dt = f, over their
 largest values: 0.1, as their laws are known no better."""

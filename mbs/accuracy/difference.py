@@ -228,10 +228,9 @@ def _samples(run: Trajectory, names: list[str], has_rates: bool, smooth: bool) -
 
 
 class Grid:
-    """Times at which runs a and b are compared: at the samples of a, then those of b, then the matched times.
+    """Times at which runs a and b are compared: samples of a, then those of b, then times of `matched` events, (2, times).
 
-    Matched times, (2, times), are those at which a and b have the same event; between them, times of b are moved linearly. So
-    `times_a[k]` of a corresponds to `times_b[k]` of b.
+    Time `times_a[k]` of a corresponds to `times_b[k]` of b. Between matched times those of b are moved linearly.
     """
 
     def __init__(self, time_a: Array, time_b: Array, matched: Array) -> None:

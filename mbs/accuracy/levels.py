@@ -34,8 +34,8 @@ STICKING = 1 / 128
 DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
-"""Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6,
-but a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
+"""Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6.
+But a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 MOST_DEGREES = 8

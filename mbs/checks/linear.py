@@ -78,11 +78,7 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 
 
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
-    """Return the force of joints on a link at a point [N], (times, 2); None if a joint has no signals or other elements act
-    there.
-
-    Joints with clearance count as joints. The signals of a joint are the force on its second link.
-    """
+    """Return the force of joints on a link at a point [N], (times, 2); None without signals or if other elements act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
     references = [getattr(element, field, "") for element in others for field in point_fields]
@@ -94,5 +90,5 @@ def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) ->
             if f"{key}.fx" not in result.signals:
                 return None
             force = np.column_stack([result.signals[f"{key}.f{axis}"] for axis in "xy"])
-            forces.append(force if joint.second == name else -force)
+            forces.append(force if joint.second == name else -force)  # signals are the force on the second link
     return np.asarray(sum(forces)) if forces else None

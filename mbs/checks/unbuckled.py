@@ -57,16 +57,13 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips that stay straight although a small deflection would grow under the mean normal force.
-
-    The mean is over the last quarter of the pinned strip's first period, which removes axial vibrations.
-    """
+    """Find strips that stay straight although a small deflection would grow under the mean normal force."""
     record, time, strips = run.record, result.time, _strips(run)
     forces, compressed = dict[str, Array](), dict[str, Array]()  # normal force [N]; mask of samples to check
     for link in strips:
         name, section, length = link.name, link.body.section, record.links[link.name].length
-        period = 2 * np.pi / section.first_frequency(length)
-        forces[name] = recent_mean(time, result.signals[f"{name}.axial_force"], period / 4)
+        period = 2 * np.pi / section.first_frequency(length)  # of the pinned strip
+        forces[name] = recent_mean(time, result.signals[f"{name}.axial_force"], period / 4)  # without axial vibrations
         deflection = result.signals[f"{name}.deflection"]
         is_unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # false for an arch that has snapped through
         compressed[name] = (-forces[name] > COMPRESSED * section.euler_load(length)) & is_unbent

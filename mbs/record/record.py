@@ -23,16 +23,12 @@ from .lookup import hermite, trapezoidal
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """Motion of a rigid link, with its mass [kg] and inertia about the centre of mass [kg m^2].
+    """Motion of a rigid link."""
 
-    `arms` lead from the centre of mass to each point at t = 0 [m], (x, y). `q` has x and y of the centre of mass [m] and the
-    angle since t = 0 [rad], (times, 3).
-    """
-
-    mass: float
-    inertia: float
-    arms: Mapping[str, Pair | Array]
-    q: Array
+    mass: float  # [kg]
+    inertia: float  # about the centre of mass [kg m^2]
+    arms: Mapping[str, Pair | Array]  # from the centre of mass to each point at t = 0 [m], (x, y)
+    q: Array  # x and y of the centre of mass [m], angle since t = 0 [rad], (times, 3)
     q_t: Array
     q_tt: Array
 

@@ -124,8 +124,8 @@ class Result:
     def reading(self, text: str) -> Any:
         """Compute a formula such as "rms(B.normal_force)" and its error: a `buckler.mbs.sensitivity.reading_errors.Reading`.
 
-        The error is a bound from the difference of two runs, for a chaotic motion the half-width of the 95 % confidence interval
-        from means over parts of the run, as the `kind` says. Raise a ValueError for an invalid formula.
+        The error is a bound from the difference of two runs. Of a chaotic motion it is half of the 95 % confidence interval, from
+        means over parts of the run. Raise a ValueError for an invalid formula.
         """
         return import_late("sensitivity.reading_errors:read")(self, text)
 

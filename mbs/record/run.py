@@ -176,20 +176,16 @@ def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run of a solver: record, status and message of a failure, computational work.
-
-    `summary` counts elements, coordinates and constraints. `notes` are remarks on the mechanism. `unseen` is a message about
-    edges of a user's function between steps. `asked` is a text that names the signals to compute; '' for all.
-    """
+    """One run of a solver."""
 
     solver: Any
     record: Record
     failure: Failure | None
-    work: dict[str, float]
-    summary: Mapping[str, int] = field(default_factory=dict)
-    notes: Sequence[str] = ()
-    unseen: str = ""
-    asked: str = ""
+    work: dict[str, float]  # computational work
+    summary: Mapping[str, int] = field(default_factory=dict)  # numbers of elements, coordinates and constraints
+    notes: Sequence[str] = ()  # remarks on the mechanism
+    unseen: str = ""  # message about edges of a user's function between steps
+    asked: str = ""  # text that names the signals to compute; '' for all
 
     @cached_property
     def signals(self) -> dict[str, Signal]:

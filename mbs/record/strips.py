@@ -21,16 +21,13 @@ LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)
 
 
 class Strain(NamedTuple):
-    """Generalised strain at its integration points; its energy is 1/2 stiffness sum(weights strain^2).
-
-    `value` and `rate` have the shape (times, elements, points), `weights` (elements, points) holds lengths in m.
-    """
+    """Generalised strain at its integration points; its energy is 1/2 stiffness sum(weights strain^2)."""
 
     stiffness: float
     damping: float
-    weights: Array
-    value: Array
-    rate: Array
+    weights: Array  # lengths [m], (elements, points)
+    value: Array  # (times, elements, points)
+    rate: Array  # (times, elements, points)
 
     @property
     def energy(self) -> Array:
@@ -67,18 +64,13 @@ def _hermite(length: Array, xi: Array) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class StripMotion:
-    """Motion of a flexible link of finite elements; base class for beams and cables.
+    """Motion of a flexible link of finite elements; base class for beams and cables."""
 
-    `pieces` are the stress-free lengths of the elements [m], `nodes` the node numbers of the link's points. `reference` has the
-    stress-free coordinates of each node: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables. `q`, `q_t` and `q_tt` have the
-    shape (times, nodes, coordinates). `body.node_stride` is the number of nodes from one element to the next.
-    """
-
-    body: Flexible
-    pieces: Array
-    reference: Array
-    nodes: Mapping[str, int]
-    q: Array
+    body: Flexible  # its `node_stride` is the number of nodes from one element to the next
+    pieces: Array  # stress-free lengths of the elements [m]
+    reference: Array  # stress-free coordinates of nodes: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables
+    nodes: Mapping[str, int]  # node numbers of the link's points
+    q: Array  # (times, nodes, coordinates), as `q_t` and `q_tt`
     q_t: Array
     q_tt: Array
 
