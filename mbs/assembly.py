@@ -59,15 +59,12 @@ def assemble(
     if not deciding or not unknown:
         return Assembly({})
     places = _as_linear_forms(points, unknown)
-    equations = [*_link_equations(places, links, lengths), *_guide_equations(places, guides)]
-    base, free = _solve_linear(equations, 2 * len(unknown))
-    size = max(lengths.values(), default=0.0) or 1.0  # [m]
+    linear = [*_link_equations(places, links, lengths), *_guide_equations(places, guides)]
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
-    chords = np.array([places[link.end] - places[link.start] for link in of_length], dtype=complex)  # linear forms of E - S
-    chords = chords.reshape(-1, 2 * len(unknown) + 1)  # also without links
-    length_equations = _LengthEquations(chords, np.array([link.length for link in of_length]), base, free)
-    length_equations.check_decided(of_length)
-    solutions, solved = length_equations.find_all(size)
+    equations = _LengthEquations(of_length, places, *_solve_linear(linear, 2 * len(unknown)))
+    equations.check_decided()
+    size = max(lengths.values(), default=0.0) or 1.0  # [m]
+    solutions, solved = equations.find_all(size)
     poses = [dict(zip(unknown, [(x, y) for x, y in each.reshape(-1, 2).tolist()], strict=True)) for each in solutions]
     if not solved:
         raise _out_of_reach(of_length, {**points, **poses[0]})
@@ -77,7 +74,7 @@ def assemble(
     first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
     others = [pose for pose in candidates if pose is not first]
     check_links({**points, **first}, deciding)
-    length_equations.check_regular(unknown, first, of_length)
+    equations.check_regular(unknown, first)
     return Assembly(first, tuple(others))
 
 
@@ -164,8 +161,11 @@ def _solve_linear(equations: list[Array], count: int) -> tuple[Array, Array]:
 class _LengthEquations:
     """Equations |M z + c| = L of the links whose length alone is given, with M and c complex; each solution z is a pose."""
 
-    def __init__(self, chords: Array, lengths: Array, base: Array, free: Array) -> None:
-        self.base, self.free, self.lengths = base, free, lengths
+    def __init__(self, links: list[Any], places: Mapping[str, Array], base: Array, free: Array) -> None:
+        self.links, self.base, self.free = links, base, free
+        self.lengths = np.array([link.length for link in links])
+        chords = np.array([places[link.end] - places[link.start] for link in links], dtype=complex)  # linear forms of E - S
+        chords = chords.reshape(-1, len(base) + 1)  # also without links
         self.matrix, self.constant = chords[:, :-1] @ free, chords[:, :-1] @ base + chords[:, -1]
 
     def residual(self, z: Array) -> tuple[Array, Array]:
@@ -174,13 +174,13 @@ class _LengthEquations:
         value = (np.abs(v) ** 2 - self.lengths**2) / (2 * self.lengths)
         return value, (v.conj()[..., None] * self.matrix).real / self.lengths[:, None]
 
-    def check_decided(self, links: list[Any]) -> None:
+    def check_decided(self) -> None:
         """Raise a ValueError if there are fewer equations than unknowns, by the rank of the derivatives in a random pose."""
         count = self.free.shape[1]
         _, (slopes,) = self.residual(np.random.default_rng(1).normal(size=(1, count)))
         missing = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
         if missing:
-            example = f", as links.{links[0].name}.angle = '60 deg'" if links else ""
+            example = f", as links.{self.links[0].name}.angle = '60 deg'" if self.links else ""
             more = "an angle" if missing == 1 else f"{missing} angles"
             left = "1 way" if missing == 1 else f"{missing} ways"
             raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
@@ -219,7 +219,7 @@ class _LengthEquations:
                 break
         return z, np.abs(value).max(axis=1)
 
-    def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
+    def check_regular(self, unknown: list[str], pose: Mapping[str, Pair]) -> None:
         """Raise a ValueError if a pose is a dead centre, where places are not differentiable in the lengths."""
         if not self.free.shape[1]:
             return
@@ -228,7 +228,7 @@ class _LengthEquations:
         _, (slopes,) = self.residual(z[None])
         values = np.linalg.svd(slopes, compute_uv=False)
         if values[-1] < SINGULAR * values[0]:
-            names = ", ".join(f"'{link.name}'" for link in links)
+            names = ", ".join(f"'{link.name}'" for link in self.links)
             raise ValueError(f"links {names}: are at a dead centre, in line; start from another angle, or give places of points")
 
 
