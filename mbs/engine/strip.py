@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 import exudyn.itemInterface as eii
 import numpy as np
 
-from ..elements import Link, Profile, Section
+from ..elements import Link
 from ..elements.beam import Flexible
 from ..elements.element import Pair
 from ..geometry import Array, rotate_left
@@ -196,11 +196,10 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         system.AddNode(node_type(referenceCoordinates=[*row], initialVelocities=[*v]))
         for row, v in zip(reference, rates, strict=True)
     ]
-    make_element = _make_beam if body.has_angles else _make_cable
     objects = []
     for e, length in enumerate(grid.pieces):
         part = slice(e * body.node_stride, (e + 1) * body.node_stride + 1)  # nodes of the element
-        objects.append(system.AddObject(make_element(body.section, nodes[part], directions[part], length)))
+        objects.append(system.AddObject(_make_element(body, nodes[part], directions[part], length)))
     markers = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in grid.at.items()}
     scales = np.zeros_like(reference)
     scales[:, :2] = 1.0  # not of angles and slopes: steps are judged by the error of the nodes' places
@@ -210,28 +209,20 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     )  # fmt: skip
 
 
-def _make_beam(section: Section | Profile, nodes: list[int], directions: Array, length: float) -> Any:
-    return eii.ObjectBeamGeometricallyExact2D(
-        nodeNumbers=nodes, length=length, massPerLength=section.mass_per_length,
-        crossSectionInertia=section.inertia_per_length, shearStiffness=section.shear_stiffness,
-        # a bowed reference alone is not stress-free
-        referenceCurvature=(directions[-1] - directions[0]) / length, **_stiffness(section),
-    )  # fmt: skip
-
-
-def _make_cable(section: Section | Profile, nodes: list[int], _directions: Array, length: float) -> Any:
-    return eii.ObjectANCFCable2D(
-        nodeNumbers=nodes, length=length, massPerLength=section.mass_per_length,
-        strainIsRelativeToReference=1.0, **_stiffness(section),
-        useReducedOrderIntegration=2,  # without it, thin strips of few elements lock
-    )  # fmt: skip
-
-
-def _stiffness(section: Section | Profile) -> dict[str, float]:
-    """Return the stiffnesses and dampings of a section by the engine's names."""
-    return {
-        "bendingStiffness": section.bending_stiffness,
-        "axialStiffness": section.axial_stiffness,
+def _make_element(body: Flexible, nodes: list[int], directions: Array, length: float) -> Any:
+    """Make the engine's element of a strip from its nodes, and the directions of the tangent there [rad]."""
+    section = body.section
+    common = {
+        "nodeNumbers": nodes, "length": length, "massPerLength": section.mass_per_length,
+        "bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness,
         "bendingDamping": section.bending_stiffness * section.material.bending_damping,
         "axialDamping": section.axial_stiffness * section.material.axial_damping,
-    }
+    }  # fmt: skip
+    if body.has_angles:
+        curvature = (directions[-1] - directions[0]) / length  # of the reference, which is not stress-free without it
+        inertia, shear = section.inertia_per_length, section.shear_stiffness
+        return eii.ObjectBeamGeometricallyExact2D(
+            crossSectionInertia=inertia, shearStiffness=shear, referenceCurvature=curvature, **common
+        )
+    # reduced integration: without it, thin strips of few elements lock
+    return eii.ObjectANCFCable2D(strainIsRelativeToReference=1.0, useReducedOrderIntegration=2, **common)
