@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, sin
+from typing import NamedTuple
 
 import numpy as np
 
+from ..elements.element import Pair
 from ..elements.stop import Striking
 from ..elements.strut import StrutLaw
 from ..geometry import Array
@@ -26,7 +28,7 @@ class StopContact(Striking):
     face: float = 0.0
     side: float = 1.0
     mass: float = 0.0
-    columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
+    columns: Array = field(init=False)
     is_touching: bool = False
     last_force: float = 0.0
 
@@ -51,8 +53,7 @@ class StopContact(Striking):
         return self.last_force
 
 
-@dataclass
-class StopEnd:
+class StopEnd(NamedTuple):
     """Node of one of the two bodies of a stop, with `size` coordinates; the ground has `size` 0.
 
     `place` is the position of the node and `arm` leads from it to the contact point, both at t = 0 in axes of the ground [m].
@@ -60,11 +61,11 @@ class StopEnd:
 
     node: int = -1
     size: int = 0
-    place: Array = field(default_factory=lambda: np.zeros(2))
-    arm: Array = field(default_factory=lambda: np.zeros(2))
+    place: Array = np.zeros(2)
+    arm: Array = np.zeros(2)
 
 
-@dataclass
+@dataclass(kw_only=True)
 class FreeContact(StopContact):
     """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`; `face` is unused.
 
@@ -77,10 +78,10 @@ class FreeContact(StopContact):
     the same way on the coordinate R(phi) (-along_y, along_x) . (p - o), along the face.
     """
 
-    first: StopEnd = field(default_factory=StopEnd)
-    second: StopEnd = field(default_factory=StopEnd)
-    along: tuple[float, float] = (1.0, 0.0)
-    reach: float = 0.0
+    first: StopEnd
+    second: StopEnd
+    along: Pair
+    reach: float
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
         """Find the indices of the coordinates in the assembled system."""
@@ -97,7 +98,7 @@ class FreeContact(StopContact):
         distance, rate, gradient = self.project(q, v, self.along)
         return self.side * (distance - self.reach), self.side * rate, [self.side * derivative for derivative in gradient]
 
-    def project(self, q: Array, v: Array, line: tuple[float, float]) -> tuple[float, float, list[float]]:
+    def project(self, q: Array, v: Array, line: Pair) -> tuple[float, float, list[float]]:
         """Project p - o on a line that turns with `second`: u . (p - o) with u = R(phi) line, its rate, its gradient by q.
 
         q are displacements since t = 0: x, y, theta of each node. Only `first` may be a cable's node (x, y, dx/ds, dy/ds). Its

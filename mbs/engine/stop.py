@@ -23,12 +23,12 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
     node, size, position = scene.placed[link].find_node(stop.point)  # size: number of the node's coordinates
     arm = np.subtract(mechanism.points[stop.point], position)
-    first, second = StopEnd(node, size, position, arm), StopEnd()  # the empty StopEnd is the ground
+    first, second = StopEnd(node, size, position, arm), StopEnd()  # `second` is the ground
     inverse_mass = scene.placed[link].inverse_mass(stop.point, normal)  # of the effective mass [1/kg]
     if stop.carrier != GROUND:
         origin = place(stop.origin(mechanism)).point
         node, position = scene.placed[stop.carrier].find_angle_node(origin)  # with an angle, as the face turns
-        second = StopEnd(node, size=3, place=np.array(position))  # coordinates x, y, theta
+        second = StopEnd(node, size=3, place=position)  # coordinates x, y, theta
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin  # a flexible link has effective masses at its own points only
         inverse_mass += scene.placed[stop.carrier].inverse_mass(contact_point, normal)
