@@ -107,16 +107,13 @@ def _evaluate(text: str, values: Mapping[str, Any], path: str) -> Any:
     states = re.findall(r"\bstate\d+\b", formula)
     try:
         used = names_in(parse(formula, {*values, *VARIABLES, *states}))
+        numbers = {name: _number(values[name], path) for name in used & set(values)}
+        if used - set(numbers):  # a function of variables: its parameters become numbers
+            return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
+        return function_of(formula, tuple(numbers))(*numbers.values())
     except NoFormulaError:
         return text  # such as plain words; the reader of the field checks them
-    except ValueError as error:  # such as a name that is not known
-        raise ValueError(f"{path} = {show(text)}: {error}") from None
-    numbers = {name: _number(values[name], path) for name in used & set(values)}
-    if used - set(numbers):  # a function of variables: its parameters become numbers
-        return WORD.sub(lambda match: f"({numbers[match[0]]!r})" if match[0] in numbers else match[0], formula)
-    try:
-        return function_of(formula, tuple(numbers))(*numbers.values())
-    except (ArithmeticError, ValueError) as error:
+    except (ArithmeticError, ValueError) as error:  # such as a name that is not known, or 1/0
         raise ValueError(f"{path} = {show(text)}: {error}") from None
 
 
