@@ -238,8 +238,7 @@ class Strip:
         matrix[:count, :count] += np.eye(count)
         if self.start == "pinned":
             matrix[:count, b_column] -= 1.0  # b is phi
-        end_angle = np.zeros(count + 4)
-        end_angle[count - 1] = 1.0  # theta at s = 1 is the last angle
+        end_angle = np.eye(count + 4)[count - 1]  # theta at s = 1 is the last angle
         place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
         matrix[count:] = np.where(self.is_prescribed[:, None], place, end_force)
         matrix[count:, factor_column] -= np.where(self.is_prescribed, load.move, (*load.end, load.moment))

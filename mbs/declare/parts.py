@@ -158,9 +158,8 @@ def _list_fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:
     """Return the fields that differ from their defaults in the form of documents; ValueError for a value without such a form."""
-    kind = type(found)
     content = {}
-    for key, declaration in declarations(kind).items():
+    for key, declaration in declarations(type(found)).items():
         value = getattr(found, key)
         if declaration.required or not _same(value, declaration.default):
             content[key] = declaration.spec.write(f"{name}.{key}" if name else key, value)

@@ -60,10 +60,8 @@ def connect(scene: EngineScene) -> None:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
         function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
-        if function is None:
-            lacks_rows = any(not list(element.rows(scene.mechanism)) for element in named.values())
-            if lacks_rows:
-                raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
+        if function is None and any(not list(element.rows(scene.mechanism)) for element in named.values()):
+            raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
         (function or rows.connect)(scene, named)
 
 

@@ -83,18 +83,18 @@ class ClearanceGroup:
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
             for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
-                speed = _compute_onset_speed(h, [previous["depth"][j], depth[j]], [previous["rate"][j], rate[j]])
+                depths, rates = (np.array([previous[column][j], report[column][j]]) for column in ("depth", "rate"))
+                speed = _compute_onset_speed(np.array([0.0, h]), depths, rates)
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
         memory[:, BRISTLE], memory[:, SLIDING], memory[:, SINCE] = report["bristle"], report["sliding"], t
         self._previous = report
         return memory.copy()
 
 
-def _compute_onset_speed(h: float, depths: list[float], rates: list[float]) -> float:
-    """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at both ends of a step h [s]."""
-    time, depth, rate = np.array([0.0, h]), np.array(depths), np.array(rates)
-    onset_times = find_sign_changes(time, depth, rate)  # one: the depth was 0 or less and is positive
-    _depths, (onset_rate,) = hermite(time, depth, rate, onset_times)
+def _compute_onset_speed(times: Array, depths: Array, rates: Array) -> float:
+    """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at the start and end of a step [s]."""
+    onset_times = find_sign_changes(times, depths, rates)  # one: the depth was 0 or less and is positive
+    _depths, (onset_rate,) = hermite(times, depths, rates, onset_times)
     return float(onset_rate)
 
 

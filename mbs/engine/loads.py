@@ -94,12 +94,12 @@ def add_line_loads(scene: EngineScene, loads: dict[str, LineLoad]) -> None:
 def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
     """Add torques on links."""
     for name, load in loads.items():
-        body, point = place(load.loaded_point(scene.mechanism))
         _refuse_states(load)
+        marker = scene.angle_marker(*place(load.loaded_point(scene.mechanism)))
         if callable(load.value):
-            add_coordinate_force(scene, scene.angle_marker(body, point), guard(scene, name, load.value))
+            add_coordinate_force(scene, marker, guard(scene, name, load.value))
         else:
-            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.angle_marker(body, point), load=load.value))
+            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load.value))
 
 
 def add_coordinate_force(scene: EngineScene, marker: int, force: Callback) -> None:

@@ -100,7 +100,7 @@ def _add_anchor(placed: PlacedModal, point: str) -> int:
     """
     system = placed.system
     rates = np.concatenate([placed.velocity, np.zeros(len(placed.model))])[None]  # at t = 0 the modes are at rest
-    start = placed.model.motion(placed.stations[point], placed.reference, rates)
+    start = placed.model.motion(placed.stations[point], placed.reference, rates, np.zeros_like(rates))
     place, velocity = [*start.position[0], *start.angle], [*start.velocity[0], *start.spin]
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=velocity))
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))

@@ -27,9 +27,8 @@ class PlacedRigid(EngineBody):
     def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
         columns = self.columns()[0]
-        x, y, _angle = self.reference[0]
         # at t = 0 all coordinates of the engine are 0, in the record only the angle
-        q = states.q[:, columns] + np.array([x, y, 0.0])
+        q = states.q[:, columns] + self.reference[0] * (1.0, 1.0, 0.0)
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         arm, spin, spin_t = rotate(q[:, 2], self.to_centre), q_t[:, 2:3], q_tt[:, 2:3]
         q = np.column_stack([q[:, :2] + arm, q[:, 2]])

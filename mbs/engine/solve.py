@@ -150,9 +150,7 @@ def _choose_integrator(
     if scene.source.is_explicit_in_exudyn:
         recorder = Recorder(scene, solver, duration, timeout, progress)
         return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
-    engine = exu.MainSolverImplicitSecondOrder()
+    engine, settings = exu.MainSolverImplicitSecondOrder(), implicit_settings(scene, solver, duration)
     if isinstance(solver.steps, Controlled):
-        control: Recorder = StepControl(scene, solver, duration, engine, timeout, progress)
-    else:
-        control = Recorder(scene, solver, duration, timeout, progress)
-    return control, engine, implicit_settings(scene, solver, duration)
+        return StepControl(scene, solver, duration, engine, timeout, progress), engine, settings
+    return Recorder(scene, solver, duration, timeout, progress), engine, settings

@@ -95,11 +95,12 @@ def _cells_of(mesh: Any, where: str) -> tuple[str, Array]:
 
 def _link_axes(file: MeshFile) -> tuple[Array, float]:
     """Return the rotation from the file's axes into the link's, and the link's length [m]."""
-    vectors = {}
-    for name in ("start", "end", "normal"):
-        # 1e9: chosen, above any real size
-        vectors[name] = np.array([number(name, component, -1e9, 1e9, "file units") for component in getattr(file, name)])
-    x, z = vectors["end"] - vectors["start"], vectors["normal"]
+    # 1e9: chosen, above any real size
+    start, end, z = (
+        np.array([number(name, component, -1e9, 1e9, "file units") for component in getattr(file, name)])
+        for name in ("start", "end", "normal")
+    )
+    x = end - start
     span = positive("distance of start and end", float(np.linalg.norm(x)), "file units")
     x, z = x / span, z / positive("normal (length)", float(np.linalg.norm(z)), "1")
     number("cosine of normal and link axis", float(x @ z), -1e-6, 1e-6, "1")

@@ -99,11 +99,9 @@ class PlanarModel:
         inertia = self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
         return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", modal, self.gyration, q_t[:, 3:])
 
-    def motion(self, station: str, q: Array, q_t: Array | None = None, q_tt: Array | None = None) -> FrameMotion:
-        """Compute the motion of a station; rates default to zero."""
+    def motion(self, station: str, q: Array, q_t: Array, q_tt: Array) -> FrameMotion:
+        """Compute the motion of a station."""
         shape = self.shapes[STATIONS.index(station)]
-        q_t = np.zeros_like(q) if q_t is None else q_t
-        q_tt = np.zeros_like(q) if q_tt is None else q_tt
         arm = self.place(station) + q[:, 3:] @ shape[:2].T
         arm_t, arm_tt = q_t[:, 3:] @ shape[:2].T, q_tt[:, 3:] @ shape[:2].T  # in link axes
         spin, spin_t = q_t[:, 2:3], q_tt[:, 2:3]

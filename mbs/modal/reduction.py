@@ -49,8 +49,8 @@ class ReducedModel:
     def table(self) -> list[tuple[int, float, str, float, bool]]:
         """Return a row for each mode: number, frequency [Hz], dominant motion, its share of energy, True if in the plane."""
         shares = self.participation.max(axis=1, initial=0.0)
-        rows = zip(self.numbers, self.omega / (2 * np.pi), self.kinds, shares, moves_in_plane(self.participation), strict=True)
-        return [(int(n), float(f), kind, float(share), bool(planar)) for n, f, kind, share, planar in rows]
+        hertz, is_planar = self.omega / (2 * np.pi), moves_in_plane(self.participation)
+        return list(zip(self.numbers.tolist(), hertz.tolist(), self.kinds, shares.tolist(), is_planar.tolist(), strict=True))
 
 
 def moves_in_plane(shares: Array) -> Array:
