@@ -85,11 +85,10 @@ def build(mechanism: Mechanism) -> EngineScene:
     node = system.AddNode(eii.NodePointGround())
     scene.ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     connect(scene)
-    gx, gy = mechanism.gravity
-    if gx or gy:
+    if any(mechanism.gravity):
         for number in chain.from_iterable(placed.objects for placed in scene.placed.values()):
             marker = system.AddMarker(eii.MarkerBodyMass(bodyNumber=number))
-            system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
+            system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*mechanism.gravity, 0.0]))
     system.Assemble()
     for force in scene.with_memory:  # only the assembled system has indices of coordinates
         force.locate(system)

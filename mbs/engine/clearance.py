@@ -113,10 +113,9 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
         forces: Callback = group.forces
         if not group.kernel.compiled:
             points = ", ".join(f"'{joint.point}'" for joint in alike)
-            scene.notes.append(
-                f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
-                "it is no plain arithmetic, or Numba is missing"
-            )
+            reason = "it is no plain arithmetic, or Numba is missing"
+            slow = f"is called back in Python, some twenty times slower: {reason}"
+            scene.notes.append(f"a law of the clearance at {points} {slow}")
             forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)

@@ -103,9 +103,8 @@ class Recorder:
     def history(self, scene: EngineScene) -> History:
         """Stack the values as arrays; multipliers of the first step replace those at t = 0 that lack friction."""
         count, time = len(self.time), np.array(self.time)
-        q, q_t, q_tt, forces, contact = (
-            np.array(entries).reshape(count, -1) for entries in (self.q, self.q_t, self.q_tt, self.multipliers, self.contact)
-        )
+        lists = (self.q, self.q_t, self.q_tt, self.multipliers, self.contact)
+        q, q_t, q_tt, forces, contact = (np.array(entries).reshape(count, -1) for entries in lists)
         if scene.initial_multipliers_lack_friction and count > 1:
             forces[0] = forces[1]
         stacked = iter(np.array(entries) for entries in zip(*self.memory, strict=True))

@@ -79,9 +79,8 @@ class StepControl(Recorder):
             return [0.0, -1.0]
         errors = h * h / 12 * np.abs(self.new_accelerations - self.accelerations)
         q = self.data.GetODE2Coordinates()
-        self.error = max(
-            [float(errors.max(initial=0.0)) / self.limit, *(control.excess(h, errors, q) for control in self.controls)]
-        )
+        excesses = [control.excess(h, errors, q) for control in self.controls]
+        self.error = max([float(errors.max(initial=0.0)) / self.limit, *excesses])
         if self.error <= 2 or h <= MIN_STEP:  # below 2 the next step, made shorter, is better than a repetition
             return [0.0, -1.0]
         self.rejected += 1

@@ -192,10 +192,8 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
         slope_rates = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
         node_type = eii.NodePoint2DSlope1
         reference, rates = np.column_stack([places, tangents]), np.column_stack([speeds[:, :2], slope_rates])
-    nodes = [
-        system.AddNode(node_type(referenceCoordinates=[*row], initialVelocities=[*v]))
-        for row, v in zip(reference, rates, strict=True)
-    ]
+    states = zip(reference, rates, strict=True)
+    nodes = [system.AddNode(node_type(referenceCoordinates=[*row], initialVelocities=[*rate])) for row, rate in states]
     objects = []
     for e, length in enumerate(grid.pieces):
         part = slice(e * body.node_stride, (e + 1) * body.node_stride + 1)  # nodes of the element

@@ -188,10 +188,9 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     changes_sign = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least)
     is_inverted = changes_sign | (least == 0.0) | _find_overlaps(straight)
     if is_inverted.any():
-        raise ValueError(
-            f"{where}: inverted cells = {is_inverted.sum()}, the first is number {np.argmax(is_inverted) + 1}: must be 0; "
-            "its corners are in no order of meshio's, or a node lies across a face"
-        )
+        found = f"inverted cells = {is_inverted.sum()}, the first is number {np.argmax(is_inverted) + 1}"
+        advice = "its corners are in no order of meshio's, or a node lies across a face"
+        raise ValueError(f"{where}: {found}: must be 0; {advice}")
 
 
 def _find_overlaps(grid: Any) -> Array:
@@ -219,7 +218,7 @@ def find_hanging_nodes(grid: Any) -> Array:
     """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming."""
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
-    # all choices of `dim` corners of a face: an edge, a triangle, or the four triangles of a quadrilateral, which may be warped
+    # all choices of `dim` corners of a face: an edge, a triangle, or the four triangles of a quadrilateral
     choices = list(combinations(range(faces.shape[1]), dim))
     simplices = np.concatenate([faces[:, list(corners)] for corners in choices])
     face_of_simplex = np.tile(faces, (len(choices), 1))
