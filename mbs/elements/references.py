@@ -63,14 +63,14 @@ def holder(mechanism: Parts, at: str) -> str:
     A point without a body belongs to the first link with mass that has it, or else to the first strut, or else to the ground.
     A load at the end of a strut acts on the body with mass that is pinned to it there, directly or through other struts.
     """
-    body, point = place(at)
+    carrier, point = place(at)
     links = {link.name: link for link in mechanism.links}
-    if not body:
+    if not carrier:
         carriers = [link for link in mechanism.links if point in link.points]
         with_mass = [link for link in carriers if not link.body.massless]
-        body = next((link.name for link in with_mass + carriers), GROUND)
+        carrier = next((link.name for link in with_mass + carriers), GROUND)
     pins = [{joint.first, joint.second} for joint in mechanism.joints if joint.point == point]
-    candidates = [body]  # links or the ground, as joints have; grows in the loop: breadth-first search through struts
+    candidates = [carrier]  # links or the ground, as joints have; grows in the loop: breadth-first search through struts
     for candidate in candidates:
         if candidate == GROUND or not links[candidate].body.massless:
             return candidate
@@ -78,8 +78,7 @@ def holder(mechanism: Parts, at: str) -> str:
             return point  # by which the guide's block is named
         pinned = {other for pair in pins if candidate in pair for other in pair}
         candidates += sorted(pinned.difference(candidates))
-    needed = "a link with mass, a guide or ground"
-    raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
+    raise ValueError(f"link '{carrier}': a Strut is massless, so '{point}' must be pinned to a link with mass, a guide or ground")
 
 
 def holder_reference(mechanism: Parts, at: str) -> str:

@@ -16,9 +16,8 @@ class Kind(StrEnum):
     """Kind of a signal; it decides how two runs are compared and how samples are interpolated.
 
     A stretch is the change of a link's length, in which axial vibrations are visible. A reaction is the force of a constraint,
-    `CONTACT` the normal force or depth of a contact. An internal quantity, such as a force of a strip, spring, motor or load,
-    follows from motion or time by a law. A state is a variable of the law of a load, integrated with the motion. A count is a
-    number of contacts or the index of a state of contact.
+    `CONTACT` the normal force or depth of a contact. `INTERNAL` is what follows from motion or time by a law, as the force of a
+    strip, spring, motor or load. A state is a variable of a load's law, integrated with the motion. A count is a number.
     """
 
     PLACE = "place"

@@ -214,7 +214,7 @@ def _compile_functions() -> tuple[Any, Any]:
     compiled_laws = [compile_function(law, jit) for law in (_normal, _friction, _bristle)]
     report = compile_function(journal.make_report(*compiled_laws), jit)
     stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py")))
-    # only these two are kept on disk, as they contain the code of all others
+    # only these two are kept on disk, as they contain the code of the functions that they call, by `with_compiled_names`
     forces = compile_cached(with_compiled_names(_with_report(_forces, report), jit), stamp)
     fill_report = compile_cached(with_compiled_names(_with_report(_fill_report, report), jit), stamp)
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]

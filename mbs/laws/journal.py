@@ -30,7 +30,7 @@ COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", 
 """Columns of the report of a joint: two forces [N], depth [m], two speeds [m/s], bristle [m], force on the pin [N], n [1]."""
 NORMAL, FX, FY, NX, NY = (COLUMNS.index(name) for name in ("normal", "fx", "fy", "nx", "ny"))
 MEMORY = ("onset", "bristle", "sliding", "since")
-"""Values of a joint at its last accepted step: speed at contact onset [m/s], bristle [m], sliding speed [m/s], time [s]."""
+"""Values of a joint at its last accepted step: onset speed [m/s], bristle [m], sliding speed [m/s], time of that step [s]."""
 ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 RADIUS = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after place (x, y) and arm (x, y) of the pin, then of the bush."""

@@ -54,7 +54,7 @@ class Hertz(PowerLaw, Declared):
         return self.elastic(depth)
 
     def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
-        """Return the restitution delivered: 1, for every mass and speed."""
+        """Return the restitution delivered: 1, for every mass [kg] and speed [m/s]."""
         return 1.0
 
 
@@ -96,8 +96,8 @@ class KelvinVoigt(PowerLaw, Declared):
 class Impact(PowerLaw, Declared):
     """F = max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d'): the ADAMS function IMPACT.
 
-    The damping grows from zero with the depth, so the force starts at zero. The restitution depends on mass and speed and has
-    no closed form: ``buckler.mbs.laws.delivered`` integrates the impact. The source is the Adams/Solver documentation.
+    The damping grows from zero with the depth, so the force starts at zero. The restitution has no closed form, and the class no
+    method for it: the function ``buckler.mbs.laws.delivered`` integrates the impact. See the Adams/Solver documentation.
 
     Examples
     --------
