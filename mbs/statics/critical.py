@@ -78,7 +78,7 @@ def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[C
         limits, ahead = list[Critical](), piece.step.direction
         turns_back = ahead[-1] * piece.direction_after[-1] < 0.0  # the last component of a direction is that of the parameter
         if turns_back and (rest := arc.find_root(piece.step, partial(_parameter_rate, arc, ahead))):
-            eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point p is constant along the path
+            eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point only q and lambda change
             limits.append(Critical("limit", rest, 1, eigenvector))
         pairs = _pairs(arc.problem, piece)
         found += [*limits, *_branchings(arc, piece.step, pairs.momenta[:, pairs.crosses].T, limits)]
@@ -102,7 +102,7 @@ def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[Path
     decreases = (pairs.before - pairs.after) / np.where(pairs.before, pairs.before, np.inf)  # inf: 0 instead of 0/0
     if last is not None:
         pairs = _pairs(arc.problem, last)
-        relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)
+        relative = (pairs.before - pairs.after) / np.where(pairs.after, pairs.after, np.inf)  # `after` is where the piece begins
         decreases = np.append(decreases, relative * piece.step.arc / last.step.arc)
     is_long = piece.step.arc >= 1.6e-3  # the longest step by default, 0.1, is halved six times
     halves = _halve(arc, piece.step) if is_long and (decreases > 0.5).any() else None
