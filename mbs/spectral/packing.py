@@ -83,7 +83,6 @@ def _build_row_block(builder: Builder, row: ConstraintRow, multiplier: int) -> B
 
 
 def _list_dofs(builder: Builder, marker: int) -> list[int]:
-    """List the dofs on which a marker depends."""
     row = builder.markers[marker]
     return builder.dofs[row.first : row.first + row.dof_count]
 

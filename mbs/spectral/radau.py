@@ -3,7 +3,6 @@
 The module `newton` solves the equations, (3) and (4) of docs/theory-spectral.md. Unknowns at the nodes are the n rates v, the
 r multipliers lam and the stresses of strips (`strips`). At the nodes the n coordinates q follow from the rates.
 Constraints g(q, t) = 0 hold for velocities (index 2): G v = speed, with G = dg/dq. Their second derivative is G a = change.
-
 The eigenvectors of A^-1, A the Runge-Kutta matrix, decouple Newton's equations into a real and a complex system. Its real
 matrix is M + k1 C + k1^2 K with G, k1 = h over the real eigenvalue; M mass, C damping, K stiffness, h step length. The arrays
 of `state` are listed in `output`; `unit` is the unit of each coordinate.
@@ -62,9 +61,8 @@ MOST_EXTRAPOLATION = 100.0
 def measure_change(state, elastic, u):
     """Compute the largest component of a change u (n,) of q, in units of the error control.
 
-    A row of `elastic` with j >= 0 is a vector with x at dof i and y at dof j, a coefficient of a strip's polynomials. Across the
-    chord it bends the strip and has a unit of its own. Along the chord it has the unit of a length, so that axial vibrations
-    of nanometres set no steps. The inverse units of i and j alone are 0.
+    A row of `elastic` with j >= 0 is a vector (x at dof i, y at j), a coefficient of a strip. Across the chord it has
+    a unit of its own; along it that of a length, so that axial vibrations set no steps. The inverse units of i and j alone are 0.
     """
     worst = 0.0
     for i in range(u.size):

@@ -5,8 +5,8 @@ Multipliers follow the cubic through the step's start and nodes. Rows are close 
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
 step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
 
-`clock` and `controls` are the records of `output`. A row has the forces' memories, from which forces are computed again: onset
-speeds; bristles and sliding speeds (SLIDING) at the start of a step.
+`clock` and `controls` are those of `output`. A row has the forces' memories, from which forces are computed again: onset speeds,
+and bristles and sliding speeds at the start of a step.
 """
 
 import numpy as np

@@ -226,7 +226,6 @@ class CompiledScene:
         return MarkerMotion(position, velocity, float(state[State.ANGLE]), float(state[State.SPIN]))
 
     def _place(self, q: Array, v: Array | None = None) -> Array:
-        """Compute the states of all markers, (markers, columns of `State`)."""
         entry_points.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         return self.work.state
 

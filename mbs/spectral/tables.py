@@ -139,9 +139,8 @@ class Memory(IntEnum):
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a strip are `StripData`. Those of a modal link of m modes are integrals over its mass, radial (m), gram (m, m) and
-    gyration (m, m), which `kernel` defines, then stiffness (m) and damping (m). Statics changes `values` and `factors`, frequency
-    responses the time factor.
+    Numbers of a strip are `StripData`. Those of a modal link of m modes are three integrals that `kernel` defines: radial (m),
+    gram (m, m), gyration (m, m). Stiffness (m) and damping (m) follow. Statics changes `values`, `factors` and the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
