@@ -264,7 +264,7 @@ def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
     for name in REGIMES:
         found[f"regime.{name.replace(' ', '_')}"] = Metric(float(sum(x.regime == name for x in points)), "1")
     late = [x for x in points if x.regime == "late buckling" and x.bend < STRAIGHT]
-    if len({x.case.speed for x in late}) > 1:  # s is proportional to the speed: at one speed it hardly varies
+    if len({x.rate for x in late}) > 1:  # by several speeds, or several stiffnesses of the stop
         slope = exponent([x.rate for x in late], [x.compression for x in late])
         found["late.power_of_rate"] = Metric(slope, "1", exact=0.5)
     return found

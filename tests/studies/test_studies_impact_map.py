@@ -32,6 +32,14 @@ def result():
     return impact_map.run(impact_map.Parameters(speeds="1.25,10", bows="1e-4", stiffnesses="72000", masses="0.05,0.5"))
 
 
+def test_stiffnesses_alone_give_a_power_of_the_rate():
+    case, points = slider_crank.Parameters(models="beam"), []
+    for rate in (1.0, 4.0):
+        points.append(impact_map.MapPoint(case, 2.0, 2 * rate**0.5, 0.0, 2.0, rate, bend=1.0, failure=""))
+    assert impact_map._metrics(points)["late.power_of_rate"].value == pytest.approx(0.5)
+    assert "late.power_of_rate" not in impact_map._metrics(points[:1])
+
+
 def test_sine_modes_stand_beside_every_strike(result):
     assert result.status == "OK", result.message
     m = {name: metric.value for name, metric in result.metrics.items()}
