@@ -29,7 +29,7 @@ AFTER_RELEASE = np.radians(2.0)
 LARGEST_ERRORS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
 """Largest relative differences of the simulated turn from the wish, chosen: the equation of the impact alone errs by 1 %."""
 UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
-"""Units of the unknowns of the design."""
+"""Units of the unknowns of the design; `stop` is the place of the stop on the slider's line."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,9 @@ def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> Mo
     """Simulate a designed slider-crank from crank angle 0 until the slider has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
-    stop = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
+    law = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
     mechanism = make_slider_crank(
-        model, section, p, stop, given.friction, given.lengths, mass=given.mass, speed=chosen.speed, stop=chosen.stop
+        model, section, p, law, given.friction, given.lengths, mass=given.mass, speed=chosen.speed, stop=chosen.stop
     )
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
@@ -89,14 +89,14 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         "impact_force": Metric(found.impact_peak, "N", exact=p.impact_force),
         "contact_angle": Metric(degrees(found.release_angle - found.contact_angle), "deg", exact=degrees(p.contact_angle)),
         **{name: Metric(getattr(d, name), unit) for name, unit in UNITS.items()},
-        "settled": Metric(degrees(found.settled), "deg"),
+        "settled": Metric(degrees(found.rest_angle), "deg"),
         "energy_balance": Metric(turn.energy_balance, "1"),
         **bounds,
     }
     errors = {name: (metrics[name].error or 0.0, most) for name, most in LARGEST_ERRORS.items()}  # relative to `exact`
     wrong = [f"{name} off by {error:.2g}" for name, (error, most) in errors.items() if not error <= most]
-    wrong += [] if isfinite(found.settled) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
-    wrong = [f"{p.model}: {line}" for line in wrong]
+    wrong += [] if isfinite(found.rest_angle) else ["NOT_SETTLED: the slider is not at rest at the dead centre"]
+    wrong = [f"{p.model}: {line}" for line in wrong]  # any line makes the study SUSPECT
     notes = "exact: the wish. limit: share of a bound that is used. settled: crank angle from which the slider rests.\n"
     notes += f"{p.describe()}; friction {p.friction_force:g} N."
     status = status_of(wrong) if turn.status == "OK" else {"status": turn.status, "message": f"{p.model}: {turn.message}"}

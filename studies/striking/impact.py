@@ -130,8 +130,8 @@ class ModelRun:
     speed: Array  # of the slider towards the stop [m/s]
     shortening: Array  # end shortening of the strip over its length
     push: Array  # compression of the strip [N]
-    # Above 1 the strip is buckled. For strut and beam: the shortening over `BUCKLED_FROM`. For stitched: the compression of the
-    # rigid coupler over the Euler load.
+    # Above 1 the strip is buckled. For strut and beam: `shortening` over `impact_models.BUCKLED_FROM`. For stitched: the
+    # compression of the rigid coupler over the Euler load.
     buckling_ratio: Array
     energy_balance: float  # largest error of the energy ledger over the throughput
     work: dict[str, float]  # `wall_s`, the run time [s], and `steps`
@@ -146,7 +146,7 @@ class TurnReading(NamedTuple):
     """Numbers of one turn of the crank; for an event that does not happen, nan, or 0 where that is the default."""
 
     contact_angle: float = nan  # crank angle at the first contact [rad]
-    settled: float = nan  # crank angle at the onset of rest [rad], nan if the slider is off the stop at the dead centre
+    rest_angle: float = nan  # crank angle at the onset of rest [rad], nan if the slider is off the stop at the dead centre
     release_angle: float = nan  # crank angle at the end of the last contact [rad]
     contact_time: float = 0.0  # time from the first contact to the end of the last [s]
     settling_time: float = nan  # time from the first contact to the onset of rest [s]
@@ -165,7 +165,7 @@ class TurnReading(NamedTuple):
 
     @property
     def is_settled(self) -> bool:
-        """True if the slider rests against the stop at the dead centre: `settled` and `settling_time` are then numbers."""
+        """True if the slider rests against the stop at the dead centre: `rest_angle` and `settling_time` are then numbers."""
         return not isnan(self.settling_time)
 
 
@@ -176,7 +176,7 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     if not time.size:
         return TurnReading()
     inner = force.copy()
-    inner[[0, -1]] = 0.0  # so that each contact has a sample before it, start - 1, and one after it, free
+    inner[[0, -1]] = 0.0  # so that each contact has a sample before it and one after it
     contacts, shortening = positive_ranges(inner), run.shortening[part]  # a contact: its first sample, the first one after it
     before = slice(contacts[0, 0] + 1 if len(contacts) else None)  # up to the first sample in contact, at or after its onset
     found = TurnReading(
@@ -186,15 +186,15 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
     )  # fmt: skip
     if not len(contacts):
         return found
-    (start, free), released = contacts[0], contacts[-1, 1] - 1
-    with_ends = slice(start - 1, free + 1)  # the impact and the adjacent samples, whose force is 0
-    is_rebound = angle[free - 1] < pi  # later, the crank pulls the slider off the stop
+    (start, after), released = contacts[0], contacts[-1, 1] - 1
+    with_ends = slice(start - 1, after + 1)  # the impact and the adjacent samples, whose force is 0
+    is_rebound = angle[after - 1] < pi  # later, the crank pulls the slider off the stop
     return found._replace(
         contact_angle=float(angle[start]), release_angle=float(angle[released]),
         contact_time=float(time[released] - time[start]), impact_speed=float(speed[start - 1]),
-        rebound_ratio=-float(speed[free] / speed[start - 1]) if is_rebound else nan,
+        rebound_ratio=-float(speed[after] / speed[start - 1]) if is_rebound else nan,
         impact_peak=float(force[with_ends].max()), impact_impulse=float(np.trapezoid(force[with_ends], time[with_ends])),
-        impact_time=float(time[free - 1] - time[start]), impact_push=float(run.push[part][start:free].max()),
+        impact_time=float(time[after - 1] - time[start]), impact_push=float(run.push[part][start:after].max()),
         **_rest(time, angle, force, contacts),
     )  # fmt: skip
 
@@ -204,16 +204,16 @@ def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str,
     early = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # by the last sample before contact, as the onset is after it
     if not len(early):
         return {}
-    (start, free), rebounds = early[-1], {"rebounds": len(early) - 1}
-    if not angle[start] < pi <= angle[free - 1]:
+    (start, after), rebounds = early[-1], {"rebounds": len(early) - 1}
+    if not angle[start] < pi <= angle[after - 1]:
         return rebounds
     is_central = (angle >= max(angle[start], AROUND_DEAD_CENTRE[0])) & (angle <= AROUND_DEAD_CENTRE[1])
     settling_time = float(time[start] - time[contacts[0, 0]])
-    return {
-        **rebounds, "settled": float(angle[start]), "settling_time": settling_time, "contact_max": float(force[is_central].max()),
-    }  # fmt: skip
+    largest = float(force[is_central].max())
+    return rebounds | {"rest_angle": float(angle[start]), "settling_time": settling_time, "contact_max": largest}
 
 
+# A large shortening before the first contact counts as buckling, though a swing of the strip makes it, too.
 STATES: dict[str, Callable[[TurnReading], bool]] = {
     "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": lambda x: x.buckles_before_stop,
     "NO_CONTACT: the slider does not meet the stop": lambda x: x.contact_time == 0,

@@ -15,11 +15,12 @@ that the slider may never reach the stop.
 
 In the theory the coupler AB from the crank's pin to the slider has bending stiffness E I, axial stiffness E A and mass per length
 mu. It has no axial inertia; tau is the time constant of its damping. At a distance z from A its deflection from the chord AB is
-the sum of a_n sin(n pi z/L); free of stress it has b_n instead of a_n. Bending shortens the chord. The compression P and a_n obey
+the sum of a_n sin(n pi z/L); free of stress it has b_n instead of a_n. Bending shortens the chord. Equation (1) gives the
+compression P, equation (2) the a_n, with k = n pi/L.
 
-    P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)),                                                   (1)
+    P = (E A/L) (L - |AB| - sum of n^2 pi^2 (a_n^2 - b_n^2)/(4 L)).                                                   (1)
 
-    mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n,     k = n pi/L.                                     (2)
+    mu a_n'' = -E I k^4 (a_n - b_n + tau a_n') + P k^2 a_n + q_n.                                                     (2)
 
 The q_n are the sine components of weight and of the chord's transverse acceleration, which is linear from A to B. The slider of
 mass m and friction f has the position x and obeys m x'' = -P cos(phi) + F - f sign(x'); before contact it moves to negative x.
@@ -131,7 +132,8 @@ class SineStrip:
         begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
 
         def distance(t: float, y: Array) -> float:
-            return float(y[0] - PAPER_STOP)  # of the slider from the face [m], negative in contact
+            """Return the distance of the slider from the face [m], negative in contact."""
+            return float(y[0] - PAPER_STOP)
 
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(
@@ -205,15 +207,15 @@ class MapPoint(NamedTuple):
     early: float  # simulated change of the end shortening before contact, over the length
     sine: float  # force of the stop by sine modes
     rate: float  # s
-    bend: float  # deflection at first contact over the radius of gyration
+    bend: float  # by the theory's first mode: deflection at first contact over the radius of gyration
     failure: str  # case and status of a simulation that failed, "" if it did not
 
     @property
     def regime(self) -> str:
-        """Regime by the simulation; "swing" for a run without an impact, be it that it failed."""
+        """Regime by the simulation; "swing" also for a run that has no impact or has failed."""
         # By equation (1), a_1 = 2 b_1 shortens the chord by 3 pi^2 b_1^2/(4 L): a bow may double without counting as buckled.
         bow_doubles = 0.75 * (np.pi * self.case.imperfection) ** 2
-        is_buckled = self.early > BUCKLED_FROM + bow_doubles  # before contact
+        is_buckled = self.early > BUCKLED_FROM + bow_doubles  # shortenings over the length
         if is_buckled or not isfinite(self.peak + self.compression):
             return "swing"
         return "late buckling" if self.compression > LATE else "plateau" if self.compression > SAGGING else "sagging"
@@ -240,7 +242,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     points = [MapPoint.of(case, row) for case, row in zip(cases, progress(rows, label="theory"), strict=True)]
     metrics = _metrics(points)
     wrong = [point.failure for point in points if point.failure]
-    if not abs(metrics["sine.median"].value - 1) <= MOST_DIFFERENCE:
+    if not abs(metrics["sine.median"].value - 1) <= MOST_DIFFERENCE:  # true for nan: every strip swings
         wrong.append(f"SINE: median peak {metrics['sine.median'].value:.3g} of the simulation's")
     columns = {name: np.array([getattr(x, name) for x in points]) for name in ("rate", "bend", "peak", "compression", "sine")}
     return StudyResult(

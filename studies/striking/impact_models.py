@@ -25,7 +25,8 @@ from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, r
 from .stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5
-"""Time constant of a strut's axial damping [s], chosen, fixed: a fifth of critical damping of default slider and strip."""
+"""Time constant of a strut's axial damping [s], chosen. Times the axial stiffness E A/L it is a damping coefficient: a fifth of
+the critical one of the default slider on the default strip."""
 BUCKLED_FROM = 1e-3
 """End shortening over length above which a strip counts as buckled before contact, by convention."""
 IMPACT_UNTIL = np.radians(150.0)
@@ -40,10 +41,10 @@ def make_slider_crank(
     model: str, section: Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, lengths: SliderCrank = PAPER,
     **numbers: Any,
 ) -> Mechanism:  # fmt: skip
-    """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N]; numbers are those of `slider_crank`.
+    """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N], and gravity and motor of `p`.
 
-    A strut is damped along its axis. A beam has the bow of `p`, positive to the side to which inertia bends the beam; for `Beam`
-    that side is negative. `p` adds gravity and motor.
+    `numbers` are mass, speed and stop. A strut is damped along its axis. A beam has the bow of `p`: a positive one is on the side
+    to which inertia bends the beam, the negative side of `Beam`.
     """
     if model == "strut":
         body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
@@ -69,8 +70,9 @@ def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mb
     work = {name: result.work[name] for name in ("wall_s", "steps")}
     return ModelRun(
         model=model, status=str(result.status), message=result.message, time=result.time, angle=crank_angle(signals),
-        force=signals["B.contact_force"], speed=-signals["B.vx"], shortening=shortening, push=push,
-        buckling_ratio=shortening / BUCKLED_FROM, energy_balance=result.energy_balance, work=work,
+        force=signals["B.contact_force"], speed=-signals["B.vx"],  # positive towards the stop, which lies at smaller x
+        shortening=shortening, push=push, buckling_ratio=shortening / BUCKLED_FROM,
+        energy_balance=result.energy_balance, work=work,
     )  # fmt: skip
 
 

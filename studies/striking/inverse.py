@@ -49,9 +49,9 @@ MOST_COMPRESSION = 0.8
 MOST_PUSH = 0.4
 """Largest Q over S - D: up to it equation (3) holds within 1 %."""
 MOST_RISE = 2.0
-"""Largest Q' over P_cr, as Q is P_cr at most: at Q' > 2 P_cr the slider's inertia pulls the strip with more than P_cr."""
+"""Largest Q' over P_cr. Q is P_cr at most, so at a larger Q' the slider's inertia pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
-"""Least S - D over F_i in the iteration: it keeps the speed positive where Q alone exceeds F_i, which limit `push` excludes."""
+"""Least S - D over F_i in the iteration. It keeps the speed positive where Q alone exceeds F_i; the limit `push` then fails."""
 ANGLES = 33
 """Number of crank angles before the impact at which the compression is computed: its maximum is then right within 1e-3."""
 
@@ -133,16 +133,16 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     lengths, r, L, mass, stiffness = given.lengths, given.crank, given.coupler, given.mass, given.stiffness
     angle = np.pi - np.asarray(wish.contact_angle) / 2
     stop = lengths.slider(angle)
-    lean, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))
+    cosine, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))  # cos(phi), |x'|
     c0, c1 = peak_factors(given.chi)
     u = 1 - (wish.contact_force / stiffness - stop - r) / L
     bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
     thickness = np.cbrt(12 * bending / (given.modulus * given.width))
     euler = np.pi**2 * bending / L**2
-    push = euler * lean - given.friction
+    push = euler * cosine - given.friction  # Q
     square = wish.impact_force * (wish.impact_force - 2 * c1 * push)  # c0^2 (S - D)^2 by equation (3)
     strength = np.sqrt(np.maximum(square, 0.0)) / c0
-    axial = given.modulus * thickness * given.width * lean**2 / L  # k_s
+    axial = given.modulus * thickness * given.width * cosine**2 / L  # k_s
     speed = 1.0  # [rad/s], where the iteration starts
     for _ in range(PASSES):
         # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
@@ -204,6 +204,6 @@ def binding(chosen: StrikeDesign) -> Limit:
 def _compression(chosen: StrikeDesign) -> Floats:
     """Find the largest compression (f - m x'' omega^2)/cos(phi) of a rigid coupler before the impact [N]."""
     angle = np.linspace(0.0, chosen.angle, ANGLES)  # the first axis is that of the angles
-    lean = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
+    cosine = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
     inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
-    return np.maximum(((chosen.given.friction - inertia) / lean).max(axis=0), 0.0)
+    return np.maximum(((chosen.given.friction - inertia) / cosine).max(axis=0), 0.0)

@@ -3,8 +3,8 @@
 Each figure shows the force on the stop over time, in several turns from crank angle 0, by several models (`impact.MODELS`).
 `stitched` is the model of the paper: closed forms of three modes of motion, joined one after another. The beam has by default a
 bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with which it strikes
-with 27 N at 1.25 rad/s; all other numbers are predictions. Fig. 6 has a ramp of the crank speed, and only a light slider still
-rests on the stop at its end; the paper does not give the mass.
+with 27 N at 1.25 rad/s; all other numbers are predictions. In Fig. 6 the crank speeds up. At its top speed only a light slider
+rests on the stop. The paper does not give the mass, so `ramp_mass` is chosen.
 Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
@@ -59,13 +59,14 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate every model, run it for every figure, and read the first and the last impact."""
     runs, metrics = {}, {}
     for number, model in progress([(number, model) for number in p.figures for model in p.models], label="figures"):
-        case, printed = replace(p, mass=p.ramp_mass) if number == "6" else p, PRINTED[number]
+        case = replace(p, mass=p.ramp_mass) if number == "6" else p
+        printed = PRINTED[number]
         try:
             done = run_model(model, case, calibrate(model, case).stop_setting, printed.speed, printed.until)
         except NotCalibratedError as error:
             return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
         whole, rest = divmod(done.angle[-1], 2 * pi)
-        turns = int(whole) + int(rest > 5 * pi / 6)  # the impact at 120 degrees is over at 150
+        turns = int(whole) + int(rest > 5 * pi / 6)  # the slider meets the paper's stop at 120 degrees
         peaks = [read(done, turn).impact_peak for turn in range(turns)]
         key = f"fig{number}.{model}"
         runs[key] = done

@@ -4,7 +4,7 @@
 against it by the buckled coupler until 240 degrees. `stitched` is the published model, closed forms of three modes of motion one
 after another; `strut` and `beam` simulate the mechanism.
 
-`--drive ramp`: Fig. 6, the crank speeds up. Contact forces at the top speed need a light slider, as `--mass 20g`.
+`--drive ramp`: Fig. 6, the crank speeds up. At the top speed only a light slider, as `--mass 20g`, rests on the stop.
 
 `--drive voltage`: Figs 10 and 11, with a speed proportional to the voltage. Cases are the models, and the beam with other bows,
 under gravity, and on a DC motor; each predicts the forces. With `ramp` and `voltage` the stop of each case is calibrated to an
@@ -34,7 +34,7 @@ from .slider_crank_figure import DRAWINGS
 CONTACT = float(PAPER.contact_angle(PAPER_STOP))
 """Crank angle of first contact [rad]."""
 PLATEAU = np.radians((150.0, 210.0))
-"""Crank angles between which the contact force is compared with the elastica [rad]: the slider is at rest by then."""
+"""Crank angles, symmetric about the dead centre, between which the contact force is compared with the elastica [rad], chosen."""
 REFERENCE_VOLTAGE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s [V]: published forces are 10 N/V times the voltage, and 27 N at that speed."""
 MOTOR = 1.6
@@ -106,7 +106,8 @@ def _result(
 ) -> StudyResult:  # fmt: skip
     """Make the result: status of the worst run, metrics by case, and their table."""
     return StudyResult(
-        parameters=p, **worst([(run.model, run) for run in runs], notes), metrics=by_case(metrics), signals=signals,
+        parameters=p, **worst([(run.model, run) for run in runs], notes),  # status and message
+        metrics=by_case(metrics), signals=signals,
         work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
         tables=[compare(metrics, f"Slider-crank, drive by {p.drive}", [NOTES[p.drive], f"{p.describe()}.", *notes])],
     )  # fmt: skip
@@ -133,7 +134,8 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
 
 def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
-    is_published_strike = p.speed == IMPACT_SPEED and p.thickness == Parameters.thickness  # both by default
+    default_thickness = Parameters.thickness
+    is_published_strike = p.speed == IMPACT_SPEED and p.thickness == default_thickness
 
     def bending_stress(shortening: float) -> float:
         """Compute the largest stress [Pa] of a shortening, up to 1, at which the strip's ends meet."""
@@ -156,7 +158,7 @@ def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[st
 
 def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
     """Find the largest relative difference of the force from the exact elastica on the `PLATEAU`, where the slider rests."""
-    rest_angle = reading.settled  # crank angle at the onset of rest [rad], nan without rest
+    rest_angle = reading.rest_angle  # nan without rest
     is_compared = (run.angle >= max(rest_angle, PLATEAU[0])) & (run.angle <= PLATEAU[1])
     if isnan(rest_angle) or not is_compared.any():
         return nan
@@ -209,6 +211,7 @@ def _heaviest(p: Parameters) -> float:
     """Bisect for the largest mass, 0.01 to 10 kg, with which `stitched` rests at every dead centre, to 1 %; nan if none does."""
 
     def is_resting(mass: float) -> bool:
+        """Run the ramp with a mass, and check that the slider rests in every turn."""
         case = replace(p, mass=mass)
         run = run_model("stitched", case, calibrate("stitched", case).stop_setting, p.ramp, p.duration)
         return all(read(run, turn).is_settled for turn in range(p.turns))

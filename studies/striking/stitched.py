@@ -81,7 +81,7 @@ class Stitched:
         return PAPER.contact_angle(self.stop)
 
     def strip_force(self, shortening: Reals) -> Reals:
-        """Compute the force of the buckled strip, p(u) E I/L^2 [N] (eq. 12)."""
+        """Compute the force of the buckled strip, p(u) E I/L^2 [N], with the published quartic p(u) (eq. 12)."""
         return law.quartic(shortening) * self.stiffness / PAPER.coupler**2
 
     def strip_energy(self, shortening: Array) -> Array:
@@ -194,7 +194,7 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
         time, speed = float(flight[-1]), rebound.return_speed
-        if not rebound.acceleration:
+        if not rebound.acceleration:  # it counts as held to the end, though F_c changes with the crank angle
             yield _piece("held", _times("held", time, end), model.stop + rebound.height)
             return
     if time < end:
@@ -213,6 +213,7 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     is_inside = np.diff(piece_number, prepend=-1) == 0  # false at the first sample of a piece, where quantities jump
 
     def accumulate(increments: Array, where: Array | bool = True) -> Array:
+        """Sum increments within pieces, where the condition holds."""
         return np.cumsum(np.where(is_inside & where, increments, 0.0))
 
     kinetic, strip_push = model.mass * speed**2 / 2, model.strip_force(shortening)

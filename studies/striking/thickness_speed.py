@@ -5,8 +5,9 @@ presses on the stop at the dead centre grows with the cube of the thickness: the
 not depend on the speed if the slider rests by then. If not, the state of the case tells why: the slider is off the stop ("in the
 air"), or its inertia and friction have buckled the strip before contact. The ratios are computed at a speed low enough for all.
 
-If the friction in the guide exceeded the Euler load, 0.054 N at 0.1 mm, the thinnest strip could not press on the stop. So
-`friction` is 0 by default. `impact_models` describes the models. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
+A strip of 0.1 mm pushes the slider with about its Euler load, 0.054 N. A larger friction in the guide would hold the slider off
+the stop, so `friction` is 0 by default. `impact_models` describes the models.
+Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from collections.abc import Mapping, Sequence
@@ -99,6 +100,7 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
     """Read the rows of the sweep to arrays of shape (cases,), nan where a case has no such number."""
 
     def column(name: str) -> Array:
+        """Read a metric of all rows."""
         return np.array([row.value(f"{case.models[0]}.{name}") for case, row in zip(cases, rows, strict=True)])
 
     is_ok = np.array([row.status == "OK" for row in rows])
@@ -134,7 +136,8 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
         is_struck = np.isin(state[i, 1:], STRUCK)
         if is_struck.sum() > 2:  # a power law has two parameters
             speeds = np.array([p.speeds])[:, is_struck]  # (1, speeds): the only variable of the law
-            (found[f"{1e3 * h:g}mm.impact_power"],), _ = power_law(speeds, impact[i, 1:][is_struck])
+            powers, _ = power_law(speeds, impact[i, 1:][is_struck])
+            found[f"{1e3 * h:g}mm.impact_power"] = powers[0]
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 

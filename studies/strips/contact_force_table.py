@@ -1,9 +1,9 @@
 """Force of the buckled strip on the stop in equilibrium: Table 2 for three thicknesses, and the force over crank angle.
 
 Models of the strip: the published quartic; the closed form, `exact`; the rod, a boundary value problem with the strip's axial and
-shear stiffness; and geometrically exact beam elements in static equilibrium. There are two stops. The paper describes one that
-the slider meets at a crank angle of 120 degrees, `e120` in names of metrics; it is `PAPER_STOP`, or that of `stop_angle`. Table 2
-was computed with another, `eTable2`. It is found from the printed force of the 0.3 mm strip, and predicts the other two forces.
+shear stiffness; and geometrically exact beam elements in static equilibrium. There are two stops. The slider meets the one of the
+paper's text at a crank angle of 120 degrees, the parameter `stop_angle`; names of metrics have it as `e120`. Table 2 was computed
+with another, `eTable2`. It is found from the printed force of the 0.3 mm strip, and predicts the other two forces.
 Positions on the slider's line are negative; the metric `stop_eTable2` is the distance from the crank's axis.
 
 On a slider at rest act the strip's force F, the stop and friction, whose size is anywhere up to its limit f = mu m g. So the
@@ -77,24 +77,24 @@ def table_2_stop() -> float:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the force of every strip by every model at the two stops, and the interval of the force with friction."""
-    described = float(PAPER.slider(p.stop_angle))  # for which forces over the angle are drawn
-    stops = {f"e{np.degrees(p.stop_angle):g}": described, "eTable2": table_2_stop()}
+    stop_of_text = float(PAPER.slider(p.stop_angle))  # for which forces over the angle are drawn
+    stops = {f"e{np.degrees(p.stop_angle):g}": stop_of_text, "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     metrics: dict[str, Metric] = {}
     signals = {"angle": angle}
-    yields, failures = list[str](), list[str]()
+    yields, failures = list[str](), list[str]()  # a strip that yields is remarked; a failure makes the study SUSPECT
     for h in progress(p.thicknesses, label="thicknesses"):
-        loads = _models(h, p.elements, failures)
+        load_laws = _make_load_laws(h, p.elements, failures)
         for name, stop in stops.items():
             press, key = Press(h, stop), f"h{_mm(h)}_{name}"  # as in the metric F_h0.3_e120, the force of the beam
-            largest = {model: float(press.force(loads[model], np.pi)[0]) for model in MODELS}
+            largest = {model: float(press.force(load_laws[model], np.pi)[0]) for model in MODELS}
             # The printed forces stand at both stops, to show which of them the table was computed with.
             metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
             metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
             metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
             if press.stress > p.yield_strength:
                 yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
-        signals |= {f"F_h{_mm(h)}.{model}": Press(h, described).force(load, angle) for model, load in loads.items()}
+        signals |= {f"F_h{_mm(h)}.{model}": Press(h, stop_of_text).force(law, angle) for model, law in load_laws.items()}
     metrics |= _ratios(p, metrics) | {
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
@@ -116,12 +116,13 @@ def _mm(thickness: float) -> str:
     return f"{1e3 * thickness:.6g}"
 
 
-def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
+def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
     """Make the law p(u) of each model; rod and beam give nan below `STRAIGHTEST`, and failures of the beam are appended."""
     press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
     def beam(u: Array) -> Array:
+        """Compute the loads of a beam."""
         try:
             return engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
         except ArithmeticError as error:
@@ -129,6 +130,7 @@ def _models(thickness: float, elements: int, failures: list[str]) -> Mapping[str
             return np.full(u.shape, np.nan)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
+        """Compute loads where the strip is surely bent."""
         p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
         if is_bent.any():
             p[is_bent] = load(u[is_bent])

@@ -60,9 +60,11 @@ class Hoff:
         """Integrate (1) to the first maximum of the force."""
 
         def force_rate(tau: float, y: Array) -> float:
-            return float(self.rate - y[0] * y[1] / 2)  # 0 at the maximum of the force
+            """Return dp/dtau, which is 0 at the maximum of the force."""
+            return float(self.rate - y[0] * y[1] / 2)
 
         def rates(tau: float, y: Array) -> tuple[float, float]:
+            """Compute the rates of the state by equation (1)."""
             return y[1], (self.force(tau, y[0]) - 1.0) * y[0] + self.bow
 
         force_rate.terminal, force_rate.direction = True, -1.0  # type: ignore[attr-defined]
@@ -120,7 +122,7 @@ def peak(result: Result, p: Parameters) -> float:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run the strip for every rate and bow, up to tau = 1.1 t + 2, where the first mode peaks at tau = t."""
+    """Run the strip for every rate and bow beyond the peak of the first mode at tau = t, up to 1.1 t + 2, which is chosen."""
     solver = Exudyn(Controlled(tolerance=p.tolerance))
     metrics: dict[str, Metric] = {}
     wrong: list[str] = []

@@ -1,4 +1,4 @@
-"""Load of the pinned strip over its end shortening: closed form, rod, published quartic, fast law.
+"""Load of the pinned strip over its end shortening: closed form, rod, published quartic, rational fit (`law.fast`).
 
 The study draws Fig. 3 of the paper, and the error of each law against the closed form by elliptic integrals. The rod solves the
 boundary value problem of the same strip: `rod`, without extension, must agree to rounding; `strip`, a rod with the strip's axial
@@ -89,7 +89,7 @@ STYLES = {
 def figure(result: StudyResult) -> Figure:
     """Draw the load over the shortening, and below it the error of each law."""
     s, u = result.signals, result.signals["shortening"]
-    fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1, 1.2))
+    fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1, 1.2))  # height [mm]
     above.plot(u, s["exact"], color="C0", label="exact")
     above.plot(u, s["quartic"], ":", color="C1", linewidth=2, label="published quartic")
     above.set(ylabel="load $P L^2/(E I)$", ylim=(0, None))
