@@ -70,16 +70,13 @@ def strip() -> Work:
         """Compute the loads P L^2/(E I) of a rod with this shear stiffness over E I/L^2."""
         return np.array([Rod(STRIP.axial_stiffness / unit, shear).at_shortening(u).load for u in SHORTENINGS])
 
-    def run_beam(elements: int) -> Array:
-        """Compute the loads of a beam on Exudyn, which `pinned_strip` gives as P L^2/(E I)."""
-        return engine.pinned_strip(mbs.Beam(STRIP, elements), PAPER.coupler, SHORTENINGS)
-
     def run_cable(elements: int) -> Array:
         """Compute the loads P L^2/(E I) of hand-written cables."""
         return _import_plain().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     runs: Runs = {(ENGINE, f"{n}"): partial(run_cable, n) for n in (16, 32, 64)}
-    runs |= {(ONCE, f"{n}"): partial(run_beam, n) for n in (8, 16, 32, 64)}
+    beams = {f"{n}": mbs.Beam(STRIP, n) for n in (8, 16, 32, 64)}  # on Exudyn; loads are P L^2/(E I)
+    runs |= {(ONCE, n): partial(engine.pinned_strip, beam, PAPER.coupler, SHORTENINGS) for n, beam in beams.items()}
     references = {ENGINE: cache(partial(exact, np.inf)), ONCE: cache(partial(exact, STRIP.shear_stiffness / unit))}
     about, measure = "buckled strip, 20 end shortenings", "largest error of the load [1]"
     return Work(about, measure, runs, tuned="64", references=references, largest=True)  # error: the largest relative one
@@ -198,20 +195,15 @@ def rattling(
     It runs for 10 ms, because the motion is chaotic after that. The series `engine` has Buckler's runs on Exudyn, with elements
     and tolerance set by hand. Clearance, contact law and friction are the published ones.
     """
-
-    def body(elements: int | None) -> Body:
-        """Make the rocker; only a beam has elements."""
-        if rocker == "modal":
-            return mbs.Modal(BAR, BarModes(bending=2, axial=1), damping=0.01)
-        damped = BAR.damped(ratio=0.01, length=STEEL_CRANK_ROCKER.rocker)
-        return mbs.Beam(damped, elements=elements) if rocker == "beam" else mbs.Rigid(BAR)
-
     friction = AdamsFriction(static=0.3, dynamic=0.1)
     play = partial(mbs.Clearance, pin=5e-3, gap=GAP, law=RATTLING, friction=friction)
 
     def build(elements: int | None = None) -> mbs.Mechanism:
-        """Make the crank-rocker, at 300 r/min."""
-        return mbs.crank_rocker(body(elements), speed=10 * pi, play=play, angle=0.0)
+        """Make the crank-rocker, at 300 r/min; only a beam has elements."""
+        damped = BAR.damped(ratio=0.01, length=STEEL_CRANK_ROCKER.rocker)
+        modal = mbs.Modal(BAR, BarModes(bending=2, axial=1), damping=0.01)
+        bodies: dict[str, Body] = {"rigid": mbs.Rigid(BAR), "beam": mbs.Beam(damped, elements=elements), "modal": modal}
+        return mbs.crank_rocker(bodies[rocker], speed=10 * pi, play=play, angle=0.0)
 
     motion = ComparedMotion(build(), 0.01, tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy"))
 

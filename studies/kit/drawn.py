@@ -56,8 +56,9 @@ def _draw_chain(dice: Dice) -> Run:
     ends = np.concatenate([[0j], np.cumsum(sizes * np.exp(1j * angles))])
     points = {f"P{k}": parts.place(complex(z)) for k, z in enumerate(ends)} | {"Q": tuple(dice.uniform(0.5, 1.0, 2).tolist())}
     points["R"] = parts.place(ends[-1] + dice.uniform(-0.1, 0.1) * 1j * parts.ray(angles[-1]))
-    last, (stiffness, damping, angle) = names[-1], (dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1))
+    stiffness, damping, angle = dice.uniform(0.1, 1), dice.uniform(0, 0.01), dice.uniform(-1, 1)
     coil = mbs.TorsionSpring("ground", "bar0", stiffness=stiffness, damping=damping, free_angle=angle)
+    last = names[-1]
     loads = dice.some(
         mbs.Force("R", (dice.uniform(-1, 1), dice.uniform(-1, 1)), follows=dice.one(last, None)),
         mbs.Spring("R", "ground:Q", dice.uniform(5, 100), damping=dice.uniform(0, 0.5), free_length=dice.uniform(0.1, 0.5)),
@@ -83,8 +84,8 @@ def _draw_grazing(dice: Dice) -> Run:
     law = parts.draw_law(dice)
     if dice.chance():
         mechanism, duration = parts.draw_turning(dice, ("slider-crank",), ("rigid",))
-        (crank_length, _), (slider_start, _) = mechanism.points["A"], mechanism.points["B"]  # the crank starts along x, at 0
-        turning_point = slider_start - 2 * crank_length  # least x of the slider, at crank angle pi
+        pin_x, slider_x = mechanism.points["A"][0], mechanism.points["B"][0]  # at crank angle 0: pin_x is the crank's length
+        turning_point = slider_x - 2 * pin_x  # least x of the slider, at crank angle pi
         face = turning_point + dice.log(1e-6, 3e-3)
         stops = [mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]
         return replace(mechanism, stops=stops), duration
@@ -171,6 +172,7 @@ def _draw_spinning(dice: Dice) -> Run:
     soft = mbs.Modal(mbs.Section(STRIP_WIDTH, dice.uniform(1.5e-3, 3e-3)), BarModes(bending=2, axial=1), damping=0.02)
     body = dice.one(parts.draw_strip(dice, length, thin=1.5e-3, bow=dice.uniform(0.01, 0.02)), soft)
     tip, stiffness = length * parts.ray(turn), dice.uniform(0.1, 1.0)
+    cubic = Expression(f"{stiffness!r}*(x + x**3)")  # torque over angle, in place of a stiffness
     inner = {"M": 0.6} if body.meshed else {}  # modes carry no point between the ends
     return mbs.Mechanism(
         {"O": (0, 0), "A": parts.place(tip), "B": parts.place(tip + 0.1 * parts.ray(turn + dice.uniform(-1, 1)))},
@@ -178,7 +180,7 @@ def _draw_spinning(dice: Dice) -> Run:
         [mbs.Revolute("O", "ground", "link"), mbs.Weld("A", "link", "arm")],
         loads=[
             mbs.Force("B", (0.0, dice.uniform(0.2, 1.0)), follows="arm"),
-            mbs.TorsionSpring("ground", "link", 0.0, law=Expression(f"{stiffness!r}*(x + x**3)"), free_angle=dice.uniform(-1, 1)),
+            mbs.TorsionSpring("ground", "link", stiffness=0.0, law=cubic, free_angle=dice.uniform(-1, 1)),
         ],
         masses=[mbs.Mass("M" if body.meshed else "B", dice.uniform(0.02, 0.1))],
         velocities={"link": spin, "arm": spin}, gravity=parts.WEIGHT,
@@ -187,8 +189,8 @@ def _draw_spinning(dice: Dice) -> Run:
 
 def _draw_coupled(dice: Dice) -> Run:
     """Draw two wheels coupled by a gear or belt, a rack that lifts a weight, and a rope to a counterweight."""
-    distance, size, depth = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
-    left, right = distance + size, distance + 2 * size  # x of the weight and the counterweight
+    distance, radius, depth = dice.uniform(0.1, 0.2), dice.uniform(0.03, 0.05), dice.uniform(0.2, 0.4)
+    left, right = distance + radius, distance + 2 * radius  # x of the weight and the counterweight
     points = {"A": (0, 0), "a": (0.02, 0), "B": (distance, 0), "b": (distance + 0.02, 0), "P": (left, 0.1), "Q": (right, 0.1)}
     points |= {"C": (left, -depth), "c": (left, -depth - 0.1), "D": (right, -depth), "d": (right, -depth - 0.1)}
     wheels = [("one", "A", dice.log(1e-4, 1e-3)), ("two", "B", dice.log(1e-4, 1e-3))]
@@ -199,11 +201,11 @@ def _draw_coupled(dice: Dice) -> Run:
     links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
     joints: list[Any] = [*parts.make_revolutes("A ground one", "B ground two")]
     joints += [mbs.Slider(at, name, "ground", (0, 1)) for name, at, _ in weights]
-    belt = mbs.Belt("one:A", "two:B", size, dice.uniform(0.5, 1.5) * size, crossed=dice.one(True, False))
+    belt = mbs.Belt("one:A", "two:B", radius, dice.uniform(0.5, 1.5) * radius, crossed=dice.one(True, False))
     pair = dice.one(mbs.Gear("one:A", "two:B", dice.one(-1, 1) * dice.uniform(0.6, 0.9)), belt)
     return mbs.Mechanism(
         points, links, joints, loads=[mbs.Torque("one", dice.uniform(-0.05, 0.05))], gravity=parts.WEIGHT,
-        couplings=[pair, mbs.Rack("two:B", "weight:C", size, (0, 1)), mbs.Rope("C", "D", over=("P", "Q"))],
+        couplings=[pair, mbs.Rack("two:B", "weight:C", radius, (0, 1)), mbs.Rope("C", "D", over=("P", "Q"))],
     ), dice.uniform(0.05, 0.15)  # fmt: skip
 
 

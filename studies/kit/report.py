@@ -223,8 +223,8 @@ def plain(content: object, convert: Callable[[float], Any]) -> Any:
 class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`."""
 
-    def __init__(self, quiet: bool = False, cases: float = 1.0) -> None:
-        self.quiet, self.cases = quiet, cases  # `cases`: number of cases that one process of a sweep runs
+    def __init__(self, quiet: bool = False, cases_a_process: float = 1.0) -> None:
+        self.quiet, self.cases_a_process = quiet, cases_a_process  # more than 1 in a sweep
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items, and show a bar with their number after some time."""
@@ -237,9 +237,9 @@ class Progress:
         yield from tqdm(items, label or None, total, leave=False, mininterval=delay / 5, delay=delay)
 
     def forecast(self, title: str) -> Forecast | bool:
-        """Return the display for one `simulate`: a bar, and a forecast, its run time times `cases`, if they are many."""
-        is_shown = self.cases > 1 or not self.quiet  # a long sweep is forecast even without a bar
-        return Forecast(title, self.cases, bar=not self.quiet) if is_shown else False
+        """Return the display for one `simulate`: a bar, and in a sweep a forecast, its run time times the cases a process."""
+        is_shown = self.cases_a_process > 1 or not self.quiet  # a long sweep is forecast even without a bar
+        return Forecast(title, self.cases_a_process, bar=not self.quiet) if is_shown else False
 
 
 QUIET = Progress(quiet=True)

@@ -135,7 +135,7 @@ class Study:
         return make_case(**values)
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
-        """Return the maker of the cases of a sweep. The given options that are not excluded are shared values."""
+        """Return the maker of cases, the runs of a sweep. The given options that are not excluded are shared values."""
         known = declarations(self.module.Parameters)
         given = {name: each for name, each in vars(options).items() if each is not None}
         shared = {name: each for name, each in given.items() if name in known and name not in excluded}

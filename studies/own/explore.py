@@ -9,7 +9,7 @@ import json
 import secrets
 import sys
 import webbrowser
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -95,8 +95,7 @@ class Explorer:
         with self.lock:
             if name == "move":
                 self.changed.clear()
-            found: dict[str, Any] = ANSWERS[name](self, values)
-            return found
+            return ANSWERS[name](self, values)
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """Make the mechanism with these values; a ValueError names a path without a slider."""
@@ -115,6 +114,7 @@ class Explorer:
         """Run as `buckler run` does and return what the page shows, with errors; or `late` if a number changes meanwhile."""
 
         def stop_late(_: float) -> None:
+            """Raise a LateError if a slider has moved."""
             if self.changed.is_set():
                 raise LateError
 
@@ -128,7 +128,7 @@ class Explorer:
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file's content, with the changes of `--set` and these values, to a new file beside the opened one."""
-        self.mechanism(values)
+        self.mechanism(values)  # raises for values that make none
         entries: dict[str, float | str] = {}
         for path, value in values.items():
             unit, factor = self._unit(path, self.family.units[path])
@@ -142,7 +142,7 @@ class Explorer:
         return fill_page("buckler.studies.own", "explore", blank(self.path.name) | {"sliders": self.sliders})
 
 
-ANSWERS = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save}
+ANSWERS: dict[str, Callable[..., dict[str, Any]]] = {"move": Explorer.move, "judge": Explorer.judge, "save": Explorer.save}
 """Answers to the requests of the page, by name."""
 
 

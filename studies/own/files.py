@@ -120,10 +120,10 @@ class File(Study):
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`. None is an option of `sweep`, `excluded`."""
+        """Declare the options of the run and of the solver, and `--set`; no name of them is among `excluded`."""
         add_options(parser, OPTIONS)
-        about = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
-        add_repeated(parser, "--set", "PATH=VALUE", about, dest="changes")
+        text = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
+        add_repeated(parser, "--set", "PATH=VALUE", text, dest="changes")
         add_options(parser, solver_options())
 
     def parameters(self, options: argparse.Namespace) -> Parameters:
@@ -135,7 +135,7 @@ class File(Study):
         return parameters
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
-        """Return the maker of the cases of a sweep over the paths of `--vary`, which has all other values already."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`; all other values are in it, so none is shared."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document = change(json.loads(base["document"]), changes)
@@ -159,7 +159,7 @@ class File(Study):
                     reading.check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
-        """Return name and hash of the document."""
+        """Return name and hash of the file's document; the changes are parameters of each case."""
         return str(parameters.plain()["mechanism"])
 
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -175,7 +175,7 @@ class File(Study):
         given = _read_options(options, solver_options())
         if "solver" in given:
             given["kind"] = given.pop("solver")
-        is_other_kind = "kind" in given and solver.get("kind", given["kind"]) != given["kind"]
+        is_other_kind = {"kind"} <= solver.keys() & given.keys() and solver["kind"] != given["kind"]
         if options.accuracy is not None or is_other_kind:
             solver = {}
         if given:
@@ -206,10 +206,10 @@ class FileContent(NamedTuple):
 
 def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> FileContent:
     """Read a file, with the changes of `--set` and the duration of `--duration`; errors begin with the file's name."""
-    about = OPTIONS["duration"]
+    option = OPTIONS["duration"]
     with name_errors(path):
         document, run = read_file(path)
-        seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
+        seconds = run.get("duration", option.default) if duration is None else option.spec.read("--duration", duration)
         content = FileContent(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
         _ = content.mechanism  # raises here, so that the error names the file
     return content

@@ -59,7 +59,8 @@ def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
         for reading in readings if found.spreads else ():
             parts = ", ".join(f"{path} {value:.3g}" for path, value in found.contributions(reading).items())
             print(f"{reading}: standard deviation {found.spread(reading):.4g}, of which {parts}")
-    return exit_status or int(any(isnan(row.value) or row.note.startswith("timeout") for row in found.rows))
+    is_incomplete = any(isnan(row.value) or row.note.startswith("timeout") for row in found.rows)
+    return exit_status or int(is_incomplete)
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
@@ -80,7 +81,7 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
-    about = "a column whose values separate experiments; if a number's path is its name, they are values of this number"
+    about = "a column whose values separate experiments; a column with the name of a number's path has values of this number"
     add_repeated(parser, "--setting", "COLUMN", about)
     parser.add_argument("--start", metavar="s", type=float, help="time in the data at which the run begins [s]; default 0")
     parser.add_argument("--starts", type=int, default=8, help="number of starting points over the ranges; default 8")
@@ -209,9 +210,9 @@ def _table(found: Ensemble) -> str:
     if not found.members.grid:
         return text
     lines = []
-    for cells in zip(*(found.cells(reading) for reading in found.readings), strict=True):  # of one combination
-        values, means = cells[0].values.values(), [f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells]
-        lines.append([*(f"{value:g}" for value in values), *means])
+    for cells in zip(*(found.cells(reading) for reading in found.readings), strict=True):  # of one combination, for each reading
+        combination = cells[0].values  # value by path
+        lines.append([f"{x:g}" for x in combination.values()] + [f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells])
     return f"{text}\n\n{Table([*found.members.grid, *found.readings], lines)}"
 
 
@@ -230,7 +231,7 @@ def _write(found: Ensemble, out: Path) -> None:
         drawings["map"] = partial(found.map, x, y)
     with house_style():
         for name, draw in drawings.items():
-            fig, axes = subplots(len(readings), 1, height=15.0 + 55.0 * len(readings), squeeze=False)
+            fig, axes = subplots(len(readings), 1, height=15.0 + 55.0 * len(readings), squeeze=False)  # [mm]
             for reading, ax in zip(readings, axes[:, 0], strict=True):
                 draw(reading, ax=ax)
             fig.savefig(out / f"{name}.png", dpi=150)

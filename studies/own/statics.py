@@ -135,16 +135,16 @@ def describe(mechanism: Mechanism) -> str:
         elements = () if name == "links" else getattr(mechanism, name)  # links are in the table
         if others := [f"{type(each).__name__} {each.key}" for each in elements]:
             lines.append(f"{name}: {'; '.join(others)}")
-    driven, is_driven = len(mechanism.drives), False
+    drive_count, moves_freely = len(mechanism.drives), True
     if counts := mobility(mechanism):
         coordinates, constraints, independent = counts
         freedoms, redundant = coordinates - independent, constraints - independent
         extra = f", {redundant} of them redundant" if redundant else ""
-        drives = "" if freedoms == driven else f"; {driven or 'none'} driven"
-        is_driven = freedoms <= driven
+        ending = "" if freedoms == drive_count else f"; {drive_count or 'none'} driven"
+        moves_freely = freedoms > drive_count
         numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}"
-        lines.append(f"as an ideal rigid linkage: {numbers}{drives}")
-    if not is_driven or any(link.body.flexible for link in mechanism.links):
+        lines.append(f"as an ideal rigid linkage: {numbers}{ending}")
+    if moves_freely or any(link.body.flexible for link in mechanism.links):
         lines += _frequencies(mechanism)
     lines += [*_poses(mechanism), *(f"note: {each}" for each in Scene.of(mechanism).remarks)]
     return "\n".join(lines)

@@ -42,12 +42,13 @@ GROUP = "the run"
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
 RENAMED = {"count": "steps", "method": "integrator"}
 """Names in files and options of fields whose own name is clear only beside its class: `Equal.count` is there `steps`."""
-SOLVER_GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
+SOLVER_GROUP = "the solver; with an accuracy its kind is kept, its steps and the strips' elements are chosen"
 """Heading, in the help, of the solver's options."""
-KIND = Declaration(
+SOLVER_NAME = Declaration(
     Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines",
     bounds={}, required=False, default=None, group=SOLVER_GROUP,
 )  # fmt: skip
+"""Declaration of the solver's name: of the option `solver`, and of the key `kind` in the table `solver`."""
 
 
 class SolverSetting(NamedTuple):
@@ -79,7 +80,7 @@ def settings() -> dict[str, SolverSetting]:
 @cache
 def solver_options() -> dict[str, Declaration]:
     """Collect the declarations of the option `solver` and of all settings."""
-    found = {"solver": KIND}
+    found = {"solver": SOLVER_NAME}
     for name, setting in settings().items():
         about, solvers = setting.about, setting.solvers
         found[name] = about._replace(doc=f"{about.doc}; of {solvers[0]}") if len(solvers) == 1 else about
@@ -96,7 +97,7 @@ class Settings(Spec):
         if not isinstance(given, str | Mapping | tuple):  # a tuple has been read before
             raise self.refusal(name, given)
         content = {"kind": given} if isinstance(given, str) else dict(given)
-        about = {"kind": KIND} | {key: setting.about for key, setting in settings().items()}
+        about = {"kind": SOLVER_NAME} | {key: setting.about for key, setting in settings().items()}
         if unknown := [key for key in content if key not in about]:
             raise ValueError(f"{name}.{unknown[0]}: unknown key; known: {', '.join(about)}")
         return tuple((key, about[key].spec.read(f"{name}.{key}", value)) for key, value in content.items())

@@ -4,9 +4,6 @@ Authors and title of the published paper are unknown; `kit.published` has its nu
 friction speeds and the plane in which the bars bend: each is a parameter. The largest contact damping c_max is printed as
 253 "N×S/m". Its unit decides the physics (`damping_unit`): in N.s/m the joints rattle, in N.s/mm they stay closed. The paper
 recommends for c_max 0.1 % of the stiffness K. Its numbers are then those of c_max in N.s/mm and of K in N/mm^1.5.
-
-The paper's "modes four, five and six" of the rocker may be counted in four ways: among the modes of a free body, the first six
-of which are rigid; among its flexible modes in space; among those in the plane; among the bending modes in the plane.
 """
 
 from collections.abc import Sequence
@@ -65,7 +62,7 @@ SETS = {
     "456_bending": ModeSet("bending 4–6", [4, 5, 6]),
     "craig_bampton": ModeSet("Craig–Bampton", others=CraigBampton()),
 }
-"""Sets of modes by their names in metrics."""
+"""Sets of modes by their names in metrics. The four with 4, 5, 6 count the paper's "modes four, five and six" in four ways."""
 
 
 def section(depth: float) -> Section:

@@ -212,7 +212,8 @@ def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
     for cell, (unit, gravity) in enumerate(p.cells()):
         for k, claim in enumerate(CLAIMS):
             name = f"{cell_name(unit, gravity)}.{claim.name}"
-            judgement = judge(*(each[cell, :, k] for each in found), p.margin, level)
+            values, errors, half_widths = (each[cell, :, k] for each in found)
+            judgement = judge(values, errors, half_widths, p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found.value), np.nan, found.value < 1 - p.margin)  # (cells, samples, claims), cells by unit

@@ -104,8 +104,7 @@ class Ratio(NamedTuple):
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:
     """Divide two means from independent runs; errors propagate to first order.
 
-    With relative errors e and numbers n of runs, the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)), or 1
-    if both errors are 0.
+    With relative errors e of n runs, the degrees of freedom are (e1^2 + e2^2)^2/(e1^4/(n1 - 1) + e2^4/(n2 - 1)), or 1 if e is 0.
     """
     e1, e2 = (each.error / each.value for each in (flexible, rigid))
     value, relative_error = flexible.value / rigid.value, hypot(e1, e2)

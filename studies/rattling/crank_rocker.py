@@ -124,10 +124,7 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
 
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
-    """Run one mechanism with its energy ledger, by loop closure if all joints are ideal, else on the engine.
-
-    There the unit of position errors in a joint is a tenth of its clearance, hence the unit of `tolerance`.
-    """
+    """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
     time_of_half_a_degree = 2 * pi / p.speed / 720
     longest = min(time_of_half_a_degree, p.duration / 10)  # chosen: half a degree, and ten steps even in the shortest run
     engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))

@@ -73,11 +73,6 @@ class Parameters(Assumptions, TestedRuns):
         """Cases by their names in metrics.json: unit in which c_max is read, and side of the bars in the plane [m]."""
         return {f"c_max[{unit}].h{1e3 * h:g}mm": (unit, h) for unit, h in product(self.damping_unit, self.in_plane_depth)}
 
-    def damped_rocker(self, depth: float, modes: str) -> Modal | None:
-        """Make the rocker with a set of modes and the damping ratios of `modal_damping`; None, the rigid rocker, for no mode."""
-        rocker = make_rocker_of_set(depth, modes, self.rocker_damping)
-        return None if rocker is None else set_damping(rocker, self.modal_damping, self.rocker_damping)
-
     def crank_rocker(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
         """Make the crank-rocker of a case, by default with the rigid rocker."""
         values = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
@@ -90,7 +85,9 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     wrong: list[str] = []
     ideal = ideal_motion(FourBarParameters().speed)
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
-        mechanisms = [p.crank_rocker(unit, depth, p.damped_rocker(depth, modes)) for modes in p.mode_sets]
+        rockers = [make_rocker_of_set(depth, modes, p.rocker_damping) for modes in p.mode_sets]  # None is rigid
+        damped = [rocker and set_damping(rocker, p.modal_damping, p.rocker_damping) for rocker in rockers]
+        mechanisms = [p.crank_rocker(unit, depth, rocker) for rocker in damped]
         results = run_turns(p, mechanisms, READINGS, batch, ideal)  # batch: random starts of this case's own
         turns = dict(zip(p.mode_sets, results, strict=True))
         wrong += [f"{name}.{modes}: {note}" for modes, each in turns.items() for note in each.notes]

@@ -43,10 +43,7 @@ READ = {
     "impact_impulse": "N.s", "impact_time": "s", "impact_push": "N", "rebound_ratio": "1", "rebounds": "1", "settling_time": "s",
     "early_shortening": "1", "buckles_before_stop": "1",
 }  # fmt: skip
-"""Fields of an `impact.TurnReading` that are metrics without conversion, and their units.
-
-`impact_push` is the largest compression of the strip in the impact. `early_shortening` is the change of its end shortening before
-the first contact, over its length. `buckles_before_stop` is 1 if the strip buckles before that."""
+"""Fields of an `impact.TurnReading`, which explains them, that are metrics without conversion, and their units."""
 NOTES = {
     "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not at the 120 of\n"
     "the text. 27 N is no prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded);\n"

@@ -121,22 +121,18 @@ def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Map
     press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
-    def beam(u: Array) -> Array:
-        """Compute the loads of a beam."""
+    def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
+        """Compute loads where the strip is surely bent, and none if Newton's method fails."""
+        p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
         try:
-            return engine.pinned_strip(Beam(press.section, elements), PAPER.coupler, u)
+            if is_bent.any():
+                p[is_bent] = load(u[is_bent])
         except ArithmeticError as error:
             failures.append(f"h = {_mm(thickness)} mm: {error}")
-            return np.full(u.shape, np.nan)
-
-    def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        """Compute loads where the strip is surely bent."""
-        p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
-        if is_bent.any():
-            p[is_bent] = load(u[is_bent])
         return p
 
     rod = np.vectorize(lambda u: strip.at_shortening(u).load)
+    beam = partial(engine.pinned_strip, Beam(press.section, elements), PAPER.coupler)
     return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(load_bent, rod), "beam": partial(load_bent, beam)}
 
 

@@ -31,14 +31,14 @@ PATIENCE = 60.0
 
 
 class _Sweep(NamedTuple):
-    """Sweep requested on the command line; `stored_as` is its study in the store: a name, or that of a file with its hash."""
+    """Sweep requested on the command line."""
 
     study: Study
     options: argparse.Namespace
     axes: Sequence[Axis]
     cases: Sequence[StudyParameters]
     units: Mapping[str, str]
-    stored_as: str
+    stored_as: str  # name of the study in the store; for a file, its name and the hash of its document
     folder: Path
     store: Path
     part: Part | None
@@ -154,7 +154,7 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     if request.part:
         ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
         return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)
-    design_points = points(request.axes, rows)
+    design_points = points(request.axes, rows)  # combinations of the varied values, with their metrics
     try:
         shown = choose(design_points, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:

@@ -30,8 +30,8 @@ class Row:
     """Case that has ended: its number among the cases of the sweep, its parameters, and its result.
 
     The status is that of the study, ERROR after an exception, CRASHED if the process died. A SUSPECT case has ended, but a check
-    doubts its numbers; all but OK and SUSPECT have failed. `wall_s` is the run time in the worker [s]; `provenance` has versions,
-    hash of the source files, host, and time of the end.
+    doubts its numbers; all but OK and SUSPECT have failed. `work` has counts such as steps. `wall_s` is the run time in the
+    worker [s]. `provenance` has versions, hash of the source files, host, and time of the end.
     """
 
     number: int
@@ -183,7 +183,7 @@ class Store:
                 raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
     def copy(self, path: Path, about: About) -> None:
-        """Copy the results of cases of this sweep from another store, such as that of a part; of another study, copy nothing."""
+        """Copy the results of cases of this sweep from another store in the folder; one of another study has none."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)
@@ -207,7 +207,8 @@ class Store:
             for name, each in content["metrics"].items():  # `to_json` writes nan and inf as texts, which `float` reads
                 numbers: Any = {key: value if key == "unit" or value is None else float(value) for key, value in each.items()}
                 content["metrics"][name] = Metric(**numbers)
-            rows.append(Row(number, json.loads(parameters), status, **content | {"wall_s": float(content["wall_s"])}))
+            content["wall_s"] = float(content["wall_s"])
+            rows.append(Row(number, json.loads(parameters), status, **content))
         return rows
 
 

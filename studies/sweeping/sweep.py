@@ -34,7 +34,7 @@ IN_FLIGHT = 1000
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Start method of processes: no fork of this process, which has threads and an open store. A fork server imports only once."""
 STARTS = 3
-"""Attempts to start processes that import the study: one that is killed while it starts looks like one that cannot do it."""
+"""Attempts to start processes that import the study, chosen: a process killed at its start looks like a failed import."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
@@ -118,8 +118,8 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            # without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by `cases`
-            forecast = {"progress": Progress(quiet=True, cases=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
+            # without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by the cases a process
+            forecast = {"progress": Progress(quiet=True, cases_a_process=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
             result = study.run(job.parameters, **forecast)
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:

@@ -167,7 +167,7 @@ def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str
 
 
 def table(axes: Sequence[Axis], found: Sequence[DesignPoint], shown: Mapping[str, str]) -> Table:
-    """Tabulate the points of the sweep; with a column `status` where not all are OK."""
+    """Tabulate the metrics `shown`, a name with its unit, at the points of the sweep, and `status` where not all are OK."""
     headers = [label_with_unit(axis.name, axis.unit) for axis in axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()]
     lines = [[*point.values, *(_cell(point.metric(name)) for name in shown)] for point in found[:MOST_LINES]]
@@ -264,7 +264,8 @@ def _label(axis: Axis, value: object) -> str:
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:
     """Make the columns of all cases, by name and unit: number, parameters, status, metrics with errors, host.
 
-    An error is relative; where a metric gives an absolute one, a column in its unit has all errors of this metric, too.
+    `units` are those of the parameters. Errors are relative. If any case has an absolute error of a metric, those of
+    all cases are a further column.
     """
     found: dict[str, list[Any]] = {"number": [row.number for row in rows]}
     for name in rows[0].parameters if rows else ():
