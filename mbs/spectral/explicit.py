@@ -267,19 +267,17 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
 
 @inline
 def _update_memories(tables, work, state, controls, counts):
-    """Update onset speeds and sliding speeds; return True if a contact closed or opened so that rates must be computed anew."""
+    """Update onset speeds; return True if a contact closed or opened so that rates must be computed anew."""
     is_event, n = False, state.force.size
     for k in range(tables.forces.shape[0]):
-        m = state.memory[k]
         if is_contact(tables, k):
-            has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
+            has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, state.memory[k], controls)
             is_counted = controls.stops_at_all_onsets or not has_smooth_onset(tables, k)
             is_event = is_event or (is_counted and (has_closed or has_opened))
             if has_closed:
                 counts.onsets += 1
             if has_opened:
                 state.y_new[2 * n + k] = 0.0  # its bristle
-        m[Memory.SLIDING] = work.reports[k, Report.SLIP]
     return is_event
 
 
