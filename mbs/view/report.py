@@ -94,8 +94,7 @@ class ArrayStore:
     """Concatenated arrays of 16-bit numbers."""
 
     def __init__(self) -> None:
-        self.parts: list[Array] = []
-        self.size = 0
+        self.data = bytearray()
 
     def add(self, values: Array, limits: tuple[float, float] | None = None) -> list[float]:
         """Append an array, quantised from the low to the high limit, by default its own.
@@ -111,14 +110,13 @@ class ArrayStore:
         step = float(f"{exact_step:.9g}")  # few digits, for a short page
         quantised = np.full(len(values), LEVELS + 1, dtype="<u2")
         quantised[is_finite] = np.clip(np.rint((values[is_finite] - low) / step), 0, LEVELS)
-        start = self.size
-        self.parts.append(quantised)
-        self.size += len(quantised)
+        start = len(self.data) // quantised.itemsize
+        self.data += quantised.tobytes()
         return [start, low, step]
 
     def text(self) -> str:
         """Return all arrays in base64."""
-        return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
+        return b64encode(self.data).decode("ascii")
 
 
 def find_limits(values: Array) -> tuple[float, float]:
