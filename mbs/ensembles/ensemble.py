@@ -15,7 +15,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from dataclasses import dataclass, replace
 from math import floor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -44,14 +44,8 @@ BETWEEN = 3
 """States that are interpolated in a step over impacts; chosen."""
 Curve = Callable[[Array], Array]
 """Signal given by a function: values at times [s], both of shape (times,)."""
-
-
-class PreparedMember(NamedTuple):
-    """Compiled scene of a member, its initial state, its signals."""
-
-    scene: CompiledScene
-    start: RunState
-    channels: Channels
+Prepared = tuple[CompiledScene, RunState, Channels]
+"""Compiled scene of a member, its initial state, its signals."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +61,7 @@ class Task:
 
     def run(self, members: Iterable[int]) -> list[tuple[int, Array, str]]:
         """Run members; return for each its number, values (windows, readings), nan if it failed, and the reason or ''."""
-        prepared: dict[int, PreparedMember] = {}  # by the index of the mechanism, if no number varies
+        prepared: dict[int, Prepared] = {}  # by the index of the mechanism, if no number varies
         found = []
         for k in members:
             try:
@@ -80,7 +74,7 @@ class Task:
             found.append((k, values, reason))
         return found
 
-    def prepare(self, k: int, prepared: dict[int, PreparedMember]) -> PreparedMember:
+    def prepare(self, k: int, prepared: dict[int, Prepared]) -> Prepared:
         """Compile the scene of a member, or return that of an earlier member if only the initial state differs."""
         index = self.members.mechanism_index(k)
         if index in prepared:
@@ -88,12 +82,12 @@ class Task:
         scene = CompiledScene.of(self.members.mechanism(k), self.solver.degree)
         names = dict.fromkeys(name for reading in self.readings for name in reading.signals if name not in self.curves)
         start = RunState(0.0, scene.q0, start_rates(scene), scene.memory())
-        member = PreparedMember(scene, start, Channels.of(scene, list(names)))
+        member = scene, start, Channels.of(scene, list(names))
         if not self.members.paths:  # no number varies: members of a mechanism differ in their initial states alone
             prepared[index] = member
         return member
 
-    def integrate(self, k: int, member: PreparedMember) -> tuple[Array, Failure | None]:
+    def integrate(self, k: int, member: Prepared) -> tuple[Array, Failure | None]:
         """Integrate member k from its random start and accumulate statistics; return values (windows, readings) and failure."""
         scene, start, channels = member
         formulas = formulas_of(self.readings)  # by text: `abs(rocker.ax)` of the reading `max(abs(rocker.ax))`

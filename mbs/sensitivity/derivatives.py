@@ -118,10 +118,10 @@ class Sensitivities:
 
 def _per(unit: str, by: str) -> str:
     """Write the unit of a derivative, with '?' for an unknown unit; `by` is '1' for a number without dimension."""
+    unit, by = unit or "?", by or "?"
     if by == "1":
-        return unit or "?"
-    is_compound = " " in by or "/" in by
-    return f"{unit or '?'}/({by})" if is_compound else f"{unit or '?'}/{by or '?'}"
+        return unit
+    return f"{unit}/({by})" if " " in by or "/" in by else f"{unit}/{by}"
 
 
 @watch("runs")
