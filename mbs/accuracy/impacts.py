@@ -22,10 +22,6 @@ times less match noise."""
 SPLIT = 0.1
 """Time without contact, over the duration of the contact before it, below which two contacts are one impact. The force of a
 bending strip touches zero within a blow. The tenth is chosen."""
-LEAST_DISTANCE = -9.0
-"""Decimal logarithm of the least result of `levy`: it is below the least error that is estimated (`estimate.LEAST_ERROR`)."""
-BISECTIONS = 10
-"""Bisections of the logarithm of the result of `levy`, over 9 decades: the result is then known to 2 %."""
 
 
 class ImpactTable(NamedTuple):
@@ -102,9 +98,9 @@ def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: 
 
         s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
 
-    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 let small peaks count little. Each peak
-    of b has an upper and a lower bound, by the
-    scatter, its excess and the vertex between its samples. The peaks of a, the coarser run, only raise the largest upper bound.
+    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 let small peaks count little. Each
+    peak of b has an upper and a lower bound, by the scatter, its excess and the vertex between its samples. The peaks of a, the
+    coarser run, only raise the largest upper bound.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
@@ -157,8 +153,8 @@ def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float
     changes = np.diff(impulse_a) != 0
     needed = np.append(True, changes) | np.append(changes, True)  # of an interval with constant J_a, both ends suffice
     grid, impulse_a = grid[needed], impulse_a[needed]
-    low, high = LEAST_DISTANCE, 0.0
-    for _ in range(BISECTIONS):
+    low, high = -9.0, 0.0  # decimal logarithms; the least is below the least error that is estimated (`estimate.LEAST_ERROR`)
+    for _ in range(10):  # each halves the 9 decades: the result is then known to 2 %
         middle = (low + high) / 2
         e = 10**middle
         least, most = (np.interp(np.minimum(grid + shift * unit, end), time_b, impulse_b) for shift in (-e, e))

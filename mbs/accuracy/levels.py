@@ -6,8 +6,7 @@ M. Roche, Lect. Notes Math. 1409 (1989), doi 10.1007/BFb0093947). Exudyn's gener
 ~ tol^(1/3). Loop closure integrates nothing: only its samples can be too few.
 
 Runs of neighbouring degrees may agree by chance. So the degree of a strip is high enough only if the last two terms of the
-polynomials in its deflection are small. Limits of forces or rates limit the terms at any time, over the strip's largest
-deflection. Limits of places limit the root mean square of the terms over time [m].
+polynomials in its deflection are small, by `demand.DeflectionLimits`.
 """
 
 from collections.abc import Callable
@@ -38,19 +37,6 @@ FINEST = 5e-10
 But a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
 RESTING = 1e-3
 """Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
-MOST_DEGREES = 8
-"""Most degrees added at once: the decay of terms cannot be extrapolated farther."""
-SLOWER = 2.0
-"""Factor of the last term, as terms decay more slowly at higher degrees: without it a third run is needed to add two degrees."""
-LEAST_DECAY = 1e-3
-"""Least ratio of successive terms that is believed: the terms of a sine have a larger one up to degree 30."""
-UNDAMPED = 0.9
-"""Spectral radius of every second level of Exudyn, so that runs differ where numerical damping matters. The others have 0.7."""
-PREFIX = 1 / 8
-"""Share of the duration that the second run covers if pins rattle: most chaotic runs separate in it. A sixteenth is less than a
-turn of the rattling crank-rocker, some of whose starts separate later."""
-SHORT_RUN = 5000
-"""Most samples of a run that is compared as a whole at once: a part of it would cost as much as it saves."""
 Runner = Callable[[Mechanism, float, Any], Run]
 """Function that makes one run of a mechanism for a duration [s] by a solver."""
 
@@ -92,12 +78,9 @@ class Levels:
     """Most runs for one result: eight levels from `FIRST` to `FINEST`, and two for runs that fail or cover a part."""
     orders = Orders(1 / 4, 1 / 3, 3 / 4)
     """Orders of errors: for 1/4 and 3/4 see the head of this file. At 1/3 the error is the difference, at the ratio 8."""
-    finest = 0.0
-    """Least tolerance of a level; 0 if only the number of runs is limited."""
-    degrees = 1
-    """Degrees that one level has more than the one before."""
-    are_radau = False
-    """True if steps of all levels damp vibrations as Radau IIA does."""
+    finest = 0.0  # least tolerance of a level; 0 if only the number of runs is limited
+    degrees = 1  # degrees that one level has more than the one before
+    are_radau = False  # True if steps of all levels damp vibrations as Radau IIA does
 
     def first(self) -> Level:
         """Return the coarsest level."""
@@ -125,9 +108,11 @@ class Levels:
         truncation = self.find_truncation(run, limits)
         if not truncation.excess:
             return level
-        terms = log(max(1.0, SLOWER * truncation.excess)) / -log(truncation.decay)
+        # twice the excess, as terms decay more slowly at higher degrees: without it a third run is needed to add two degrees
+        terms = log(max(1.0, 2.0 * truncation.excess)) / -log(truncation.decay)
         enough = run.solver.degree + 2 * ceil(terms / 2)  # even: a symmetric deflection has every second term alone
-        return level._replace(degree=max(level.degree, min(level.degree + MOST_DEGREES, enough)))
+        most = level.degree + 8  # the decay of terms cannot be extrapolated farther
+        return level._replace(degree=max(level.degree, min(most, enough)))
 
     @property
     def rattles(self) -> bool:
@@ -135,8 +120,12 @@ class Levels:
         return bool(Scene.of(self.mechanism).clearances)
 
     def choose_share(self, run: Run) -> float:
-        """Return the share of the duration that the second run covers; most runs that rattle separate in a part of it."""
-        return PREFIX if self.rattles and len(run.record.time) > SHORT_RUN else 1.0
+        """Return the share of the duration that the second run covers, after the first `run`.
+
+        Most chaotic runs that rattle separate in an eighth. A sixteenth is less than a turn of the rattling crank-rocker, some of
+        whose starts separate later. A part of a short run would cost as much as it saves.
+        """
+        return 1 / 8 if self.rattles and len(run.record.time) > 5000 else 1.0
 
 
 class SpectralLevels(Levels):
@@ -195,7 +184,7 @@ class SpectralLevels(Levels):
                 last_rms = rms[-2:].max()
                 excess = max(last_rms / limits.rms, peak[-2:].max() / (limits.peak * deflection))
                 decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))
-                decay = np.clip(decay, LEAST_DECAY, 0.9)  # at 1 no degree would be enough
+                decay = np.clip(decay, 1e-3, 0.9)  # of a sine above 1e-3 to degree 30; at 1 no degree is enough
                 found = max(found, Truncation(float(excess), float(decay)))
         return found
 
@@ -218,7 +207,8 @@ class ExudynLevels(Levels):
         steps = _shorten_steps(Controlled().longest(self.duration), finer)
         steps = replace(steps, tolerance=usual_tolerance(Scene.of(self.mechanism)) * level.tolerance)
         is_explicit = Scene.of(self.mechanism).is_explicit_in_exudyn  # explicit steps have no spectral radius
-        radius = self.solver.spectral_radius if is_explicit or count % 2 == 0 else UNDAMPED
+        # every second level has the radius 0.9, not the usual 0.7, so that runs differ where numerical damping matters
+        radius = self.solver.spectral_radius if is_explicit or count % 2 == 0 else 0.9
         return _refine_mesh(self.mechanism, 2.0**level.degree), replace(self.solver, steps=steps, spectral_radius=radius)
 
 

@@ -33,14 +33,6 @@ PATIENCE = 3
 """Number of coarse runs that may fail before the failure is reported: chosen."""
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
-MOST_LEVELS = 2
-"""Most levels by which one refinement goes finer: with three, the third run is wasted in half of the cases."""
-CONFIRMED = 2
-"""Refinements in a row that must delay the separation too little before a motion is chaotic. One would call stick-slip chaotic,
-whose coarse runs do not resolve the bristles. Where pins rattle, one is enough: each costs a run."""
-LATER = 0.5
-"""Least delay of the separation that is expected of the refinements left, over the time from separation to end: with less the
-motion is chaotic. It is chosen below 1, as delays vary: a double pendulum with 0.84 was followed to its end."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 
@@ -148,7 +140,6 @@ class _Refinement:
             excess = worst.ratio
             self.best = partial(self.finish, pair)  # computed only if it is the answer
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
-            # runs of neighbouring degrees may agree by chance, so that the last terms of deflections must be small as well
             if excess <= 1 and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
                 answer = self.best()
                 excess = answer.worst.ratio  # now with energies and their balance
@@ -181,9 +172,13 @@ class _Refinement:
         return _Pair(coarse, fine, self.demand)
 
     def look_for_chaos(self, pair: _Pair) -> CheckedRun | _Pair:
-        """Make finer runs; return the answer of a chaotic motion, else the first pair that separates late enough."""
+        """Make finer runs; return the answer of a chaotic motion, else the first pair that separates late enough.
+
+        Two runs in a row must separate too early: one would call stick-slip chaotic, whose coarse runs do not resolve the
+        bristles. Where pins rattle, one is enough: each costs a run.
+        """
         last = reported = pair  # `reported`: the finest pair whose coarser run covers the whole motion
-        for _ in range(1 if self.levels.rattles else CONFIRMED):
+        for _ in range(1 if self.levels.rattles else 2):
             start = last.separation.start
             delay = (self.duration - start) / max(1.0, self.levels.refinements_to_go(last.fine.level))
             required = start + delay  # time [s] to which the next refinement has to delay the separation
@@ -204,7 +199,8 @@ class _Refinement:
         if made <= 0:
             return False
         expected_delay = (pair.separation.start - start) / made * self.levels.refinements_to_go(pair.fine.level)  # [s]
-        return expected_delay < LATER * (self.duration - pair.separation.start)
+        # half of the time left is chosen, not all of it, as delays vary: a double pendulum with 0.84 was followed to its end
+        return expected_delay < 0.5 * (self.duration - pair.separation.start)
 
     def find_ratio(self, excess: float, separate: bool) -> float:
         """Find the ratio of tolerances that brings an error, `excess` times the allowed one, to half the allowed one.
@@ -213,7 +209,7 @@ class _Refinement:
         largest order gives the least ratio that may be enough. Runs that separate do not show e: the ratio is then the largest.
         """
         ratio, gain = self.levels.ratio, 1 + 2 * excess
-        largest = ratio**MOST_LEVELS
+        largest = ratio**2  # two levels: with three, the third run is wasted in half of the cases
         return float(largest if separate else np.clip(gain ** (1 / self.levels.orders.largest), ratio, largest))
 
     def estimate(self, pair: _Pair, differences: Mapping[Key, float]) -> dict[Key, float]:

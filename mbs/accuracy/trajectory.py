@@ -30,9 +30,6 @@ FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 """Kinds of forces and torques, which have impulses."""
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
 """Kinds that do not jump, so that a contact which begins a little later changes them little."""
-UNRESOLVED_MOST = 0.05
-"""Largest imbalance of energy, over the throughput, that is ascribed to vibrations faster than the steps: the error allowed of
-energies, `USUAL_ERROR` of the module `demand`, which imports this one."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -141,9 +138,10 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
-    # r counts strips and bristles of guides, whose vibrations the steps do not resolve; bristles may store all energy put in
+    # r counts strips and bristles of guides, whose vibrations the steps do not resolve; bristles may store all energy put in.
+    # Without them at most 0.05 is ascribed to vibrations, the error `demand.USUAL_ERROR` that is allowed of energies
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
-    stored = vibration_share if has_friction else min(vibration_share, UNRESOLVED_MOST)
+    stored = vibration_share if has_friction else min(vibration_share, 0.05)
     return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
 
 
