@@ -21,8 +21,6 @@ STEP = 1e-5
 """Longest step of differences [s]; a tenth of it loses a digit more to rounding, but has a smaller truncation error."""
 SPEED_ERROR = 1e-3
 """Largest difference of a motion's speed from the derivative of its position, over the sum of both magnitudes; chosen."""
-SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
-"""Times at which the speed is checked, over the duration of the run; irregular, so as not to be periods of the motion."""
 
 
 @declared
@@ -80,7 +78,7 @@ class Motion(Declared):
 
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
-        times = [fraction * duration for fraction in SAMPLES]
+        times = [fraction * duration for fraction in (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)]  # irregular: no periods of the motion
         speed_at = partial(_evaluate, f"{where}: speed", self.speed)
         speeds = [speed_at(t) for t in times]
         slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]

@@ -16,9 +16,6 @@ from .references import check_known, check_point_of
 from .rows import Row, yield_line
 from .signal import Energy, Kind, Signal
 
-ON_LINE = 1e-9
-"""Distance from a line, over the largest coordinate, within which a point lies on the line."""
-
 
 @declared
 class GuideFriction(Declared):
@@ -54,14 +51,6 @@ class GuideFriction(Declared):
         return 0.0 if self.static is None else self.static - self.dynamic
 
 
-STEPS_PER_PERIOD = 20
-"""Least number of steps in a period of a stuck block on its bristles for which its friction power is integrated; chosen.
-
-With fewer steps the dissipated energy counts as zero. A tenfold number would also do so for well resolved vibrations."""
-STUCK = 1e-4
-"""Travel over the longest link below which a block is stuck: friction then bends bristles and dissipates next to nothing."""
-
-
 @declared
 class Guide(GuideBase):
     """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
@@ -95,7 +84,7 @@ class Guide(GuideBase):
             check_known("point", self.through, mechanism.points, self.where)
             (x0, y0), (x1, y1) = mechanism.points[self.through], mechanism.points[self.point]
             distance = abs((y1 - y0) * self.along[0] - (x1 - x0) * self.along[1])
-            if distance > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
+            if distance > 1e-9 * max(map(abs, (x0, y0, x1, y1))):  # more than rounding
                 raise ValueError(f"{self.where}: through = '{self.through}': lies {distance:.3g} m beside its line")
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
@@ -174,10 +163,14 @@ class Guide(GuideBase):
         return np.asarray(as_bristle_law(self.friction).coefficient(speed, bristle) * normal)
 
     def _is_stuck(self, name: str, record: Recorded) -> bool:
-        """Return True if the travel is negligible and steps are long compared with the period of the block on its bristles."""
+        """Return True if the friction only bends the bristles, and steps do not resolve the vibration of the block on them.
+
+        The travel is then below 1e-4 of the longest link, and a period has fewer than 20 steps; both are chosen. Tenfold steps
+        would leave out the dissipated energy of well resolved vibrations, too.
+        """
         longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)
         force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
         # bristles of the stiffness force/deflection carry the block; the mass of its link would make the period longer
         period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
-        return bool(np.ptp(block.travel) < STUCK * longest and STEPS_PER_PERIOD * np.diff(record.time).max() > period)
+        return bool(np.ptp(block.travel) < 1e-4 * longest and 20 * np.diff(record.time).max() > period)

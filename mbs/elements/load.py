@@ -17,9 +17,6 @@ from ..validate import short
 from .element import GROUND, Element, Parts, Push, Recorded, place
 from .signal import Kind, Signal
 
-SIDE = 1e-9
-"""Distance from a sample at which a load is evaluated before and after a jump there, over the duration of the run; chosen."""
-
 
 class Load(Element):
     """Base of loads."""
@@ -108,7 +105,7 @@ class Stateful(Load):
         power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
-        sides = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
+        sides = (np.clip(record.time + side * last, 0.0, last) for side in (-1e-9, 1e-9))  # chosen
         before, after = (self.push(name, record, times).power(record) for times in sides)
         return record.work(power, (before, after))
 

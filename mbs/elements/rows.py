@@ -13,9 +13,6 @@ from typing import Any
 from .element import GROUND, Place
 from .references import FIXED
 
-AXES = ((1.0, 0.0), (0.0, 1.0))
-"""Directions x and y."""
-
 
 @dataclass(frozen=True)
 class Along:
@@ -85,7 +82,7 @@ def row(measure: Measure, motion: object = None, *, start_only: bool = False) ->
 
 def yield_pin(point: str, first: str, second: str, *, start_only: bool = False) -> Iterator[Row]:
     """Yield the two rows of a pin: two bodies share a point, in x and in y."""
-    for direction in AXES:
+    for direction in ((1.0, 0.0), (0.0, 1.0)):
         yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
 
 

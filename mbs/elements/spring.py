@@ -17,8 +17,6 @@ from .signal import Energy, Kind, Signal
 
 Law = Callable[[float, float], float]
 """Force or torque of a spring, over its coordinate and the rate of the coordinate."""
-PIECES = 400
-"""Equal pieces of the quadrature of a law, each with four Gauss points; enough for rounding where a law is smooth."""
 
 
 def potential(law: Law, values: Array) -> Array:
@@ -28,7 +26,8 @@ def potential(law: Law, values: Array) -> Array:
         return np.zeros_like(values)
     edges = find_edges_between(low, high, lambda x: evaluate(law, x, np.zeros_like(x)))
     both_sides = np.concatenate([edges, np.nextafter(edges, np.inf)])  # the search returns the last value before a jump
-    grid = np.unique(np.concatenate([np.linspace(low, high, PIECES + 1), [0.0], both_sides]))
+    pieces = np.linspace(low, high, 401)  # enough for rounding where a law is smooth
+    grid = np.unique(np.concatenate([pieces, [0.0], both_sides]))
 
     def integrate(starts: Array, ends: Array) -> Array:
         """Integrate the force over intervals by four Gauss points in each."""

@@ -15,9 +15,6 @@ from .element import Body, LinkBase, Recorded
 from .section import Profile, Section
 from .signal import Energy, Kind, Signal
 
-POINTS = 400
-"""Number of points of the spline that integrates a strut's force; chosen. Its error falls with their number to the power -4."""
-
 
 @declared
 class Strut(Body):
@@ -112,6 +109,6 @@ class StrutLaw:
             return straight
         from scipy.interpolate import CubicSpline  # it takes a while to load, and straight struts need none
 
-        grid = np.linspace(deepest, self.kink, POINTS)
+        grid = np.linspace(deepest, self.kink, 400)  # chosen; the spline's error falls with the number to the power -4
         work = CubicSpline(grid, [self.elastic(float(e)) for e in grid]).antiderivative()
         return straight + np.asarray(work(np.minimum(elongation, self.kink)) - work(self.kink))

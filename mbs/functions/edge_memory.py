@@ -22,9 +22,6 @@ from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Curve, find_crossings, find
 CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
 Only the shift of such close edges is watched, as error control sees single edges."""
-SIDE_DISTANCE = 1e-5
-"""Distance from an edge to the ends of steps before and after the edge, over the distance of two edges: a short step crosses it.
-After a run with settled edges it is halved, so that the difference of two runs contains its effect."""
 SETTLED = 1e-5
 """Shift of an edge from one run to the next, over its distance from another edge, below which no further run is made."""
 SAME_EDGE = 1e-12
@@ -115,7 +112,8 @@ class EdgeMemory:
 
     def __init__(self) -> None:
         self.edges, self.step_ends = np.empty(0), np.empty(0)
-        self._side_distance = SIDE_DISTANCE
+        # distance from an edge to the ends of steps around it, over the distance of two edges: a short step crosses it
+        self._side_distance = 1e-5
         self._confirmed = False
         # functions have numbers, by their order in a run
         self._known: dict[int, _Known] = {}
@@ -157,7 +155,7 @@ class EdgeMemory:
         passed = _merge([_between(each, time, ON_SAMPLE * float(time[-1])) for each in found], time)
         if shift <= SETTLED and not len(passed):
             self._confirmed = True
-            self._side_distance /= 2
+            self._side_distance /= 2  # so that the difference of two runs contains its effect
         sides = self._side_distance * distances
         # `_compare` returns no edges if they are more than `MOST_EDGES`: then steps end on those in `passed`
         self.step_ends = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed

@@ -24,13 +24,9 @@ MOST = 20_000
 """Most jumps and kinks that are located; the search then costs less than a tenth of a run that steps on them."""
 MOST_SMOOTH = 2000
 """Most quick changes on which steps end: with more of them, error control resolves the function anyway."""
-OUTSTANDING = 30.0
-"""Least second difference of a jump or kink, over the largest of its neighbours; chosen. A larger number misses weaker kinks."""
 REACHES = (6, 9)
 """Distances of neighbours [samples] with which a second difference is compared, each with the next nearer one; chosen. The
 distance with the smaller neighbours counts, as another edge spoils one of the two only."""
-DEGREE = 8
-"""Degree of the polynomials that are fitted to pieces; chosen."""
 FEWEST = 4
 """Least number of sample intervals of a piece, and of samples for each degree of its polynomial."""
 MISFIT = 1e-3
@@ -40,10 +36,6 @@ HALVINGS = 60
 """Number of halvings of an interval, down to neighbouring floats."""
 ROUNDING = 1e-12
 """Relative difference of equal values, and of equal times over the run."""
-AT_ONCE = 64
-"""Least number of rows of arguments for which a call with arrays is tried: it is checked by single calls of some seven rows."""
-MOST_OTHERS = 20
-"""Most arguments of a function in addition to the time: trial calls end there."""
 JUMP_ERROR = 2e-9
 """Half width, over the duration, of the interval in which a jump is located that a period predicts or the user names.
 
@@ -110,7 +102,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
     count = len(columns[0])
     if (compiled := evaluate_compiled(function, columns)) is not None:
         return compiled.reshape(count, -1)
-    if count >= AT_ONCE:
+    if count >= 64:  # many more than the single calls that check the one with arrays
         some = slice(None, None, count // 7)  # seven rows or a few more
         single = np.array([function(*each) for each in zip(*(c[some].tolist() for c in columns), strict=True)], dtype=float)
         try:
@@ -125,7 +117,7 @@ def evaluate(function: Callable[..., object], *columns: Array) -> Array:
 
 def count_others(function: Callable[..., object]) -> int:
     """Count the arguments of a function in addition to the time, by trial calls with zeros."""
-    for others in range(MOST_OTHERS):
+    for others in range(20):  # no function has more
         try:
             function(0.0, *[0.0] * others)
         except (TypeError, ValueError):
@@ -146,7 +138,8 @@ def _find_outstanding(values: Array) -> Array:
 
     neighbours = np.min([largest(-reach, 1 - reach, reach - 1, reach) for reach in REACHES], axis=0)
     is_largest_near = second >= largest(*range(-2, 3))
-    outstanding = (second > OUTSTANDING * np.maximum(neighbours, ROUNDING)) & is_largest_near
+    # 30 is chosen; a larger number misses weaker kinks
+    outstanding = (second > 30.0 * np.maximum(neighbours, ROUNDING)) & is_largest_near
     return np.flatnonzero(outstanding) + 1
 
 
@@ -254,7 +247,7 @@ def _find_quick_changes(values: Array, first: int, last: int, allowed: float) ->
 
 def _misfit(values: Array) -> float:
     """Return the largest error, at all samples, of the polynomial through the samples next to Chebyshev points."""
-    degree = min(DEGREE, len(values) // FEWEST)  # so that most samples lie between the points
+    degree = min(8, len(values) // FEWEST)  # 8 is chosen; most samples lie between the points
     nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))
     fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))

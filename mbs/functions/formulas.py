@@ -45,7 +45,6 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
 """Functions by their names in formulas, with the number of arguments."""
-OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow)  # + - * / **
 
 
 class NoFormulaError(ValueError):
@@ -93,7 +92,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             inner = (operand,)
         case ast.BinOp(op=operator, left=left, right=right):
-            if not isinstance(operator, OPERATORS):
+            if not isinstance(operator, ast.Add | ast.Sub | ast.Mult | ast.Div | ast.Pow):
                 raise ValueError("'^' is no power; write **" if isinstance(operator, ast.BitXor) else _not_allowed(node))
             inner = left, right
         case ast.Call(func=ast.Name(id=name), args=inner, keywords=[]):

@@ -21,14 +21,8 @@ MISFIT_SHARE = 0.01
 MOST_EDGES = 200
 """Most edges of a search along a run or along one state; chosen. If there are more, as with friction that sticks, which has an
 edge at each sample, steps end on none of them. It is also about the number of edges at which `find_state_of_edges` tests."""
-SCANNED = 1e-4
-"""Distance of samples in the search along one state, over its range: a tenth of the cost of the search along the run."""
-PROBE_DISTANCE = 1e-6
-"""Distance from an edge, over the range of the state, at which values on both sides are compared."""
 LEAST_KINK = 1e-8
 """Least second difference across a kink, over the range of the function: a kink has some 1e-6, a smooth curve 1e-12."""
-PROBES = 50
-"""Number of times in a run, besides edges, at which a function is compared with its value where all states but one are zero."""
 MEASURE = 0
 """Index of the state at whose values the solver can end steps: elongation or angle. A speed has kinks where bodies stick."""
 
@@ -55,7 +49,8 @@ def scan_states(function: Callable[..., object], time: Array, curves: Sequence[C
             others = [np.zeros_like(x)] * len(curves)
             return evaluate(function, np.zeros_like(x), *others[:k], x, *others[k + 1 :])
 
-        edges = find_edges_between(low, high, along_state, SCANNED) if high > low else np.empty(0)
+        width = 10 * WIDTH  # a tenth of the cost of the search along the run
+        edges = find_edges_between(low, high, along_state, width) if high > low else np.empty(0)
         found.append(edges if len(edges) <= MOST_EDGES else np.empty(0))
     return found
 
@@ -79,7 +74,7 @@ def find_state_of_edges(function: Callable[..., object], time: Array, curves: Se
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> bool:
     """Return True if a function has kinks at these values of the first state, whatever time and other states are."""
     states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
-    values, step = states[MEASURE], PROBE_DISTANCE * float(np.ptp(curves[MEASURE](time)))
+    values, step = states[MEASURE], 1e-6 * float(np.ptp(curves[MEASURE](time)))
     size = float(np.ptp(evaluate(function, time, *(curve(time) for curve in curves))))
     for t, others in ((edges, states[1:]), (zero, [zero] * len(states[1:]))):
         before, here, after = (evaluate(function, t, values + side * step, *others) for side in (-1, 0, 1))
@@ -92,7 +87,7 @@ def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Seque
 def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Curve], edges: Array) -> int | None:
     """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
     near = ON_SAMPLE * float(time[-1])
-    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], PROBES), edges - near, edges + near]), 0.0, time[-1])
+    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], 50), edges - near, edges + near]), 0.0, time[-1])
     states = [curve(times) for curve in curves]
     known, zero = evaluate(function, times, *states), np.zeros_like(times)
     for k, state in enumerate(states):

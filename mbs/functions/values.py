@@ -33,10 +33,6 @@ OURS = "buckler."
 """Beginning of the names of Buckler's modules."""
 PIECES = 128
 """Number of pieces of a time span whose integrals are stored: an integral up to any time costs at most one new piece."""
-MOST_INTERVALS = 10_000
-"""Largest number of intervals in the adaptive quadrature of a piece, chosen: far above the twenty that vibrations need."""
-QUADRATURE_TOLERANCE = 1e-11
-"""Relative tolerance of the quadrature; with a tenfold one the error of vibrations, humps or kinks is still some 1e-15."""
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
@@ -192,7 +188,8 @@ class Integral(UserFunction):
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
         inner = self._kinks[bisect_right(self._kinks, start) : bisect_left(self._kinks, end)]
-        options = {"epsabs": 0.0, "epsrel": QUADRATURE_TOLERANCE, "limit": MOST_INTERVALS, "full_output": 1}
+        # with a tenfold tolerance the error of vibrations, humps or kinks is still some 1e-15; vibrations need twenty intervals
+        options = {"epsabs": 0.0, "epsrel": 1e-11, "limit": 10_000, "full_output": 1}
         return sum(quad(self.integrand, a, b, **options)[0] for a, b in pairwise([start, *inner, end]))
 
     def __call__(self, t: Any, *_: Any) -> Any:

@@ -36,8 +36,6 @@ RADIUS = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after place (x, y) and arm (x, y) of the pin, then of the bush."""
 GAP = RADIUS + 1
 """Column of the clearance c [m] in a joint's row of numbers; kinds and parameters of both laws follow."""
-TINY = 1e-300
-"""Distance [m] added to |e|, so that a pin in the middle of its bush has n = 0 and not 0/0."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins
     """
     (ex, ey), (ux, uy) = place, velocity
     distance = np.sqrt(ex * ex + ey * ey)
-    divisor = distance + TINY
+    divisor = distance + 1e-300  # so that a pin in the middle of its bush has n = 0 and not 0/0
     nx, ny = ex / divisor, ey / divisor
     # speeds of the surfaces at P, which lies R along n from the pin's centre and |e| + R from the bush's centre
     sliding = nx * uy - ny * ux + spins[0] * radius - spins[1] * (distance + radius)

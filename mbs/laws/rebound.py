@@ -19,8 +19,6 @@ import numpy as np
 from ..validate import non_negative, number, positive
 from .pieces import NormalLaw
 
-_LONGEST = 1e6
-"""Longest time of an impact that is integrated, over `elastic_depth`/speed; chosen. A body without damping leaves after 3."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
 """Relative tolerance of roots: four roundings."""
 
@@ -119,7 +117,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     """Compute the restitution by integrating m d'' = -F, for a mass [kg] and an approach speed [m/s], until the depth is zero.
 
     LSODA solves the equation scaled by ``elastic_depth`` and speed, with a relative error of about 1e-8. The scaled depth starts
-    at 1e-13: at 0 a law may jump. A body that is still in contact after `_LONGEST` raises RuntimeError.
+    at 1e-13: at 0 a law may jump. A body without damping leaves at the scaled time 3; contact at 1e6 raises RuntimeError.
     """
     from scipy.integrate import solve_ivp
 
@@ -137,7 +135,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
         return float(state[0])
 
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
-    run = solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
+    run = solve_ivp(motion, (0.0, 1e6), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
     if run.status != 1:
         raise RuntimeError(f"{law} at mass = {mass} kg, speed = {speed} m/s: no rebound found; {run.message}")
     return float(-run.y_events[0][0, 1])
