@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from numpydoc.docscrape import ClassDoc, FunctionDoc, NumpyDocString
 
 SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
-TEXTS = ("Notes", "References")
+TEXTS = ("Notes", "References", "Examples")
 WIDTH = 88
 """Of a signature; a longer one has a line for each parameter."""
 
@@ -117,10 +117,11 @@ def _document(doc: NumpyDocString) -> Iterator[str]:
 
 
 def _text(lines: list[str]) -> Iterator[str]:
-    """Paragraphs; what is indented is shown as it stands."""
+    """Paragraphs; what is indented, and an example from >>> to an empty line, is shown as it stands."""
     block: list[str] = []
     for line in [*lines, ""]:
-        if line.startswith("    ") or (block and not line.strip()):
+        in_example = block and block[0].startswith(">>> ") and block[-1].strip()
+        if line.startswith(("    ", ">>> ")) or in_example or (block and not line.strip()):
             block.append(line)
             continue
         if block:
