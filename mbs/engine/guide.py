@@ -21,10 +21,6 @@ from .scene import EngineScene
 
 TRAVEL = SLIDING
 """Column of the travel [m] in a guide's memory. All memories have the columns `MEMORY`; a joint has the sliding speed there."""
-SMALLEST_FACTOR = 0.1
-"""Least relaxation factor of Aitken's method in `ReactionFriction.normal`, so that the iteration goes on."""
-LARGEST_FACTOR = 5.0
-"""Largest relaxation factor, where two residuals are nearly equal and their secant leads far away."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +142,8 @@ class ReactionFriction:
             is_first = self.last_residual == 0.0
             if not is_first and residual != self.last_residual:
                 factor = self.factor * self.last_residual / (self.last_residual - residual)
-                self.factor = min(LARGEST_FACTOR, max(SMALLEST_FACTOR, factor))
+                # 0.1: the iteration must go on; 5: the secant of two nearly equal residuals leads far away
+                self.factor = min(5.0, max(0.1, factor))
             self.reaction, self.last_residual = reaction, residual
             self.relaxed += self.factor * residual
         return abs(self.relaxed)

@@ -19,8 +19,6 @@ from . import System
 from .placed import EngineBody, EngineStates
 from .scene import EngineScene
 
-ARM = 0.05
-"""Half width of the crosses of virtual points, over the link's length; any value gives the same motion."""
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 """Virtual points at a joint, in half widths."""
 ENDS = STATIONS[:2]
@@ -159,7 +157,7 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
     """Return the virtual points at both joints, and their displacements in each mode, in the engine's format."""
-    offsets = ARM * model.length * CROSS
+    offsets = 0.05 * model.length * CROSS  # half widths; any gives the same motion
     per_rotation = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)  # displacements per rotation of the section
     places = np.concatenate([model.place(station) + offsets for station in ENDS])
     # shape: x, y and rotation; each item: points, 2, m

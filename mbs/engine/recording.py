@@ -17,9 +17,6 @@ from .guarded import describe_failure
 from .placed import EngineStates, History, WithMemory
 from .scene import EngineScene
 
-CHECK_EVERY = 16
-"""Number of steps between checks of the time limit."""
-
 
 class Recorder:
     """Callback of the engine after each accepted step: record it, report the progress, end the run if necessary."""
@@ -94,7 +91,7 @@ class Recorder:
         elif count > self.solver.steps.max_steps:
             most = self.solver.steps.max_steps
             self.failure = Failure(Status.TOO_MANY_STEPS, f"more than max_steps = {most} steps by t = {t:.6g} s")
-        elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
+        elif self.deadline and count % 16 == 0 and perf_counter() > self.deadline:  # every 16th step
             self.failure = Failure(Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
         elif not np.isfinite(self.q[-1]).all():
             self.failure = Failure(Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")

@@ -23,14 +23,6 @@ EXPLICIT_TOLERANCE = 10.0
 
 With 100 a rattling four-bar linkage takes 25 % fewer steps and has ten times the error. Both errors are far below that of the
 implicit integrator."""
-UNLIMITED = 1e100
-"""Tolerance of the explicit integrator with equal steps, so that it rejects none."""
-SMALLEST_STEP = 1e-15
-"""Smallest step of the explicit integrator [s]. The engine would repeat a step of this size for ever: it must be out of reach."""
-NEWTON = 1e-10
-"""Tolerance of Newton's residual, relative to the residual at the start of a step."""
-UNFINISHED = 1e-9
-"""Share of the duration by which a finished run may end early: rounding of the sum of its steps."""
 
 
 def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> Failure | None:
@@ -78,12 +70,12 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     integration.solverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = integration.adaptiveStep = solver.steps.adaptive
     integration.explicit.computeEndOfStepAccelerations = False  # the last stage is at the end of the step
-    integration.absoluteTolerance = UNLIMITED
+    integration.absoluteTolerance = 1e100  # so that no equal step is rejected
     if solver.steps.adaptive:
         integration.initialStepSize = 1e-6  # s; the error control enlarges it
         integration.absoluteTolerance = EXPLICIT_TOLERANCE * position_error(scene.source, solver.steps.tolerance)
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = SMALLEST_STEP
+    integration.minimumStepSize = 1e-15  # s, out of reach: the engine would repeat a step of this size for ever
     return settings
 
 
@@ -99,7 +91,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     # with clearance steps are many and short, and the Jacobian is kept until their size changes
     keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
-    integration.newton.relativeTolerance = NEWTON
+    integration.newton.relativeTolerance = 1e-10  # of the residual, over that at the start of a step
     strips = [link.body for link in scene.mechanism.links if link.body.force_rounding]  # rounding of the axial force over E A
     reachable = max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in strips)])  # [N]; 1e-8 is chosen
     integration.newton.absoluteTolerance = solver.newton_absolute or reachable
@@ -137,7 +129,7 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
     record = scene.record(history)
     if failure is not None and failure.status is Status.NEWTON_DIVERGED:
         failure = diagnose_last_pose(record) or failure
-    if failure is None and record.time[-1] < duration * (1 - UNFINISHED):
+    if failure is None and record.time[-1] < duration * (1 - 1e-9):  # 1e-9: rounding of the sum of the steps
         end = f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
         failure = Failure(Status.ENGINE_ERROR, end)
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])

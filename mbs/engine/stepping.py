@@ -23,18 +23,10 @@ from .scene import EngineScene
 
 LIGHTEST = 1e-6
 """Least mass [kg] in estimates of durations, for points and blocks without mass: chosen."""
-FORCE_ERROR = 1e-3
-"""Local error allowed in the force of a lasting contact, relative to the force: chosen."""
-REJECTED = 1e3
-"""Error of a long step that ends inside a stop, in units of the limit: it makes the next trial five times shorter."""
-FIRST_STEP = 1e-3
-"""First step of a run, over the longest step: chosen small, as no error is known yet; a step is at most twice the last one."""
 STRETCH = 1.5
 """Time to a kink, over the planned step, below which the step ends at the kink, so that no short step remains.
 
 The error of a step that is 1.5 times longer, 0.8^3 1.5^3 = 1.7 of its limit, is still accepted."""
-FAST_CHANGE = 0.2
-"""Least ratio, chosen, of speed times impact duration to depth at which short steps resolve a contact: the depth changes fast."""
 
 
 class StepControl(Recorder):
@@ -89,9 +81,9 @@ class StepControl(Recorder):
     def next_step(self, q: Array, q_t: Array) -> None:
         """Set the size of the next step from the error of this one, the contacts ahead and the next kink."""
         h = self.engine.it.currentStepSize
-        if self.accelerations is None:  # no error is known at the start
+        if self.accelerations is None:  # no error is known at the start: the first step is chosen small
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.scales
-            self.engine.it.currentStepSize = max(MIN_STEP, FIRST_STEP * self.max_step)
+            self.engine.it.currentStepSize = max(MIN_STEP, 1e-3 * self.max_step)
             return
         self.accelerations = self.new_accelerations
         step = min(self.max_step, h * _compute_factor(self.error))
@@ -132,21 +124,23 @@ class _StopSteps:
             closes = 0 < -depth < speed * step
             return _limit_approach(-depth, speed, duration / self.resolution, step) if closes else step
         self.shortest = duration / self.resolution
-        if abs(speed) * duration > FAST_CHANGE * depth:
+        if abs(speed) * duration > 0.2 * depth:  # chosen: then the depth changes fast
             return min(step, self.shortest)
         time_limit = _limit_approach(depth, -speed, self.shortest, step)  # before the depth becomes 0
         return min(step, max(self.shortest, time_limit))
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
-        """Return the error of the force in a lasting contact over its limit; `REJECTED` if a long step ends in contact."""
+        """Return the error of the force in a lasting contact over its limit; a large one if a long step ends in contact."""
         depth, _ = self.contact.state(q, np.zeros_like(q))
         if not self.contact.is_touching and depth > 0:
             shortest = self._impact_duration() / self.resolution
-            return REJECTED if h > 2 * shortest else 0.0  # `_limit_approach` plans 1.1 of it at most to close a gap
+            is_long = h > 2 * shortest  # `_limit_approach` plans 1.1 of it at most to close a gap
+            return 1e3 if is_long else 0.0  # 1e3 makes the next trial five times shorter
         if self.contact.last_force == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # [N/m^n] for a depth in m: exact for n = 1, else a rough estimate
-        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.last_force)
+        limit = 1e-3 * self.contact.last_force  # local error allowed in the force: chosen
+        return stiffness * errors[self.contact.columns].sum() / limit
 
 
 class _StrutSteps:

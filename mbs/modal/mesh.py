@@ -27,8 +27,6 @@ KINDS = {
 """scikit-fem's element with the nodes of a cell, by meshio's name of the cell."""
 ON_FACE = 1e-6
 """Largest distance from a face over its size, or from the plane of motion over the link's length, that counts as zero."""
-ZERO = 1e-9
-"""Determinant of the map from the reference cell, over the cell's largest, that counts as zero, as where corners coincide."""
 
 
 def skfem() -> Any:
@@ -184,7 +182,7 @@ def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     slopes = np.array([np.broadcast_to(element.lbasis(places, i)[1], places.shape) for i in range(len(element.doflocs))])
     # derivatives of place a by reference coordinate e in cell c at node p, summed over the shape functions k
     determinant = np.linalg.det(np.einsum("akc,kep->cpae", nodes, slopes))
-    least = ZERO * np.abs(determinant).max(axis=1)
+    least = 1e-9 * np.abs(determinant).max(axis=1)  # what counts as zero, as where corners coincide
     changes_sign = (determinant.min(axis=1) < -least) & (determinant.max(axis=1) > least)
     is_inverted = changes_sign | (least == 0.0) | _find_overlaps(straight)
     if is_inverted.any():

@@ -21,10 +21,6 @@ SLABS = 24
 """Number of slices, normal to the link, whose rigid motions classify a mode: four in a half-wave of the sixth bending mode."""
 SECOND_ORDER = {"MeshTet": "ElementTetP2", "MeshHex": "ElementHex2", "MeshTri": "ElementTriP2", "MeshQuad": "ElementQuad2"}
 """Names of scikit-fem's elements of second order, by the name of a mesh less its degree."""
-IN_PLANE = 1e-6
-"""Share of energy in the plane below which modes of equal frequency have none to be sorted by; rounding gives 1e-12."""
-CLUSTER = 1e-3
-"""Relative difference up to which frequencies count as equal: modes of one frequency are known up to linear combinations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,12 +192,12 @@ def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array
     vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
     shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
     shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
-    breaks = np.flatnonzero(np.diff(omega) > CLUSTER * omega[1:]) + 1
+    breaks = np.flatnonzero(np.diff(omega) > 1e-3 * omega[1:]) + 1  # up to 1e-3 frequencies count as equal
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
             in_plane = forms[0] + forms[1]  # axial and bending
-            if np.trace(in_plane) < IN_PLANE * len(group):  # the mean over the modes
+            if np.trace(in_plane) < 1e-6 * len(group):  # no share to sort the modes by; rounding gives 1e-12
                 continue
             # eigenvalues ascend: the most motion in the plane is first; the small term orders axial before bending
             _, mix = np.linalg.eigh(-in_plane - 1e-3 * forms[0])
