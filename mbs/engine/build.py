@@ -70,7 +70,7 @@ def build(mechanism: Mechanism) -> EngineScene:
     container = exu.SystemContainer()
     system = container.AddSystem()
     scene = EngineScene(mechanism, system, container)
-    scene.start = start = scene.source.start
+    start = scene.source.start
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, start.rates[start.linkage.index[link.name]])
         if placed is not None:

@@ -25,11 +25,6 @@ from .placed import History
 from .scene import EngineScene
 from .strip import PlacedStrip
 
-DRIVEN_INERTIA = 1e12
-"""Moment of inertia [kg m^2] that keeps the speed of a driven link constant in a scene without constraints.
-
-It is chosen far above that of any link: torques then hardly change the speed."""
-
 
 def add_forces(scene: EngineScene, loads: dict[str, Force]) -> None:
     """Add forces on points. A force whose line of action goes `through` another place has a moment about its point, too."""
@@ -172,7 +167,7 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
     for name, drive in drives.items():
         if scene.source.is_explicit_in_exudyn:  # it has no constraints: a huge inertia keeps the initial speed
             (rigid_body,) = scene.placed[drive.target].objects
-            scene.system.SetObjectParameter(rigid_body, "inertia", DRIVEN_INERTIA)
+            scene.system.SetObjectParameter(rigid_body, "inertia", 1e12)  # kg m^2: chosen far above that of any link
             scene.readers[name, "effort"] = partial(_compute_effort, drive)
             continue
         is_block = drive.target in scene.mechanism.points  # a block has the name of its point

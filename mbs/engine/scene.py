@@ -15,7 +15,6 @@ from ..mechanism import Mechanism
 from ..record.errors import Failure
 from ..record.record import Record
 from ..scene.scene import Scene
-from ..scene.start import Start
 from . import System
 from .forces import StopContact, StrutSpring
 from .placed import EngineBody, EngineStates, History, WithMemory
@@ -40,7 +39,6 @@ class EngineScene:
     # forces that depend on the last accepted step: joints with clearance and the same laws; guides' friction by their reaction
     with_memory: list[WithMemory] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)  # object numbers by names of elements
-    start: Start | None = None  # velocities at t = 0
     # true if a guide's friction acts at t = 0: the engine computes the multipliers there without friction
     initial_multipliers_lack_friction: bool = False
     notes: list[str] = field(default_factory=list)  # sentences for the result

@@ -23,10 +23,6 @@ from .scene import EngineScene
 
 LIGHTEST = 1e-6
 """Least mass [kg] in estimates of durations, for points and blocks without mass: chosen."""
-STRETCH = 1.5
-"""Time to a kink, over the planned step, below which the step ends at the kink, so that no short step remains.
-
-The error of a step that is 1.5 times longer, 0.8^3 1.5^3 = 1.7 of its limit, is still accepted."""
 
 
 class StepControl(Recorder):
@@ -93,7 +89,8 @@ class StepControl(Recorder):
         if now >= self.kinks[0] - MIN_STEP:
             self.kinks.pop(0)
         time_to_kink = self.kinks[0] - now
-        ends_at_kink = time_to_kink < STRETCH * step  # `after_newton` rejects the longer step if its error is too large
+        # a step is stretched to a kink so that no short one remains; at 1.5, an error of 0.8^3 1.5^3 = 1.7 is still accepted
+        ends_at_kink = time_to_kink < 1.5 * step
         if ends_at_kink:
             step = time_to_kink
         is_about_equal = 0.8 * h < step < 1.25 * h  # then the size of the step is kept, and with it the Jacobian

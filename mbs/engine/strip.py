@@ -181,10 +181,9 @@ def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
     places = start + np.outer(x, along) + np.outer(y, rotate_left(along))
     directions = grid.directions + np.arctan2(along[1], along[0])
     speeds = np.column_stack([velocity[:2] + velocity[2] * rotate_left(places - start), np.full(len(x), velocity[2])])
-    if scene.start:
-        # velocities of bending at t = 0 [m/s, rad/s], interpolated over x, or its largest value so far if the strip doubles back
-        chordwise = np.maximum.accumulate(x)
-        speeds += scene.start.interpolate(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
+    # velocities of bending at t = 0 [m/s, rad/s], interpolated over x, or its largest value so far if the strip doubles back
+    chordwise = np.maximum.accumulate(x)
+    speeds += scene.source.start.interpolate(link, {point: chordwise[node] for point, node in grid.at.items()}, chordwise)
     if body.has_angles:
         node_type, reference, rates = eii.NodeRigidBody2D, np.column_stack([places, directions]), speeds
     else:
