@@ -1,8 +1,4 @@
-"""Joints with clearance in the engine: a user element computes the forces of all joints with the same laws.
-
-A joint is a pin in a bush. The forces come from compiled kernels of `buckler.mbs.laws.contact`; that module is imported when a
-joint with clearance is built, so that nothing else loads the compiler.
-"""
+"""Joints with clearance, pins in bushes, in the engine: a user element computes the forces of all joints with the same laws."""
 
 from __future__ import annotations
 
@@ -41,7 +37,7 @@ class ClearanceGroup:
     """
 
     def __init__(self, joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
-        from ..laws.contact import kernel_of
+        from ..laws.contact import kernel_of  # loads the compiler, which nothing else in the engine needs
 
         self.nodes = nodes
         law, friction = joints[0].law, joints[0].friction
@@ -82,20 +78,14 @@ class ClearanceGroup:
         memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
-            for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
+            for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):  # the onset is the zero of the cubic of depths
                 depths, rates = (np.array([previous[column][j], report[column][j]]) for column in ("depth", "rate"))
-                speed = _compute_onset_speed(np.array([0.0, h]), depths, rates)
+                onset = find_sign_changes(np.array([0.0, h]), depths, rates)
+                _depths, (speed,) = hermite(np.array([0.0, h]), depths, rates, onset)
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
         memory[:, BRISTLE], memory[:, SLIDING], memory[:, SINCE] = report["bristle"], report["sliding"], t
         self._previous = report
         return memory.copy()
-
-
-def _compute_onset_speed(times: Array, depths: Array, rates: Array) -> float:
-    """Return the rate [m/s] at the zero of the cubic with given depths [m] and rates at the start and end of a step [s]."""
-    onset_times = find_sign_changes(times, depths, rates)  # one: the depth was 0 or less and is positive
-    _depths, (onset_rate,) = hermite(times, depths, rates, onset_times)
-    return float(onset_rate)
 
 
 def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
