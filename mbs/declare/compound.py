@@ -1,8 +1,4 @@
-"""Specifications of compound values: vectors, lists, mappings, and alternatives.
-
-`unit`, `allowed`, `words` and `metavar` are the texts of a `Spec` for messages, the reference and the help of the command line.
-A `name` is the path of a value, for messages.
-"""
+"""Specifications of compound values: vectors, lists, mappings, and alternatives; `spec` describes attributes and methods."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

@@ -147,13 +147,9 @@ def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
 
 def _list_fitting(raw: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
     """List the classes that have all keys of a table as fields and require no other field."""
-    found = []
-    for kind in kinds.values():
-        fields = declarations(kind)
-        required = {key for key, field in fields.items() if field.required}
-        if required <= set(raw) <= set(fields):
-            found.append(kind)
-    return found
+    fields = {kind: declarations(kind) for kind in kinds.values()}
+    required = {kind: {key for key, field in each.items() if field.required} for kind, each in fields.items()}
+    return [kind for kind in fields if required[kind] <= set(raw) <= set(fields[kind])]
 
 
 def fields_written(name: str, found: Any) -> dict[str, Any]:

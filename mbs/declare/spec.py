@@ -18,23 +18,16 @@ Schema = dict[str, Any]
 """JSON schema, or a part of one."""
 MOST_WHOLE = 10**9
 """Largest magnitude of whole numbers without bounds of their own: larger than any count, so that it refuses mistakes only."""
-TEXT_OF_NUMBER = r"^\s*[-+(]*[\w.]"
-"""Pattern, in JSON schemas, of the beginning of a text that is a number with a unit or a formula. `read` checks all of it."""
 
 
 class Spec:
     """Specification of the values of a field; this base class takes any value as it is."""
 
-    unit: str = ""
-    """Unit of a quantity."""
-    allowed: str = ""
-    """Range or options, for the tables of the reference."""
-    words: str = "any value"
-    """Text after 'must be' in messages."""
-    metavar: str = "VALUE"
-    """Placeholder of a value in the help of the command line."""
-    json: Mapping[str, Any] = {}
-    """JSON schema, if it does not depend on other specifications. Schemas describe the usual raw values, not all."""
+    unit: str = ""  # of a quantity
+    allowed: str = ""  # range or options, for the tables of the reference
+    words: str = "any value"  # text after 'must be' in messages
+    metavar: str = "VALUE"  # placeholder of a value in the help of the command line
+    json: Mapping[str, Any] = {}  # schema of the usual raw values, if it does not depend on other specifications
 
     def fits(self, raw: object) -> bool:
         """Return True if a raw or stored value has the right type; `read` may still refuse it, with a better message."""
@@ -125,7 +118,8 @@ class Quantity(Spec):
             bounded["exclusiveMinimum" if self.open_low else "minimum"] = self.low
         if self.high < inf:
             bounded["exclusiveMaximum" if self.open_high else "maximum"] = self.high
-        return {"anyOf": [bounded, {"type": "string", "pattern": TEXT_OF_NUMBER}]}
+        # a text is a number with a unit, or a formula: the pattern is of its beginning, and `read` checks all of it
+        return {"anyOf": [bounded, {"type": "string", "pattern": r"^\s*[-+(]*[\w.]"}]}
 
 
 @dataclass(eq=False, repr=False)

@@ -184,13 +184,11 @@ def _find_entry(content: list[object], word: str, where: str) -> int:
         if int(digits) >= len(content):
             raise ValueError(f"{where}: there are only {len(content)}, counted from 0")
         return int(digits)
-    numbers: dict[str, list[int]] = {}  # of the entries with each name
-    for k, entry in enumerate(content):
-        values = [entry.get(key) for key in NAMING] if isinstance(entry, Mapping) else []
-        for name in dict.fromkeys(value for value in values if isinstance(value, str)):  # each once
-            numbers.setdefault(name, []).append(k)
-    if len(numbers.get(word, [])) != 1:
-        several = f"{len(numbers[word])} of them; " if word in numbers else ""
-        names = ", ".join(numbers) or "none"
-        raise ValueError(f"{where}: {several}give the number, [0] to [{len(content) - 1}]; names: {names}")
-    return numbers[word][0]
+    named = [[entry.get(key) for key in NAMING] if isinstance(entry, Mapping) else [] for entry in content]
+    numbers = [k for k, values in enumerate(named) if word in values]
+    if len(numbers) != 1:
+        several = f"{len(numbers)} of them; " if numbers else ""
+        names = dict.fromkeys(value for values in named for value in values if isinstance(value, str))  # each once
+        known = ", ".join(names) or "none"
+        raise ValueError(f"{where}: {several}give the number, [0] to [{len(content) - 1}]; names: {known}")
+    return numbers[0]
