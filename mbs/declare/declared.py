@@ -7,7 +7,6 @@ import dataclasses
 import inspect
 import typing
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 from ..imports import extensions
@@ -126,10 +125,14 @@ class Declaration(typing.NamedTuple):
         return ", ".join(part for part in (unit, *ranges, default) if part) or self.spec.words
 
 
-@cache
+_DECLARATIONS: dict[Any, dict[str, Declaration]] = {}
+
+
 def declarations(kind: Any) -> dict[str, Declaration]:
     """Return the declarations, by name, of the fields that the constructor of a dataclass takes."""
-    return {each.name: _declaration(kind, each) for each in dataclasses.fields(kind) if each.init}
+    if kind not in _DECLARATIONS:
+        _DECLARATIONS[kind] = {each.name: _declaration(kind, each) for each in dataclasses.fields(kind) if each.init}
+    return _DECLARATIONS[kind]
 
 
 def _declaration(kind: Any, each: Any) -> Declaration:
