@@ -20,12 +20,6 @@ Pair = tuple[float, float]
 """Coordinates x and y [m]."""
 AGREE = 1e-9
 """Largest relative contradiction of places, lengths and angles that are given; linear equations that differ by less are one."""
-STARTS = 48
-"""Random starts in a round; more cost time, fewer may miss a pose."""
-ROUNDS = 8
-"""Most rounds; the first that finds no further pose is the last."""
-ITERATIONS = 60
-"""Most iterations of the Levenberg-Marquardt method in a round."""
 SAME_POSE = 1e-6
 """Distance, over the longest link, below which two poses are the same."""
 SINGULAR = 1e-6
@@ -191,8 +185,9 @@ class _LengthEquations:
         random = np.random.default_rng(1)
         if not self.free.shape[1] or not len(self.lengths):
             return [self.base], True  # nothing is free; `check_links` checks the lengths
-        for _ in range(ROUNDS):
-            z, residuals = self._iterate(size * random.normal(size=(STARTS, self.free.shape[1])))
+        for _ in range(8):  # the first round that finds no further pose is the last
+            starts = random.normal(size=(48, self.free.shape[1]))  # more starts cost time, fewer may miss a pose
+            z, residuals = self._iterate(size * starts)
             poses, before = self.base + z @ self.free.T, len(found)
             for x in poses[residuals < 1e-12 * size]:  # converged to rounding
                 if all(np.abs(x - other).max() > SAME_POSE * size for other in found):
@@ -205,7 +200,7 @@ class _LengthEquations:
         """Iterate by the Levenberg-Marquardt method from starts z, (starts, free); return last z and largest residual [m]."""
         damping = np.full(len(z), 1e-2)
         value, slopes = self.residual(z)
-        for _ in range(ITERATIONS):
+        for _ in range(60):  # at most
             square = np.einsum("sqi,sqj->sij", slopes, slopes)  # axes: starts s, links q, free coordinates i and j
             square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])  # 1e-14: so that the matrix is regular
             gradient = np.einsum("sqi,sq->si", slopes, value)

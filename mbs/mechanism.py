@@ -10,7 +10,7 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .assembly import Assembly, assemble, carried_points, check_links
+from .assembly import Assembly, Pair, assemble, carried_points, check_links
 from .declare import Part, Quantity, RefusalError, build, declared, field, fields_written, vector
 from .declare.compound import Either, Named, Several, Vector
 from .declare.spec import Schema
@@ -27,7 +27,6 @@ from .validate import short
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Pair = tuple[float, float]
 RUN = "run"
 """Table of a file with the settings of a run, such as duration and accuracy."""
 ASIDE = ("about", RUN)

@@ -21,10 +21,6 @@ from .validate import positive
 
 SOON = 2.0
 """Time after which the expected time is printed [s]: the first steps of a run are slower than others."""
-TICK = 0.5
-"""Time between two renewals of the line [s]."""
-WORTH = 3.0
-"""Least expected time that is printed [s]."""
 GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the coarser run before it, which has 8 times the tolerance tol: steps go as tol^(1/4)."""
 ONE_RUN = (1, 1)
@@ -45,8 +41,7 @@ class Forecast:
     """Progress callback of one call of `simulate`: it forecasts the time of all its runs, and of the `cases` - 1 calls after it.
 
     `cases` is the number of calls that a process makes, as of a sweep: a mean, if several processes share them. `runs` is the
-    least and the largest number of runs of a call.
-    Without a `bar` only the time is printed.
+    least and the largest number of runs of a call. Without a `bar` only the time is printed.
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
@@ -75,7 +70,7 @@ class Forecast:
             later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
             of_other_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
             expected.append(run_time - spent + later + of_other_cases)
-        if max(expected) < WORTH:
+        if max(expected) < 3.0:  # [s]: not worth a line
             return ""
         first, last = map(write_duration, expected)
         span = first if first == last else f"{first} to {last}"
@@ -105,7 +100,7 @@ class Ticker:
 
     def _run(self) -> None:
         start, clear = perf_counter(), "\r\x1b[K" if sys.stderr.isatty() else ""
-        while not self.over.wait(TICK):
+        while not self.over.wait(0.5):  # [s] between two renewals of the line
             if COMPILING.is_active is not self.compiles:
                 continue
             if not self.announced and perf_counter() - start >= SOON and (text := self.state.text()):

@@ -5,17 +5,12 @@ from .declare.spec import Quantity, Schema
 from .documents import shorthand
 from .mechanism import RUN, Mechanism
 
-OPTIONAL_IN_FILES = (("Link", "name"), ("Link", "body"))
-"""Required fields that a file may leave out: the key of a link's table is its name, and a table `defaults` may give the body."""
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
-"""Address by which a schema names the version of its language."""
-
 
 def schema() -> Schema:
     """Return the schema of a mechanism file."""
     fields = {key: _describe(field) for key, field in declarations(Mechanism).items()}
     return {
-        "$schema": DIALECT,
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Mechanism",
         "type": "object",
         "properties": {
@@ -54,7 +49,9 @@ def _object(name: str, kind: type) -> Schema:
     """Return the schema of an element, a body or a law, described by the first paragraph of its docstring."""
     fields = declarations(kind)
     about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-    required = [key for key, field in fields.items() if field.required and (name, key) not in OPTIONAL_IN_FILES]
+    # the key of a link's table is its name, and a table `defaults` may give the body
+    optional = ("name", "body") if name == "Link" else ()
+    required = [key for key, field in fields.items() if field.required and key not in optional]
     content = {"kind": {"const": name}, **{key: _describe(field) for key, field in fields.items()}}
     shape = {"type": "object", "properties": content, "required": required, "additionalProperties": False}
     return {"description": about, **shape}

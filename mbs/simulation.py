@@ -38,12 +38,6 @@ from .validate import as_tuple, number, one_of, positive, short
 from .view.movie import Film
 from .view.verdicts import NOT_APPLICABLE
 
-GRAPHICS = (
-    "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
-    "'dnf install mesa-libGL libX11', conda packages libgl and xorg-libx11"
-)
-"""Advice where the engine does not load because graphics libraries are missing."""
-
 
 def _run_compiled(*arguments: object, **scene: object) -> Run:
     """Load the compiled solver, which takes a second, and run it; raise an ImportError without Numba."""
@@ -57,7 +51,11 @@ def _run_engine(*arguments: object) -> Run:
     try:
         run = import_late("engine.solve:run_once")
     except ImportError as error:
-        raise ImportError(f"Exudyn does not load ({error}); {GRAPHICS}; the other solvers run without it") from error
+        advice = (
+            "its wheel needs libGL and libX11 of the system: Debian 'apt-get install libgl1 libx11-6', Fedora "
+            "'dnf install mesa-libGL libX11', conda packages libgl and xorg-libx11; the other solvers run without it"
+        )
+        raise ImportError(f"Exudyn does not load ({error}); {advice}") from error
     return run(*arguments)
 
 

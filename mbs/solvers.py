@@ -137,8 +137,6 @@ class Exudyn(Setting):
 
 TOLERANCE = 1e-6
 """Default tolerance of the compiled solver, see `Spectral.steps`."""
-LEAST_STEPS = 50
-"""Least number of steps of the compiled solver by default; the other solvers have 200, see `Controlled.longest`."""
 
 
 @declared
@@ -172,10 +170,10 @@ class Spectral(Setting):
         return self.steps.tolerance or TOLERANCE
 
     def longest(self, duration: float) -> float:
-        """Return the longest step of a run, s."""
+        """Return the longest step of a run [s]; the other solvers have another default, see `Controlled.longest`."""
         if isinstance(self.steps, Equal):
             return self.steps.longest(duration)
-        return self.steps.max_step or duration / LEAST_STEPS
+        return self.steps.max_step or duration / 50
 
 
 def usual_tolerance(scene: Scene) -> float:

@@ -25,11 +25,6 @@ UNBENT = 1e-3
 """Change of the deflection, over the length, up to which a strip has not bent."""
 AXIAL = 0.5
 """Axial strain over relative end shortening, above which a strip is not buckled: bending shortens it less than axial strain."""
-POSES = 25
-"""Number of samples at which growth rates are computed, evenly among the samples at which a strip is compressed."""
-LESS_FORCE = 0.9
-"""Between two poses a compression below this share of the smaller one of both poses counts as no growth. Bending grows more
-slowly there, and so no strip is suspected wrongly. A convention."""
 COMPRESSED = 0.01
 """Compression over the Euler load below which no strip is checked: chosen. Ends that move let a strip buckle below this load."""
 
@@ -71,7 +66,7 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
     growth = import_late("checks.growing:Growth")(record)
-    poses = np.unique(samples[np.linspace(0, len(samples) - 1, POSES).astype(int)])
+    poses = np.unique(samples[np.linspace(0, len(samples) - 1, 25).astype(int)])  # even: each pose costs a spectrum
     rates = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in poses]
     for name, force in forces.items():
         rate = _at_all_samples(poses, np.array([at_pose[name] for at_pose in rates]), -force) * compressed[name]
@@ -94,11 +89,14 @@ def _may_grow(link: Link, time: Array, force: Array) -> bool:
 
 
 def _at_all_samples(poses: Array, rates: Array, compression: Array) -> Array:
-    """Return growth rates [1/s] at all samples from those at the samples `poses`: the smaller one of both neighbours, or zero."""
+    """Return growth rates [1/s] at all samples from those at the samples `poses`: the smaller one of both neighbours, or zero.
+
+    It is zero where the compression is below 0.9 times that of both poses, a convention: there bending grows more slowly.
+    """
     following = np.searchsorted(poses, np.arange(len(compression)), side="right")
     before, after = np.maximum(following - 1, 0), np.minimum(following, len(poses) - 1)
     least = np.minimum(compression[poses[before]], compression[poses[after]])
-    return np.asarray(np.where(compression >= LESS_FORCE * least, np.minimum(rates[before], rates[after]), 0.0))
+    return np.asarray(np.where(compression >= 0.9 * least, np.minimum(rates[before], rates[after]), 0.0))
 
 
 def growth_exponent(time: Array, rate: Array) -> Array:

@@ -98,8 +98,6 @@ def resolves(time: Array, period: float) -> bool:
 
 BALANCE = 1e-2
 """Error of the energy balance, relative to the throughput, beyond which a run is suspect: a convention."""
-AT_REST = 1e-6
-"""Displacement in a run, over the longest link, below which a mechanism counts as at rest."""
 STRETCH = 1e-5
 """Axial strain, in steel 2 MPa, below which steps need not resolve a strip's axial vibration; the balance may lack its energy.
 Ten times more would let the balance lack 100 times the energy."""
@@ -140,7 +138,8 @@ def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Map
     """Return the throughput [J], and the share of it by which unresolved stiff vibrations may disturb the balance."""
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
-    least = mass * (AT_REST * Scene.of(mechanism).size / duration) ** 2 / 2  # kinetic energy at a speed that counts as rest
+    # kinetic energy of a mechanism that counts as at rest: it moves by 1e-6 of its longest link in the run
+    least = mass * (1e-6 * Scene.of(mechanism).size / duration) ** 2 / 2
     throughput = max(float(energy["throughput"][-1]), least)
     # twice the potential energy that these vibrations can store: the 2 is a margin
     return throughput, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / throughput

@@ -16,8 +16,6 @@ from ..geometry import Array, cross
 
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
 """Points and weights of the Gauss quadrature on [-1, 1], by the number of points."""
-LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)
-"""Points and weights of the Lobatto quadrature with three points, for the stretch of cables."""
 
 
 class Strain(NamedTuple):
@@ -118,9 +116,13 @@ class StripMotion:
         """Compute the axial, shear (beams only) and bending strains with their rates."""
         raise NotImplementedError
 
+    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, ...]:
+        """Interpolate fields, of which x and y come first, and their derivatives by arc length at xi."""
+        raise NotImplementedError
+
     def places(self, xi: Array) -> Array:
         """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
-        raise NotImplementedError
+        return self._fields(self.q, xi)[0][..., :2]
 
     def line(self, per_element: int = 4) -> Array:
         """Compute positions along the link, shape (times, elements * per_element + 1, 2)."""
@@ -159,11 +161,6 @@ class BeamMotion(StripMotion):
         n, d = _lagrange(self.body.node_stride + 1, xi)
         values = self.by_element(nodal)
         return np.einsum("gk,tekc->tegc", n, values), np.einsum("gk,tekc->tegc", d, values) * (2 / self.pieces)[:, None, None]
-
-    def places(self, xi: Array) -> Array:
-        """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
-        fields, _ = self._fields(self.q, xi)
-        return fields[..., :2]
 
     def strains(self) -> list[Strain]:
         """Compute Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
@@ -213,15 +210,10 @@ class CableMotion(StripMotion):
         n, d, dd = _hermite(self.pieces[:, None], xi)
         return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
 
-    def places(self, xi: Array) -> Array:
-        """Compute positions at the natural coordinates xi of each element, shape (times, elements, points, 2)."""
-        positions, *_ = self._fields(self.q, xi)
-        return positions
-
     def strains(self) -> list[Strain]:
         """Compute the stretch |r'| and kappa = r' x r''/|r'|^2, less their reference values, as the engine's ANCF cable does."""
         section, material = self.body.section, self.body.section.material
-        xi, axial_weights = LOBATTO
+        xi, axial_weights = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3  # Lobatto quadrature
         (_, d, _), (_, d0, _), (_, d_t, _) = (self._fields(q, xi) for q in (self.q, self.reference[None], self.q_t))
         norm = np.linalg.norm(d, axis=-1)
         axial, axial_t = norm - np.linalg.norm(d0, axis=-1), (d * d_t).sum(-1) / norm
