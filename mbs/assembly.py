@@ -43,7 +43,9 @@ def assemble(
     default it is the pose whose first differing point is highest, then farthest right.
     """
     links, near = list(links), near or {}
-    lengths = {link.name: length for link in links if (length := _length(link, points)) is not None}  # [m]
+    placed = [link for link in links if {link.start, link.end} <= set(points)]
+    lengths = {link.name: abs(_vector(link, points)) for link in placed}  # [m]
+    lengths |= {link.name: link.length for link in links if link.length is not None}
     deciding = [link for link in links if link.length is not None or link.angle is not None]
     unknown = _find_unknown(points, links, deciding, lengths)
     for point in near:
@@ -85,13 +87,6 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
                 raise ValueError(f"points['{point}'] = {short(found[point])} m: {fault}")
             found[point] = (x, y)
     return found
-
-
-def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
-    """Return the length of a link [m], given or from the given places of its ends; None if unknown."""
-    if link.length is not None or not {link.start, link.end} <= set(points):
-        return link.length
-    return abs(_vector(link, points))
 
 
 def _vector(link: Any, points: Mapping[str, Pair]) -> complex:

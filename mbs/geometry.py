@@ -31,10 +31,6 @@ def unit(vectors: Array) -> tuple[Array, Array]:
     return size, vectors / np.where(size > 0, size, 1.0)[:, None]
 
 
-HALVINGS = 52
-"""Steps of bisection, each of which halves the interval: the number of binary digits of a float."""
-
-
 def find_sign_changes(time: Array, depth: Array, rate: Array) -> Array:
     """Find the times [s] at which a contact begins or ends, by bisection of the cubic Hermite polynomials of depth and rate."""
     k = np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0))
@@ -42,7 +38,7 @@ def find_sign_changes(time: Array, depth: Array, rate: Array) -> Array:
     linear, end_slope = step * rate[k], step * rate[k + 1]
     square, cubic = 3 * (end - start) - 2 * linear - end_slope, linear + end_slope - 2 * (end - start)
     low, high = np.zeros(len(k)), np.ones(len(k))
-    for _ in range(HALVINGS):
+    for _ in range(52):  # each halves the interval: the number of binary digits of a float
         s = (low + high) / 2  # time in the step, 0 to 1
         same = (start + s * (linear + s * (square + s * cubic)) > 0) == (start > 0)
         low, high = np.where(same, s, low), np.where(same, high, s)

@@ -96,8 +96,6 @@ _LOCK = Lock()
 _COUNTS: list[list[int]] = []
 """Numbers of threads found at the start of each active `one_thread`: the original ones, then always 1. A context that ends takes
 and restores the last entry, so that the last to end, in any order, restores the original numbers."""
-NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
-"""Names under which OpenBLAS exports its functions, with `get` or `set` in the braces."""
 
 
 @cache
@@ -107,7 +105,8 @@ def _thread_functions() -> list[tuple[Callable[[], int], Callable[[int], None]]]
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
             library = ctypes.CDLL(str(file))
-            for name in NAMES:  # a library has one of them
+            # a library has functions of one of these names, with `get` or `set` in the braces
+            for name in ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_"):
                 if hasattr(library, name.format("set")):
                     found.append((getattr(library, name.format("get")), getattr(library, name.format("set"))))
     return found

@@ -19,8 +19,6 @@ from typing import Any, TypeVar, cast
 from .process import COMPILING, CTRL_C, Handler, Interrupted, catch_ctrl_c, working_time
 from .validate import positive
 
-SOON = 2.0
-"""Time after which the expected time is printed [s]: the first steps of a run are slower than others."""
 GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the coarser run before it, which has 8 times the tolerance tol: steps go as tol^(1/4)."""
 ONE_RUN = (1, 1)
@@ -80,7 +78,9 @@ class Forecast:
 
 
 class Ticker:
-    """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after `SOON`.
+    """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after 2 s.
+
+    The first steps of a run are slower than others.
 
     `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. While a call compiles a
     function, a second ticker, with `compiles`, prints instead of that of the call. `announced` is True if an earlier ticker has
@@ -103,7 +103,7 @@ class Ticker:
         while not self.over.wait(0.5):  # [s] between two renewals of the line
             if COMPILING.is_active is not self.compiles:
                 continue
-            if not self.announced and perf_counter() - start >= SOON and (text := self.state.text()):
+            if not self.announced and perf_counter() - start >= 2.0 and (text := self.state.text()):
                 print(f"{clear}{text}", file=sys.stderr, flush=True)
                 self.announced = True
             if clear and (line := self.state.line()):

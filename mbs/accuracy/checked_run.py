@@ -3,12 +3,9 @@
 from dataclasses import dataclass, field
 from math import inf
 
-from ..record.errors import Errors, Norm, Status
+from ..record.errors import Errors, Status
 from ..record.run import Run
 from .demand import Demand, Worst
-
-UNKNOWN = Worst(key=("", Norm.RMS), error=inf, allowed=1.0)
-"""Error of a run without a finer one to compare it with."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +14,7 @@ class CheckedRun:
 
     run: Run
     errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
-    worst: Worst = UNKNOWN
+    worst: Worst = field(default_factory=lambda: Worst(error=inf))  # without a finer run the error is not known
     chaos: Status | None = None  # CHAOTIC or SENSITIVE: errors hold only up to `errors.until`
     reason: str = ""  # why refinement ended early, in words
     count: int = 1  # runs that were made

@@ -37,11 +37,6 @@ LAW_ERROR = COARSEST
 largest values: 0.1, as their laws are known no better."""
 USUAL_ERROR = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
-ENERGIES = (
-    "energy.kinetic", "energy.strain", "energy.contact", "energy.weight", "energy.spring", "energy.taken_contact",
-    "energy.taken_damping", "energy.taken_resistance", "energy.given_drive", "energy.given_load", "energy.given_motor",
-)  # fmt: skip
-"""Energies whose errors are limited: all but that of friction, which a regularised law dissipates even where a contact sticks."""
 BALANCE: Key = ("energy.balance", Norm.PEAK)
 """Error of the energy balance: a run that gains or loses energy is wrong even if a finer run agrees."""
 READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
@@ -69,11 +64,11 @@ class DeflectionLimits(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """Signal and norm with the largest ratio of the relative error to the allowed one."""
+    """Signal and norm with the largest ratio of the relative error to the allowed one; by default no signal."""
 
-    key: Key
-    error: float
-    allowed: float
+    key: Key = ("", Norm.RMS)
+    error: float = 0.0
+    allowed: float = 1.0
 
     @property
     def ratio(self) -> float:
@@ -150,7 +145,11 @@ class Usual:
 
     accuracy: ClassVar[float] = nan
     words: ClassVar[str] = "a run that names no accuracy"  # in a message: subject of the limits
-    energies: ClassVar[tuple[str, ...]] = ENERGIES
+    # all but that of friction, which a regularised law dissipates even where a contact sticks
+    energies: ClassVar[tuple[str, ...]] = (
+        "energy.kinetic", "energy.strain", "energy.contact", "energy.weight", "energy.spring", "energy.taken_contact",
+        "energy.taken_damping", "energy.taken_resistance", "energy.given_drive", "energy.given_load", "energy.given_motor",
+    )  # fmt: skip
     place_error: ClassVar[float] = PLACE_ERROR
 
     def limits(self, run: Trajectory) -> dict[Key, float]:
@@ -183,4 +182,4 @@ Demand = Asked | Usual
 def find_worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Worst:
     """Find the signal with the largest ratio of its error to the allowed one."""
     candidates = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
-    return max(candidates, key=lambda each: each.ratio, default=Worst(("", Norm.RMS), error=0.0, allowed=1.0))
+    return max(candidates, key=lambda each: each.ratio, default=Worst())

@@ -24,9 +24,6 @@ from ..record.lookup import Cubics, between, slopes
 from .impacts import Impacts, compare_impacts, match_times
 from .trajectory import CONTINUOUS, FORCE_KINDS, SMALL, TINY, Trajectory
 
-NEAR = 0.02
-"""Largest shift of two onsets that belong together, over the duration; farther ones are two events. A convention: twice
-`demand.PLACE_ERROR`."""
 BLOCK = 50_000
 """Most values that are compared at once, but one signal at least: they then stay in the processor's cache."""
 
@@ -153,13 +150,16 @@ class Difference:
 
     @cached_property
     def onsets(self) -> Array:
-        """Matched times of a and of b, shape (2, times): start, onsets near each other, end."""
+        """Matched times of a and of b, shape (2, times): start, onsets near each other, end.
+
+        Onsets farther from each other than 0.02 of the duration are two events. A convention: twice `demand.PLACE_ERROR`.
+        """
         pairs, found = [(0.0, 0.0)], list[tuple[float, float]]()
         for name, signal in self.b.signals.items():
             if len(signal.onsets) and name in self.a.signals:
                 a, b = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))
                 i, j = match_times(a, b)
-                near = np.abs(a[i] - b[j]) < NEAR * self.end
+                near = np.abs(a[i] - b[j]) < 0.02 * self.end
                 found += zip(a[i][near].tolist(), b[j][near].tolist(), strict=True)
         for time_a, time_b in sorted(found):
             if time_a > pairs[-1][0] and time_b > pairs[-1][1]:  # times of both must increase: a pair that crosses is left out

@@ -23,9 +23,6 @@ SEPARATED = 0.1
 which two motions within one range can differ."""
 WINDOWS = 200
 """Windows of time in which runs are separate or not: the resolution of the separation time."""
-LASTING = 0.5
-"""Share of the windows from the separation to the end in which runs must be separate: one impact at two different instants
-separates them briefly."""
 LAST_WINDOWS = 10
 """Windows at the end in which no separation begins: too few are left to see whether it lasts."""
 LEAST_ERROR = float(np.sqrt(np.finfo(float).eps))
@@ -77,13 +74,16 @@ class Separation:
 
     @property
     def start(self) -> float:
-        """Time [s] from which the runs are separate in most windows; infinite if there is none."""
+        """Time [s] from which the runs are separate in most windows; infinite if there is none.
+
+        One impact at two different instants separates them briefly.
+        """
         separate = self.relative > SEPARATED
         window = np.minimum((self.time / self.end * WINDOWS).astype(int), WINDOWS - 1)
         has_separate = np.isin(np.arange(WINDOWS), window[separate])
         separate_from_here = np.cumsum(has_separate[::-1])[::-1]  # number of such windows from each window to the last
         windows_from_here = np.arange(WINDOWS, 0, -1)
-        lasting = has_separate & (separate_from_here > LASTING * windows_from_here)
+        lasting = has_separate & (separate_from_here > 0.5 * windows_from_here)
         if not lasting[: WINDOWS - LAST_WINDOWS].any():
             return inf
         return float(self.time[separate & (window == np.argmax(lasting))].min())

@@ -16,13 +16,6 @@ from ..geometry import Array
 from ..record.errors import Norm
 from ..record.lookup import corrected_trapezoidal
 
-GRAZE = 1e-3
-"""Least impulse of an impact whose onset and peak are compared, over the largest. Ten times more would ignore small impacts, ten
-times less match noise."""
-SPLIT = 0.1
-"""Time without contact, over the duration of the contact before it, below which two contacts are one impact. The force of a
-bending strip touches zero within a blow. The tenth is chosen."""
-
 
 class ImpactTable(NamedTuple):
     """Impacts in the order of time, each field (impacts,)."""
@@ -46,7 +39,11 @@ class Impacts:
 
     @classmethod
     def of(cls, time: Array, force: Array, end: float) -> Impacts:
-        """Find the impacts of a force >= 0 up to an end [s]; impacts closer than `SPLIT` are one."""
+        """Find the impacts of a force >= 0 up to an end [s].
+
+        Two contacts are one impact if less than a tenth of the duration of the first lies between them: the tenth is chosen, as
+        the force of a bending strip touches zero within a blow.
+        """
         impulse = corrected_trapezoidal(time, force)  # up to each time, also beyond the end
         force = np.where(time <= end, force, 0.0)
         touches = np.concatenate([[False], force > 0, [False]])
@@ -57,7 +54,7 @@ class Impacts:
         after = np.minimum(edges[1::2], len(time) - 1)  # first sample after it, also after a contact that the end cuts
         before = np.maximum(first - 1, 0)
         gap = time[before[1:]] - time[after[:-1]]  # time [s] of zero force between two impacts
-        is_distinct = gap > SPLIT * (time[after] - time[first])[:-1]
+        is_distinct = gap > 0.1 * (time[after] - time[first])[:-1]
         is_first, is_last = np.append(True, is_distinct), np.append(is_distinct, True)
         first, before, after = first[is_first], before[is_first], after[is_last]
         beyond = after + 1  # the sample `after` is still in contact where the run ends in contact
@@ -75,7 +72,8 @@ class Impacts:
 
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     """Compute relative differences of two contact forces: impulse, peak, onsets. Run b, the finer level, gives the sizes."""
-    least = GRAZE * max(each.table.impulse.max(initial=0.0) for each in (a, b))
+    # onsets and peaks are compared of impacts above a thousandth of the largest; more would ignore small ones, less match noise
+    least = 1e-3 * max(each.table.impulse.max(initial=0.0) for each in (a, b))
     impacts_a, impacts_b = (ImpactTable(*(field[table.impulse > least] for field in table)) for table in (a.table, b.table))
     count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
     if not count_a or not count_b:

@@ -29,8 +29,6 @@ from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_e
 from .levels import Level, Levels, Runner
 from .trajectory import Trajectory, compute_energies, find_drive_period
 
-PATIENCE = 3
-"""Number of coarse runs that may fail before the failure is reported: chosen."""
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
@@ -103,9 +101,9 @@ class _Refinement:
         return _Trial(run, level, end, Trajectory.of(run))
 
     def run_first(self) -> _Trial:
-        """Make the coarsest run that does not fail."""
+        """Make the coarsest run that does not fail; report the failure of the fourth."""
         level = self.levels.first()
-        for _ in range(PATIENCE):
+        for _ in range(3):
             try:
                 return self.make(level, self.duration)
             except _FailedError as failed:

@@ -19,8 +19,6 @@ from .levels import LEVELS_BY_SOLVER, Runner
 from .refine import refine
 from .trajectory import Trajectory
 
-NEGLIGIBLE = 0.1
-"""Difference of two solvers that is always allowed, over the accuracy requested. A convention."""
 NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 
@@ -36,7 +34,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     name, other_name = NAMES[type(first.solver)], NAMES[type(other)]
     start = perf_counter()
     has_accuracy = result.asked > 0
-    least = NEGLIGIBLE * result.asked if has_accuracy else LEAST_ERROR
+    least = 0.1 * result.asked if has_accuracy else LEAST_ERROR  # difference that is always allowed: by convention a tenth
     demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed: by that accuracy, or the constants of `demand`
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)

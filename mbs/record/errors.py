@@ -11,8 +11,6 @@ from ..validate import near
 
 CONFIDENCE = 0.95
 """Probability with which a confidence interval contains the true value, of fits, ensembles and means: a convention."""
-SHOWN = 3
-"""Number of signals with the largest errors that `repr` shows: they fit into a line."""
 
 
 class Status(StrEnum):
@@ -187,5 +185,5 @@ class Errors(Mapping[Any, float]):
             return "<Errors: not estimated>"
         errors = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}
         worst = sorted(errors, key=lambda name: errors[name], reverse=True)
-        shown = "".join(f", {name} {errors[name]:.2g}" for name in worst[:SHOWN])
-        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(errors) > SHOWN else ''}>"
+        shown = "".join(f", {name} {errors[name]:.2g}" for name in worst[:3])  # they fit into a line
+        return f"<Errors: motion {self.motion:.2g}{shown}{' ...' if len(worst) > 3 else ''}>"
