@@ -247,7 +247,13 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
 
 
 def read_reference(draw: Draw, finer: bool) -> Measures | None:
-    """Read the measures of a run of the compiled solver, on request with finer steps and strips; None if it fails."""
+    """Read the measures of a reference run; None if it fails."""
+    result = run_reference(draw, finer)
+    return None if result is None else read(draw, result)
+
+
+def run_reference(draw: Draw, finer: bool) -> Result | None:
+    """Run the compiled solver, on request with finer steps and strips; return None if it fails."""
     longest_step = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
         longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / STEPS_PER_PERIOD)
@@ -260,7 +266,7 @@ def read_reference(draw: Draw, finer: bool) -> Measures | None:
         result = simulate(draw.mechanism, draw.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return read(draw, result) if result.status in ENDED else None
+    return result if result.status in ENDED else None
 
 
 def is_pressed(mechanism: Mechanism) -> bool:
