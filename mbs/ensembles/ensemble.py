@@ -187,7 +187,8 @@ def ensemble(
     edges = length * np.arange(windows + 1)
     task = Task(drawn, duration, solver, readings, edges, curves or {})
     _try_first(task)
-    found = Ensemble.blank(drawn, tuple(of), edges, skip)
+    values = np.full((len(drawn), windows, len(of)), np.nan)
+    found = Ensemble(drawn, tuple(of), edges, skip, values, np.zeros(len(drawn), dtype=bool), [""] * len(drawn))
     found = found.resume(store) if store and Path(store).exists() else found
     return _gather(task, found, executor, store)
 

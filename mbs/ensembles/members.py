@@ -116,8 +116,7 @@ def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Arra
             journal, bush = map(int, scene.tables.forces[k, [Forces.A, Forces.B]])  # their markers
             joints.append(joint)
             of_journal, of_bush = (differentiate_marker(scene, marker, scene.q0) for marker in (journal, bush))
-            difference = of_journal - of_bush  # d(x, y, angle)/dq, (3, n)
-            relative.append(difference[:2])
+            relative.append((of_journal - of_bush)[:2])  # rows of x and y of d(x, y, angle)/dq, (3, n)
     if not joints:
         return None
     radius = np.array([joint.gap for joint in joints]) * WIDEST * np.sqrt(random.uniform(size=len(joints)))

@@ -45,18 +45,6 @@ ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (
 
 
 @dataclass(frozen=True)
-class Formula:
-    """Formula of signals, the argument of a statistic. Its `text` is the tree written out, so equal formulas have one text."""
-
-    text: str
-    tree: ast.expr
-
-    def values(self, signals: Mapping[str, Array]) -> Array:
-        """Compute the formula at the rows of a run from the values of signals, shape (times,)."""
-        return np.asarray(value_of(self.tree, NO_TIMES, signals))
-
-
-@dataclass(frozen=True)
 class StatisticReading:
     """Reading: a formula of statistics, as a syntax tree whose names are those of signals, though these have dots."""
 
@@ -79,11 +67,6 @@ class StatisticReading:
         return cls(text, tree)
 
     @cached_property
-    def formulas(self) -> tuple[Formula, ...]:
-        """Arguments of the statistics."""
-        return tuple(Formula(ast.unparse(call.args[0]), call.args[0]) for call in _statistics(self.tree))
-
-    @cached_property
     def signals(self) -> tuple[str, ...]:
         """Names of the signals."""
         return tuple(dict.fromkeys(_signals(self.tree)))
@@ -99,17 +82,18 @@ class StatisticReading:
         return np.broadcast_to(np.asarray(value, dtype=float), sums.shape[:-2])
 
 
-def formulas_of(readings: Iterable[StatisticReading]) -> dict[str, Formula]:
-    """Return the formulas of signals in readings, by their texts."""
-    return {formula.text: formula for reading in readings for formula in reading.formulas}
+def formulas_of(readings: Iterable[StatisticReading]) -> dict[str, ast.expr]:
+    """Return the arguments of statistics in readings, as syntax trees by text; equal formulas have one text."""
+    arguments = [call.args[0] for reading in readings for call in _statistics(reading.tree)]
+    return {ast.unparse(argument): argument for argument in arguments}
 
 
-def columns(formulas: Mapping[str, Formula], signals: Mapping[str, Array]) -> Array:
-    """Compute the formulas at the rows of a run, shape (times, formulas)."""
-    return np.column_stack([formula.values(signals) for formula in formulas.values()])
+def columns(formulas: Mapping[str, ast.expr], signals: Mapping[str, Array]) -> Array:
+    """Compute formulas of signals at the rows of a run, shape (times, formulas)."""
+    return np.column_stack([value_of(tree, NO_TIMES, signals) for tree in formulas.values()])
 
 
-def values_of(readings: Sequence[StatisticReading], formulas: Mapping[str, Formula], sums: Accumulator) -> Array:
+def values_of(readings: Sequence[StatisticReading], formulas: Iterable[str], sums: Accumulator) -> Array:
     """Compute readings from accumulated sums, shape (windows, readings)."""
     order, lengths = list(formulas), np.diff(sums.edges)
     # `found` has the sums, (windows, formulas, kinds of sum)

@@ -49,12 +49,6 @@ class Ensemble:
     interrupted: bool = False  # by Ctrl-C
     timed_out: bool = False  # the time limit was over before all members had run
 
-    @classmethod
-    def blank(cls, members: Members, readings: tuple[str, ...], edges: Array, skip: int) -> Ensemble:
-        """Make an ensemble before any member has run."""
-        values = np.full((len(members), len(edges) - 1, len(readings)), np.nan)
-        return cls(members, readings, edges, skip, values, np.zeros(len(members), dtype=bool), [""] * len(members))
-
     @property
     def failed(self) -> Array:
         """True for members that failed, shape (members,)."""
@@ -86,15 +80,16 @@ class Ensemble:
         """Compute the mean over members and windows."""
         return float(self.of(reading).mean())
 
-    def error(self, reading: str) -> float:
+    def error(self, reading: str, cell: int | None = None) -> float:
         """Compute the standard error of the mean from the independent means of members; nan for a single member."""
-        return _error(self.of(reading))
+        values = self.of(reading, cell)
+        means = values.mean(axis=1) if values.size else np.empty(0)
+        return float(means.std(ddof=1) / np.sqrt(len(means))) if len(means) > 1 else float("nan")
 
     def interval(self, reading: str) -> tuple[float, float]:
         """Compute the 95 % confidence interval of the mean, by Student's distribution of the members' means."""
-        values = self.of(reading)
-        freedom = max(len(values) - 1, 1)
-        half_width = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * _error(values)
+        freedom = max(len(self.of(reading)) - 1, 1)
+        half_width = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * self.error(reading)
         return self.mean(reading) - half_width, self.mean(reading) + half_width
 
     def quantiles(self, reading: str, at: tuple[float, ...] = (0.05, 0.5, 0.95)) -> Array:
@@ -106,12 +101,12 @@ class Ensemble:
         paths = list(self.members.grid)
         columns = [self.members.paths.index(path) for path in paths]
         found = []
-        for cell in np.unique(self.members.cells):
-            values = self.of(reading, int(cell))
+        for cell in np.unique(self.members.cells).tolist():
+            values = self.of(reading, cell)
             first = int(np.argmax(self.members.cells == cell))
             numbers = dict(zip(paths, self.members.numbers[first, columns].tolist(), strict=True))
             mean = float(values.mean()) if values.size else float("nan")
-            found.append(Cell(self.members.mechanism_index(first), numbers, mean, _error(values), len(values)))
+            found.append(Cell(self.members.mechanism_index(first), numbers, mean, self.error(reading, cell), len(values)))
         return found
 
     def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
@@ -193,9 +188,3 @@ def _make_axes() -> Axes:
     from matplotlib.pyplot import subplots
 
     return subplots(layout="constrained")[1]
-
-
-def _error(values: Array) -> float:
-    """Compute the standard error of the mean of values (members, windows), from the means of the members."""
-    means = values.mean(axis=1) if values.size else np.empty(0)
-    return float(means.std(ddof=1) / np.sqrt(len(means))) if len(means) > 1 else float("nan")

@@ -111,9 +111,9 @@ def test_intervals_cover_as_often_as_they_say():
     random, covered = np.random.default_rng(0), 0
     for _ in range(1000):
         drawn = Members.draw([pendulum()], 20, {}, 1)
-        found = mbs.ensembles.result.Ensemble.blank(drawn, ("r",), np.arange(6.0), 0)
         own = random.normal(3.0, 1.0, (20, 1, 1))
-        found.values[:], found.done[:] = own + random.normal(0.0, 0.5, (20, 5, 1)), True
+        values = own + random.normal(0.0, 0.5, (20, 5, 1))
+        found = mbs.ensembles.result.Ensemble(drawn, ("r",), np.arange(6.0), 0, values, np.ones(20, dtype=bool), [""] * 20)
         low, high = found.interval("r")
         covered += low < 3.0 < high
     assert 930 <= covered <= 970

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler import mbs
-from buckler.mbs.ensembles.readings import StatisticReading
+from buckler.mbs.ensembles.readings import StatisticReading, columns, formulas_of
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.modal import BarModes
@@ -137,11 +137,11 @@ def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():
     angle = np.linspace(0.0, pi, 500)
     signals = {"B.x": 3 * np.cos(angle), "B.y": 3 * np.sin(angle), "a.curve": np.ones(500)}
     found = Accumulator.over(np.array([0.0, pi]), 2)
-    found.add(angle, np.column_stack([each.values(signals) for each in given.formulas]))
-    order = [each.text for each in given.formulas]
+    formulas = formulas_of([given])
+    found.add(angle, columns(formulas, signals))
     exact = 3.0 - np.trapezoid(np.abs(3 * np.cos(angle) - 1), angle) / pi
     assert set(given.signals) == set(signals)
-    assert given.value(found.found, order, np.array([pi])) == pytest.approx(exact, rel=1e-5)
+    assert given.value(found.found, list(formulas), np.array([pi])) == pytest.approx(exact, rel=1e-5)
 
 
 def test_loose_implicit_steps_of_closed_joints_are_looked_into():
