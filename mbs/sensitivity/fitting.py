@@ -22,7 +22,7 @@ from ..validate import one_of, whole
 from .data import Experiment
 from .numbers import Source
 from .reading import RunFailedError
-from .residuals import TIME_ZERO, Bounds, FitProblem, gather, signals_of
+from .residuals import TIME_ZERO, Bounds, FitProblem, gather_signals
 from .runs import require_compiler
 
 BEST_STARTS = 2
@@ -261,8 +261,7 @@ def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, corre
 def _list_unexplained(problem: FitProblem, best: Array) -> list[str]:
     """List, in sentences, signals that the fit predicts worse than their mean does, and angles from a wrong origin."""
     rms, notes = problem.residual_sizes(best), []
-    for name in signals_of(problem.experiments):
-        x = gather(problem.experiments, name)
+    for name, x in gather_signals(problem.experiments).items():
         # ratio of the sum of squares at an end of a 95 % interval to the least one: a fit may be so much worse by chance
         by_chance = 1 + _quantile(problem) ** 2 / problem.freedom
         if rms[name] ** 2 > by_chance * np.var(x) + 1e-7 * np.mean(x**2):  # 1e-7 is for a signal that hardly changes

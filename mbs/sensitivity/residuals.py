@@ -33,10 +33,6 @@ DIFFERENCE_WIDTH = 1e-4
 FAILURE_RESIDUAL = 1e3
 """Residual of a run that fails, in standard deviations; chosen. In a search for a design it is the relative violation of a
 constraint whose reading has no value."""
-DEPENDENT = 1e-9
-"""Singular value of the Jacobian, over the largest, below which its combination of numbers has no influence on the data."""
-UNKNOWN = 1e12
-"""Inverse of such a singular value, in place of infinity: a standard deviation beyond any range."""
 TIME_ZERO = "time_zero"
 """Name of the number that is the time of the data at which the run begins [s]; it is no number of the mechanism."""
 
@@ -79,7 +75,7 @@ class FitProblem:
             raise ValueError(f"free['{both[0]}']: the experiments set it")
         varied = [name for name in (*free, *settings) if name != TIME_ZERO]
         family = Family.of(mechanism, varied)  # of mechanisms with other values of these numbers
-        measured = {name: gather(experiments, name) for name in signals_of(experiments)}
+        measured = gather_signals(experiments)
         if missing := [name for name, values in measured.items() if not values.size]:
             raise ValueError(f"data: {missing[0]} has no value at any time")
         # a constant signal has no spread and takes its value; one that is zero takes 1, as the weight must be finite
@@ -184,8 +180,8 @@ class FitProblem:
         """Compute the covariance of the scaled numbers, variance (J^T J)^-1; very large in directions without influence."""
         _, s, vh = np.linalg.svd(self.jacobian(x), full_matrices=False)
         variance = self.sum_of_squares(x) / self.freedom if self.estimated else 1.0
-        has_influence = s > DEPENDENT * max(s[0], 1e-300)
-        deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), UNKNOWN)
+        has_influence = s > 1e-9 * max(s[0], 1e-300)  # the data depend on the combination of numbers
+        deviations = np.where(has_influence, 1 / np.maximum(s, 1e-300), 1e12)  # 1e12: beyond any range
         return np.asarray(variance * (vh.T * deviations**2) @ vh)
 
 
@@ -212,12 +208,9 @@ def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[s
     return predicted | {text: read_number(text, time, values, units, Smooth).value for text in experiment.readings}
 
 
-def signals_of(experiments: Sequence[Experiment]) -> list[str]:
-    """List the signals that any experiment has."""
-    return list(dict.fromkeys(name for experiment in experiments for name in experiment.signals))
-
-
-def gather(experiments: Sequence[Experiment], name: str) -> Array:
-    """Gather all measured values of a signal, shape (values,)."""
-    values = np.concatenate([experiment.signals[name] for experiment in experiments if name in experiment.signals])
-    return values[np.isfinite(values)]
+def gather_signals(experiments: Sequence[Experiment]) -> dict[str, Array]:
+    """Gather the measured values of each signal from all experiments, shape (values,)."""
+    gathered: dict[str, Array] = {}
+    for name, values in (pair for experiment in experiments for pair in experiment.signals.items()):
+        gathered[name] = np.append(gathered.get(name, []), values[np.isfinite(values)])
+    return gathered
