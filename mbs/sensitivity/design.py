@@ -23,8 +23,6 @@ from .searching import BINDS, EnoughError, Point, Search, parse_constraint
 
 BUDGET = 1000
 """Default of the largest number of runs of a search."""
-MOST_CORRECTIONS = 2
-"""Largest number of times that a search is repeated with readings corrected by a finer run; then the best design is returned."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,7 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
     """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
     _until_enough(search, lambda: search.descend_from_starts(starts))
     fine: dict[Point, Array] = {}  # readings of the best point by a finer run, before and after corrections
-    for _ in range(1 + MOST_CORRECTIONS):
+    for _ in range(3):  # the search, and two corrected ones at most; then the best design is returned
         best = search.find_best()
         if best is None:
             no_run = f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}"

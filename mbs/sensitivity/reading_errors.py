@@ -28,8 +28,6 @@ NORMS = {"impulse": Norm.IMPULSE, "mean": Norm.RMS, "rms": Norm.RMS, "begins": N
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
-OF_CONTACTS = ("begins", "ends", "peak")
-"""Readings of the n-th contact: out of contact, where the signal is 0, no error is added."""
 BATCHES = 20
 """Number of batches, with a revolving drive 29 at most: fewer make s uncertain, more are correlated."""
 LEAST_BATCHES = 4
@@ -55,7 +53,7 @@ def read(result: Result, text: str) -> Reading:
     value, unit = read_number(text, result.time, result.signals, result.units)
     if not result.error.known:
         return Reading(value, nan, unit, "unknown")
-    if _has_errors_to_the_end(result):
+    if result.error.until >= result.time[-1] * (1 - 1e-9):  # else two runs separate before the end
         return Reading(value, bound_error(text, result), unit, "difference")
     tree, names = parse_reading(text, result.signals)  # names of signals by their short names _0, _1, ... in the tree
     signals = {short: result.signals[name] for short, name in names.items()}
@@ -64,21 +62,14 @@ def read(result: Result, text: str) -> Reading:
     return Reading(value, error, unit, "sampling" if is_known else "unknown")
 
 
-def _has_errors_to_the_end(result: Result) -> bool:
-    """Return False where two runs separate before the end, so that the errors of signals are not known from then on."""
-    return result.error.until >= result.time[-1] * (1 - 1e-9)
-
-
 def bound_error(text: str, result: Result) -> float:
-    """Bound the error of a reading, in the reading's unit; nan if the error of a signal is not known to the end of the run.
+    """Bound the error of a reading, in the reading's unit, in a run of which two solutions do not separate; nan if not known.
 
     The bound is the sum of the changes due to the errors of all signals, and of the difference of linear and cubic interpolation.
     """
     tree, names = parse_reading(text, result.signals)
     signals, time = {short: result.signals[name] for short, name in names.items()}, result.time
     errors = {(short, norm): result.error.absolute(name, norm) for short, name in names.items() for norm in Norm}
-    if not _has_errors_to_the_end(result):
-        errors = dict.fromkeys(errors, nan)
     with np.errstate(all="ignore"):
         interpolation = abs(value_of(tree, time, signals) - value_of(tree, time, signals, Smooth))
         change = _propagate(tree, time, signals, lambda call, function, x: _change(call, function, x, time, signals, errors))
@@ -118,7 +109,8 @@ def _change(
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
         size = error / float(time[-1]) if norm is Norm.IMPULSE else error
-        shapes = [np.sign(x)] if function in OF_CONTACTS else [np.sign(x), np.ones(len(x))]
+        # of the n-th contact `peak` reads: out of contact, where the signal is 0, no error is added
+        shapes = [np.sign(x)] if function == "peak" else [np.sign(x), np.ones(len(x))]
         changed = [value_of(call, time, {**signals, short: x + side * size * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))
     return change
@@ -164,11 +156,7 @@ class CheckedReading(NamedTuple):
     error: float
     beyond: bool
     signals: tuple[str, ...]
-
-    @property
-    def relative(self) -> float:
-        """Relative error; nan if it is not known or not below 1."""
-        return self.error / abs(self.value) if self.error < abs(self.value) else nan
+    relative: float  # error over the value; nan if it is not known or not below 1
 
 
 def list_readings(result: Result, texts: Sequence[str] = ()) -> list[CheckedReading]:
@@ -191,10 +179,10 @@ def _check_reading(result: Result, text: str) -> CheckedReading:
     signals = tuple(names.values())
     of_unit = [name for name in signals if result.units.get(name) == unit]
     largest = max([abs(value), *(float(np.abs(result.signals[name]).max(initial=0.0)) for name in of_unit)])
-    relative_to = abs(value) if error < abs(value) else largest
+    relative, relative_to = (error / abs(value), abs(value)) if error < abs(value) else (nan, largest)
     accuracy = result.asked if result.asked > 0 else USUAL_ERROR
     beyond = result.error.known and not error <= accuracy * relative_to  # true also for nan
-    return CheckedReading(text, value, unit, error if isfinite(error) else nan, beyond, signals)
+    return CheckedReading(text, value, unit, error if isfinite(error) else nan, beyond, signals, relative)
 
 
 def peaks(result: Result) -> list[str]:

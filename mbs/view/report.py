@@ -65,7 +65,7 @@ def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, 
         "inks": {name: ink._asdict() for name, ink in INKS.items()},
         "motion": _motion(result, store),
         "signals": _signals(result, store, first_shown(result, read_signals)),
-        "store": store.text(),  # last: the motion and the signals fill it
+        "store": b64encode(store.data).decode("ascii"),  # last: the motion and the signals fill it
     }  # fmt: skip
 
 
@@ -78,8 +78,8 @@ def blank(title: str) -> dict[str, Any]:
 
 def _to_json(reading: Any) -> dict[str, Any]:
     """Convert a `CheckedReading` for JSON; numbers that are not finite become null."""
-    content = reading._asdict() | {"relative": reading.relative}
-    return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in content.items()}
+    fields = reading._asdict().items()
+    return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in fields}
 
 
 def with_ledger(result: Result) -> Result:
@@ -113,10 +113,6 @@ class ArrayStore:
         start = len(self.data) // quantised.itemsize
         self.data += quantised.tobytes()
         return [start, low, step]
-
-    def text(self) -> str:
-        """Return all arrays in base64."""
-        return b64encode(self.data).decode("ascii")
 
 
 def find_limits(values: Array) -> tuple[float, float]:
