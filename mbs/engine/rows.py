@@ -13,7 +13,7 @@ from ..elements.element import GROUND, Element
 from ..elements.rows import Row, Turn, find_pin
 from ..geometry import Array
 from ..record.record import Record
-from ..scene.forms import Ends, Forms
+from ..scene.forms import Forms
 from . import System
 from .placed import History
 from .scene import EngineScene
@@ -66,13 +66,8 @@ def _make_forms(scene: EngineScene, rows: list[Row]) -> tuple[Forms, list[int]]:
     ends = [end for measure in measures for end in (measure.first, measure.second) if end.body != GROUND]
     at = {end: scene.placed[end.body].find_angle_node(end.point) for end in ends}  # node that moves with the body, and its place
     order = list(dict.fromkeys(node for node, _place in at.values()))
-    positions = scene.mechanism.points
-    ends_as_numbers = Ends(  # points are complex numbers x + i y; an arm leads from the node, or the origin of the ground
-        body=lambda end: order.index(at[end][0]) if end in at else len(order),
-        arm=lambda end: complex(*np.subtract(positions[end.point], at[end][1] if end in at else 0.0)),
-        position=lambda end: complex(*positions[end.point]),
-    )
-    return Forms(rows, len(order), ends_as_numbers), order
+    origins = {end: (order.index(node), complex(*place)) for end, (node, place) in at.items()}  # arms lead from the nodes
+    return Forms(rows, len(order), scene.mechanism.points, locate=lambda end: origins.get(end, (len(order), 0j))), order
 
 
 def _add_rows(scene: EngineScene, rows: list[Row]) -> int:

@@ -6,7 +6,7 @@ along a direction, a relative angle, or a distance. The ground has the index aft
 The same equations close the loops of a linkage and constrain bodies in Exudyn.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,14 +14,6 @@ import numpy as np
 from ..elements.element import Place
 from ..elements.rows import Distance, Row, Turn
 from ..geometry import Array
-
-
-class Ends(NamedTuple):
-    """Three functions of an end of a measure: index of its body; arm to its point at t = 0 [m]; position at t = 0 [m]."""
-
-    body: Callable[[Place], int]
-    arm: Callable[[Place], complex]
-    position: Callable[[Place], complex]
 
 
 class Terms(NamedTuple):
@@ -41,31 +33,28 @@ class Terms(NamedTuple):
     is_distance: Array
 
 
-class Vectors(NamedTuple):
-    """Vectors of terms between points (..., terms): arms, vector from the second to the first point [m], unit direction."""
-
-    arm_1: Array
-    arm_2: Array
-    between: Array
-    direction: Array
-
-
 class Forms:
-    """Constraints between a number of bodies and the ground, one for each row."""
+    """Constraints between a number of bodies and the ground, one for each row, with `points` by name at t = 0 [m].
 
-    def __init__(self, rows: Sequence[Row], body_count: int, ends: Ends) -> None:
+    `locate` is a function from a place to the index of its body and to the point from which arms of the body lead, at t = 0 [m].
+    """
+
+    def __init__(
+        self, rows: Sequence[Row], body_count: int,
+        points: Mapping[str, tuple[float, float]], locate: Callable[[Place], tuple[int, complex]],
+    ) -> None:  # fmt: skip
         self.body_count, self.row_count, ground = body_count, len(rows), body_count
         point_terms: list[list[Any]] = []  # positions and distances; each item has the fields of `Terms`
         angle_terms: list[list[Any]] = []  # likewise, with zeros for arms and direction
         terms = [term for row in rows for term in row.terms]
         start = np.zeros(len(terms))  # measures at t = 0; angles since t = 0 are zero
         for number, (_, measure) in enumerate(terms):
-            first, second = ends.body(measure.first), ends.body(measure.second)
+            (first, origin_1), (second, origin_2) = locate(measure.first), locate(measure.second)
             if isinstance(measure, Turn):
                 angle_terms.append([number, first, second, ground, 0, 0, 0, False])
                 continue
-            arms = [ends.arm(measure.first), ends.arm(measure.second)]
-            vector = ends.position(measure.first) - ends.position(measure.second)
+            point_1, point_2 = complex(*points[measure.first.point]), complex(*points[measure.second.point])
+            arms, vector = [point_1 - origin_1, point_2 - origin_2], point_1 - point_2
             if isinstance(measure, Distance):
                 start[number] = abs(vector)
                 point_terms.append([number, first, second, ground, *arms, 0, True])
@@ -93,14 +82,13 @@ class Forms:
         """
         n, lead, count = self.body_count, q.shape[:-2], len(self.coefficients)
         measures, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
-        terms, vectors = self.point_terms, self._turn_vectors(q)
-        d = vectors.direction
-        measures[..., terms.number] = _dot(d, vectors.between)
-        for body, sign, arm in ((terms.first, 1.0, vectors.arm_1), (terms.second, -1.0, vectors.arm_2)):
+        terms, (arm_1, arm_2, between, d) = self.point_terms, self._turn_vectors(q)
+        measures[..., terms.number] = _dot(d, between)
+        for body, sign, arm in ((terms.first, 1.0, arm_1), (terms.second, -1.0, arm_2)):
             jacobian[..., terms.number, body, 0] += sign * d.real
             jacobian[..., terms.number, body, 1] += sign * d.imag
             jacobian[..., terms.number, body, 2] += sign * _dot(d, 1j * arm)
-        jacobian[..., terms.number, terms.frame, 2] += _dot(1j * d, vectors.between)
+        jacobian[..., terms.number, terms.frame, 2] += _dot(1j * d, between)
         terms, (_, angles) = self.angle_terms, self._add_ground(q)
         measures[..., terms.number] = angles[..., terms.first] - angles[..., terms.second]
         jacobian[..., terms.number, terms.first, 2] += 1.0
@@ -129,8 +117,8 @@ class Forms:
             gamma[..., terms.number] = term
         return self._sum_terms(self.coefficients * gamma, -1)
 
-    def _turn_vectors(self, q: Array) -> Vectors:
-        """Turn arms and directions of the terms between points with their bodies, to the coordinates q."""
+    def _turn_vectors(self, q: Array) -> tuple[Array, Array, Array, Array]:
+        """Return both arms, the vector from the second to the first point [m] and the direction of each term between points."""
         terms, (z, angles) = self.point_terms, self._add_ground(q)
         rotation = np.exp(1j * angles)
         arm_1, arm_2 = terms.arm_1 * rotation[..., terms.first], terms.arm_2 * rotation[..., terms.second]
@@ -139,7 +127,7 @@ class Forms:
         if terms.is_distance.any():
             distance = np.where(terms.is_distance, np.abs(between), 1.0)
             direction = np.where(terms.is_distance, between / distance, direction)
-        return Vectors(arm_1, arm_2, between, direction)
+        return arm_1, arm_2, between, direction
 
     def _add_ground(self, q: Array) -> tuple[Array, Array]:
         """Return positions as complex numbers, and angles, or the rates of both, each (..., bodies + 1); the ground has zeros."""

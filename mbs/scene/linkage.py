@@ -15,11 +15,11 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..elements.element import GROUND, Place, place
+from ..elements.element import GROUND, place
 from ..elements.rows import Row
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .forms import Ends, Forms
+from .forms import Forms
 
 
 class KinematicsError(ValueError):
@@ -89,24 +89,20 @@ class Linkage:
         """Return the link with which a body moves: for a guide's block, named by the guided point, the guided link."""
         return next((guide.link for guide in self.mechanism.guides if guide.point == body), body)
 
-    def _arm(self, place: Place) -> complex:
-        """Return the arm from a link's start, or from the origin for the ground, to a point at t = 0 [m], as a complex number."""
-        origin = 0j if place.body == GROUND else complex(*self.reference[self.index[place.body], :2])
-        return complex(*self.mechanism.points[place.point]) - origin
-
     @cached_property
     def _forms(self) -> Forms:
-        """Equations of all rows; `ends` has the body, arm and position of each place that a row connects."""
-        numbers, points = {**self.index, GROUND: len(self.index)}, self.mechanism.points
-        ends = Ends(body=lambda end: numbers[end.body], arm=self._arm, position=lambda end: complex(*points[end.point]))
-        return Forms(self.rows, len(self.index), ends)
+        """Equations of all rows, with arms from the starts of links, and from the origin for the ground."""
+        starts = {name: (i, complex(*self.reference[i, :2])) for name, i in self.index.items()}
+        starts[GROUND] = len(self.index), 0j
+        return Forms(self.rows, len(self.index), self.mechanism.points, locate=lambda end: starts[end.body])
 
     def position(self, link: str, point: str, q: Array) -> Array:
         """Return the position of a point of a link, or of the ground [m], at coordinates q (..., links, 3)."""
         if link == GROUND:
             return np.array(self.mechanism.points[point])
         i = self.index[link]
-        z = self._arm(Place(link, point)) * np.exp(1j * (q[..., i, 2] - self.reference[i, 2]))
+        arm = complex(*self.mechanism.points[point]) - complex(*self.reference[i, :2])  # at t = 0
+        z = arm * np.exp(1j * (q[..., i, 2] - self.reference[i, 2]))
         return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
 
     def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:

@@ -87,13 +87,11 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) / np.sqrt(stiffnesses)
 
 
-def compute_jacobians(linkage: Linkage, q: Array | None = None) -> tuple[Array, Array]:
+def compute_jacobians(linkage: Linkage, q: Array) -> tuple[Array, Array]:
     """Compute the rows' derivatives by coordinates of m rigid links, (rows, 3 m), and by n stations, (rows, 3 n)."""
     stations = Stations(linkage.mechanism)
-    q = linkage.reference if q is None else q
-    rigid = linkage.jacobian(q)
-    flexible = np.array([stations.columns(row) for row in linkage.rows]).reshape(len(rigid), 3 * len(stations.points))
-    return rigid, flexible
+    flexible = np.array([stations.columns(row) for row in linkage.rows])
+    return linkage.jacobian(q), flexible.reshape(len(linkage.rows), 3 * len(stations.points))
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
@@ -110,7 +108,7 @@ def name_surplus_drives(linkage: Linkage) -> str:
 
 def start(linkage: Linkage) -> Start:
     """Compute the velocities at t = 0; raise a KinematicsError at a dead centre or if they contradict each other."""
-    rigid, flexible = compute_jacobians(linkage)
+    rigid, flexible = compute_jacobians(linkage, linkage.reference)
     right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)  # speeds of the drives, 0 in other rows
     stations = Stations(linkage.mechanism)
     for name, row, by_stations, value in _velocity_rows(linkage, stations):
@@ -121,10 +119,8 @@ def start(linkage: Linkage) -> Start:
     gap = float(np.abs(residual).max(initial=0.0))
     if gap > EXACT * scale:
         involved = ", ".join(f"'{name}'" for name in involved_elements(names, residual))
-        cause = f"{involved} contradict each other, or the linkage is at a dead centre"
-        too_many = name_surplus_drives(linkage)
-        hint = f"; {too_many}" if too_many else ""
-        raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {cause}{hint}")
+        reasons = [f"{involved} contradict each other, or the linkage is at a dead centre", name_surplus_drives(linkage)]
+        raise KinematicsError(f"velocities at t = 0 s do not exist (gap {gap:.3g}): {'; '.join(filter(None, reasons))}")
     rates = _least_energy(mass_matrix(linkage), rigid, right - flexible @ weighted).reshape(-1, 3)
     velocities = np.einsum("kij,kj->ki", stations.axes, weighted.reshape(-1, 3))
     additional: dict[str, dict[str, Array]] = {}
