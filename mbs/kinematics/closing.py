@@ -86,13 +86,8 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
 
 
 def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
-    """Return True if a second pose closes the loops at a time, close to the pose q.
-
-    Newton's method starts from six poses, displaced from q along the right singular vector of the Jacobian's least singular
-    value. They lie up to four times `distance` away, the size of the step that ends at q and has passed a singular pose.
-    """
-    jacobian = linkage.jacobian(q)
-    direction = np.linalg.svd(jacobian)[2][-1].reshape(q.shape)
+    """Return True if a second pose closes the loops near the pose q, at the end of a step of length `distance`."""
+    direction = np.linalg.svd(linkage.jacobian(q))[2][-1].reshape(q.shape)  # singular vector of the least singular value
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):  # to both sides, as the distance of the other branch is unknown
         other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])

@@ -1,9 +1,9 @@
 """Linkages whose constraints alone determine the motion: loop closure over time, forces by inverse dynamics, no integration.
 
-Coordinates q (times, links, 3), (x, y, angle) of each link's start, close the loops, C(q, t) = 0. With J = dC/dq rates solve
-J q_t = -C_t and J q_tt = gamma - C_tt, gamma quadratic in q_t. The rows exert the forces J^T mu, and their multipliers mu solve
-M q_tt = f + J^T mu, M the mass and f applied forces. The only error is rounding. Steps in time, predicted by q, q_t and q_tt,
-serve to stay on the branch of the start. Their ends are called anchors; other times start from poses interpolated between them.
+Coordinates q (times, links, 3) close the loops, and rates solve the equations of `scene.linkage`. The rows exert the forces
+J^T mu, and their multipliers mu solve M q_tt = f + J^T mu, M the mass and f applied forces. The only error is rounding. Steps
+in time, predicted by q, q_t and q_tt, serve to stay on the branch of the start. Their ends are called anchors; other times start
+from poses interpolated between them.
 """
 
 from collections.abc import Callable
@@ -56,11 +56,9 @@ class Follower:
         deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = lambda: False,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
-        scene = Scene.of(mechanism)
-        self.linkage = scene.linkage.limit_drives(duration)  # a drive may be known up to the end only
+        self.linkage = Scene.of(mechanism).linkage.limit_drives(duration)  # a drive may be known up to the end only
         # factors (links, 3), in the order of coordinates, with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
-        self.undetermined = scene.undetermined
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
@@ -137,8 +135,9 @@ class Follower:
             _, position, *rates = self._point_motion(course, i, complex(*(origin - linkage.reference[i, :2])))
             travels = (values @ np.array(guide.along) for values in (position - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        rule = corrected_trapezoidal  # by which the record integrates powers over time
-        return Record(mechanism, course.time, links, blocks, rule=rule, undetermined=self.undetermined)
+        undetermined = Scene.of(mechanism).undetermined
+        # the record integrates powers over time by the rule
+        return Record(mechanism, course.time, links, blocks, rule=corrected_trapezoidal, undetermined=undetermined)
 
     def _point_motion(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
         """Compute arm, place, velocity, acceleration (times, 2) of a point of link i from its arm at t = 0, a complex number."""
@@ -178,12 +177,11 @@ class Follower:
         """Compute M q_tt less the weight, (times, links, 3)."""
         linkage, gravity = self.linkage, np.array(self.linkage.mechanism.gravity)
         total = np.zeros_like(course.q)
-        for part in carried_masses(linkage):
-            i = part.link
-            arms, _, _, acceleration = self._point_motion(course, i, part.arm)
-            force = part.mass * (acceleration - gravity)
+        for i, mass, inertia, arm in carried_masses(linkage):
+            arms, _, _, acceleration = self._point_motion(course, i, arm)
+            force = mass * (acceleration - gravity)
             total[:, i, :2] += force
-            total[:, i, 2] += cross(arms, force) + part.inertia * course.q_tt[:, i, 2]
+            total[:, i, 2] += cross(arms, force) + inertia * course.q_tt[:, i, 2]
         return total
 
     def _applied_forces(self, record: Record) -> Array:

@@ -12,9 +12,6 @@ from ..scene.linkage import Linkage, involved_elements
 from ..scene.remarks import independent_rows
 from ..scene.scene import Scene
 
-IN_LINE = 0.3
-"""Sine of the angle between two links below which they count as in line: chosen. A run ends shortly before the pose."""
-
 
 def explain_singularity(linkage: Linkage, q: Array, rows: Array) -> str:
     """Explain a singular pose in words: links in line, a link square to a guide, or elements whose rows are dependent there."""
@@ -22,14 +19,14 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array) -> str:
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints}
     for first, second in combinations([link.name for link in mechanism.links], 2):
         angle = q[linkage.index[first], 2] - q[linkage.index[second], 2]
-        if frozenset((first, second)) in joined and abs(np.sin(angle)) < IN_LINE:
+        if frozenset((first, second)) in joined:
             found.append((abs(np.sin(angle)), f"{first} and {second} in line"))
     for guide in mechanism.guides:
         angle = q[linkage.index[guide.link], 2] - np.arctan2(guide.along[1], guide.along[0])
-        if abs(np.cos(angle)) < IN_LINE:
-            found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
-    if found:
-        return min(found)[1]
+        found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
+    least, description = min(found, default=(np.inf, ""))
+    if least < 0.3:  # chosen, as a run ends shortly before the pose
+        return description
     # `rows` are independent in other poses; the weights are those of a sum of them that nearly vanishes in this one
     weights = np.linalg.svd(linkage.jacobian(q)[rows])[0][:, -1]
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others

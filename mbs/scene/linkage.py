@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -213,29 +213,23 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
     return max((abs(float(motion.speed(t))) for motion in motions for t in times), default=0.0)
 
 
-class LinkMass(NamedTuple):
-    """Mass [kg] and inertia about its centre [kg m^2] of link number `link`; the arm [m] leads from its start there at t = 0."""
+def carried_masses(linkage: Linkage) -> Iterator[tuple[int, float, float, complex]]:
+    """Yield the masses of links, blocks of guides, and elements on links; a block is a point mass of the guided link.
 
-    link: int
-    mass: float
-    inertia: float
-    arm: complex
-
-
-def carried_masses(linkage: Linkage) -> Iterator[LinkMass]:
-    """Yield the masses of links, blocks of guides, and elements on links; a block is a point mass of the guided link."""
+    Each has the index of its link, mass [kg], inertia about its centre [kg m^2], and the arm from the link's start at t = 0 [m].
+    """
     mechanism = linkage.mechanism
     for link in mechanism.links:
         i = linkage.index[link.name]
         mass, inertia, centre = link.body.mass_properties(mechanism.length(link.name))
-        yield LinkMass(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
+        yield i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2])
     burdens = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
     for element in mechanism.elements().values():
         burdens += element.burdens(mechanism)
     for reference, mass, inertia in burdens:
         body, point = place(reference)
         i = linkage.index[linkage.carrying_link(body)]
-        yield LinkMass(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
+        yield i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2])
 
 
 def mass_matrix(linkage: Linkage) -> Array:

@@ -162,7 +162,9 @@ def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, 
         if isinstance(value, float):
             link, point, equations = name, "", [((0.0, 0.0, 1.0), value)]
         else:
-            link, point = carrier(linkage.mechanism, name)
+            body, point = place(name)  # no body if it names a point alone
+            holders = [link.name for link in linkage.mechanism.links if point in link.points]
+            link = body if body not in ("", GROUND) else holders[0]
             x, y = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
             equations = [((1.0, 0.0, -y), value[0]), ((0.0, 1.0, x), value[1])]
         for by_rates, rate in equations:
@@ -172,11 +174,3 @@ def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, 
                 k = stations.numbers[link, point]
                 by_stations[k] = by_rates[:2] @ stations.axes[k][:2]
             yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(rate)
-
-
-def carrier(mechanism: Mechanism, reference: str) -> tuple[str, str]:
-    """Return link and point of a reference to a point: the link that it names, else the first link with the point."""
-    body, point = place(reference)  # parts of the text; no body if it names a point alone
-    if body and body != GROUND:
-        return body, point
-    return next(link.name for link in mechanism.links if point in link.points), point

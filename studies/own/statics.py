@@ -18,7 +18,6 @@ from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.scene.linkage import rank
 from buckler.mbs.scene.scene import Scene
-from buckler.mbs.scene.start import compute_jacobians
 from buckler.mbs.schema import schema
 from buckler.mbs.sensitivity.numbers import find_entry
 from buckler.mbs.spectral.beforehand import compile_all
@@ -168,7 +167,8 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
 def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
     """Count coordinates, constraints and independent constraints: links are rigid, joints ideal, drives free. None if unknown."""
     try:
-        rows, _ = compute_jacobians(Scene.of(replace(mechanism, drives=(), velocities={})).linkage)
+        linkage = Scene.of(replace(mechanism, drives=(), velocities={})).linkage
+        rows = linkage.jacobian(linkage.reference)
         return rows.shape[1], rows.shape[0], rank(rows)
     except (ValueError, AttributeError):  # a user's element may lack the methods that give its equations
         return None
