@@ -20,8 +20,6 @@ from ..spectral.linear import Factors, SingularError
 
 EPS = float(np.finfo(float).eps)
 """Relative rounding of floating-point numbers."""
-SPARSE_UNKNOWNS = 220
-"""Number of unknowns from which linear equations are sparse: there dense and sparse solvers take the same time."""
 SPARSE_COORDINATES = 300
 """Number of coordinates from which M and K are sparse, and only the lowest eigenvalues are computed: chosen."""
 LOWEST_COUNT = 20
@@ -86,8 +84,7 @@ def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
     blocks: list[object] = [eye_array(len(free))]
     for columns in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         block = rows[:, columns].toarray()
-        no_units = np.ones(len(columns))  # the rows are scaled already
-        blocks.append(null_space(block[block.any(axis=1)], no_units))
+        blocks.append(null_space(block[block.any(axis=1)], np.ones(len(columns))))  # the rows are scaled already
     coordinates = np.concatenate([free, constrained[order]])  # of the rows of the block diagonal, which argsort puts in order
     return csr_array(units[:, None] * csr_array(block_diag(blocks))[np.argsort(coordinates)])
 

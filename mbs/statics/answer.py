@@ -29,8 +29,7 @@ CRITICAL_ACCURACY = 1e-6
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
 FIRST_STEP = 0.02
-"""Default arc length of the first step of a path. A change of all coordinates by the mechanism's size or 1 rad has length 1;
-so has one of the parameter by its range; see `arc`."""
+"""Default arc length of the first step of a path; a change of the parameter by its range has length 1, see `arc`."""
 MAX_STEP = 0.1
 """Default arc length of the longest step of a path: at least ten cover the parameter's range."""
 

@@ -23,8 +23,6 @@ NEAR = 1e-9
 """Change in the metric of the path that counts as zero: chosen."""
 CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
-STENCIL = 1e-2
-"""Tolerance of the rough root at a crossing of paths, and half the spacing of the points about it, both relative to the step."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, relative to the step, at which it is on the path."""
 CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
@@ -55,9 +53,8 @@ class Arc:
 
     def direction(self, rest: Rest, before: Array | None) -> Array:
         """Return the unit tangent of the path at an equilibrium, oriented as the direction `before`, or towards the end."""
-        normal = self.metric * before if before is not None else np.zeros(len(self.metric))
-        if before is None:
-            normal[-1] = 1.0 / self.span  # with its sign: towards the end
+        towards_end = np.append(np.zeros(len(self.metric) - 1), 1.0 / self.span)
+        normal = towards_end if before is None else self.metric * before
         tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # the matrix has the unknown p/unit
         return np.asarray(tangent / self.size(tangent))
 
@@ -176,10 +173,11 @@ class Arc:
         """Find the root of a function that is zero where paths cross, by interpolation, as Newton's matrix is singular there."""
         if function(step.rest) * function(step.new) > 0.0:
             return None
-        stencil, spacing = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0]), 2.0 * STENCIL * step.arc
+        stencil = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
+        tolerance = 1e-2 * step.arc  # of the rough root; half the spacing of the points about it
         try:
-            rough = self._find_rough_root(step, function, STENCIL * step.arc)
-            rests = [self.equilibrium_at(step, rough + spacing * point) for point in stencil]
+            rough = self._find_rough_root(step, function, tolerance)
+            rests = [self.equilibrium_at(step, rough + 2.0 * tolerance * point) for point in stencil]
         except StaticsError:
             return self.find_root(step, function)
         values = [function(rest) for rest in rests]

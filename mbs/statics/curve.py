@@ -2,9 +2,8 @@
 
 The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T.
 Constraints leave f free coordinates; equations are solved for 2 f + 1 changes: of these, of their rates and of p. A tangent
-(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In its length, and so in
-arcs, coordinates and rates are also divided by the size of the motion. At critical points multipliers, eigenvalues of dP/dx,
-pass 1 or -1.
+(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In its length, and so in arcs,
+coordinates and rates are also divided by the size of the motion.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,8 +27,6 @@ from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, find_multipliers
 from .varied import Paced
 
-SHORTEST = 1e-5
-"""Arc length at which a failing step is not shortened any more, so that continuation ends: after some ten failures."""
 NARROW = 1e-3
 """Arc length, or change of the parameter over its range, from which a step may not turn far nor change multipliers much."""
 
@@ -108,10 +105,8 @@ class ResponseCurve:
         size = max(1e-3, shooting.largest_range(out))  # 1e-3: at rest the metric would be singular
         metric = np.append(np.full(len(slope), size**-2.0), 1.0)
         scaled = self._scaled_basis(basis)
-        if before is None:  # increase p over its range; the motion must not lie at a fold
-            normal = np.append(np.zeros(len(slope)), 1.0)
-        else:
-            normal = metric * (before @ scaled)
+        towards_end = np.append(np.zeros(len(slope)), 1.0)  # increases p over its range; the motion must not lie at a fold
+        normal = towards_end if before is None else metric * (before @ scaled)
         # jacobian @ direction = 0, normal @ direction = 1
         direction = solve(np.vstack([jacobian, normal]), np.append(np.zeros(len(slope)), 1.0))
         tangent = scaled @ direction / np.sqrt(metric @ direction**2)
@@ -247,7 +242,7 @@ class ResponseCurve:
             except USER_STOPS:
                 return orbits, criticals, "stopped"
             except StaticsError:
-                if arc <= SHORTEST:
+                if arc <= 1e-5:  # after some ten failures
                     return orbits, criticals, "singular"
                 arc *= 0.4  # repeat the step, which failed, must be shorter or has a critical point not found; 0.4: chosen
                 continue

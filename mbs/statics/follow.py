@@ -6,6 +6,7 @@ A path is followed by the steps of `arc`, with strips of a higher degree until t
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
 
@@ -24,8 +25,6 @@ from .varied import Varied, problem_over
 
 Branch = tuple[str, str, tuple[float, float]]
 """Link, point and direction (x, y): the branch along which the point moves in the direction is followed."""
-DEGREE = 12
-"""Degree of the strips of the first path; refined paths have a higher one."""
 
 
 @watch("steps")
@@ -104,7 +103,7 @@ def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
 
 def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
     """Increase the degree, unless it is given, until critical points and the end do not change."""
-    found, keeps_degree = run(degree or DEGREE), degree is not None
+    found, keeps_degree = run(degree or 12), degree is not None  # 12, chosen: of the first path; refined ones have a higher one
     if not found.scene.strips:
         found.errors.update(_errors(found, found))  # zeros: nothing depends on the degree
         return found
@@ -132,10 +131,8 @@ def _errors(a: Path, b: Path) -> dict[str, Array]:
     """Return differences of parameters at critical points by name, infinite for points of one path only, and of the 'end'."""
     out = {}
     for name in ("limits", "branchings", "flutter"):
-        points = [np.array(getattr(path, name)) for path in (a, b)]
-        count = max(map(len, points))
-        padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in points]
-        out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
+        pairs = zip_longest(getattr(a, name), getattr(b, name), fillvalue=np.inf)
+        out[name] = np.array([abs(x - y) for x, y in pairs])
     if a.ended != "reached" or b.ended != "reached":  # the paths end at different parameters
         return out
     # by convention the points of the first link with mass stand for the whole pose

@@ -1,8 +1,7 @@
 """Equations of equilibrium of a mechanism, f(q) = G^T lambda and g(q) = 0, with a parameter of loads or of a drive.
 
 Coordinates q (n,) have units: the longest link for lengths, 1 rad for angles. Multipliers lambda (r,) belong to the rows of the
-constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q. A `Rest` is a trial state as well,
-which Newton's method improves.
+constraints g, whose Jacobian is G. K is the derivative of -f + G^T lambda by q.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,7 +20,7 @@ from ..spectral.scene import CompiledScene
 from ..spectral.strips import PLAIN as STRESSES_BY_COORDINATES
 from ..spectral.strips import RENEWED as STRESSES_ARE_UNKNOWNS
 from ..spectral.tables import Report, State
-from .algebra import DEPENDENT, EPS, LOWEST_COUNT, SPARSE_UNKNOWNS, Matrix, least_squares, solve
+from .algebra import DEPENDENT, EPS, LOWEST_COUNT, Matrix, least_squares, solve
 from .spectrum import ROUNDING, Spectrum, Tangent, spectrum
 
 LONGEST_STEP = 0.3
@@ -39,7 +38,7 @@ SEARCH_STOPS = (StaticsError, *USER_STOPS)
 
 
 class Rest(NamedTuple):
-    """State of the statics, mostly an equilibrium: coordinates q (n,), multipliers lambda (r,), parameter p."""
+    """State of the statics, an equilibrium or a trial one: coordinates q (n,), multipliers lambda (r,), parameter p."""
 
     q: Array
     multipliers: Array
@@ -103,9 +102,8 @@ class Problem:
     def assemble(self, rest: Rest, tangents: bool = True) -> Equations:
         """Assemble forces, constraints and their derivatives at a state."""
         self.set_parameter(rest.parameter)
-        scene = self.scene
-        sparse = scene.size + len(rest.multipliers) >= SPARSE_UNKNOWNS
-        return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
+        sparse = self.scene.size + len(rest.multipliers) >= 220  # where dense and sparse solvers take the same time
+        return self.scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Equations]:
         """Return the residuals f - G^T lambda and g with the assembly."""

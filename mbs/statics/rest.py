@@ -4,8 +4,7 @@ Pseudo-transient continuation takes implicit Euler steps of growing length tau [
 
     [M/tau + K, G^T; G, 0] [dq; lambda] = [f; -g].
 
-For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). Units of coordinates are
-the longest link and 1 rad, their extents the size of the whole mechanism and 1 rad.
+For large tau they are steps of Newton's method (Kelley and Keyes 1998, doi 10.1137/S0036142996304796). Symbols: see `problem`.
 """
 
 from contextlib import suppress
@@ -27,8 +26,6 @@ from .problem import BALANCED, SEARCH_STOPS, Problem, Rest, StaticsError, distan
 
 TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
-LEAST_INCREMENT = 1e-4
-"""Smallest increment of the load, over the load: chosen."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
 ROUNDING = 1e-9
@@ -209,10 +206,11 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
             stays_stable = is_near and problem.spectrum(new, count=1).stable
         except StaticsError:
             is_near = stays_stable = False
-        may_be_unstable = not stable or increment < LEAST_INCREMENT  # it was unstable, or becomes so in any increment
+        is_least = increment < 1e-4  # of the load: chosen
+        may_be_unstable = not stable or is_least  # it was unstable, or becomes so in any increment
         if is_near and (stays_stable or may_be_unstable):
             rest, reached, increment, stable = new, reached + increment, 2.0 * increment, stays_stable
-        elif increment < LEAST_INCREMENT:
+        elif is_least:
             break
         else:  # it moved far or lost stability: Newton's method may have left the path
             increment *= 0.5

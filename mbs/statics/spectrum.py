@@ -11,6 +11,7 @@ and z. The condition number of s is |y|^T (|s^2 M|+|s C|+|K|) |z| / |y^H (2 s M 
 (doi 10.1137/S0036144500381988). Eigenvalues below their rounding error count as zero.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Self
@@ -77,13 +78,11 @@ class Tangent:
     def definite(self) -> bool:
         """True if the energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); always False for sparse matrices."""
         k = self.reduce(self.stiffness)
-        if issparse(k) or not self.conservative:
-            return False
-        try:
-            np.linalg.cholesky(k)
-        except np.linalg.LinAlgError:
-            return False
-        return True
+        if not issparse(k) and self.conservative:
+            with suppress(np.linalg.LinAlgError):
+                np.linalg.cholesky(k)
+                return True
+        return False
 
     def reduce(self, matrix: Matrix) -> Matrix:
         """Project a matrix onto the free coordinates."""

@@ -22,8 +22,7 @@ class Frequencies(Answer):
 
     At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
     (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the largest of rounding, the change by a higher degree
-    of the strips, and the change by kinks of laws. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth' or
-    'flutter'. `stable` is True if no small motion grows.
+    of the strips, and the change by kinks of laws. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth', 'flutter'.
     """
 
     scene: CompiledScene
@@ -82,8 +81,8 @@ def frequencies(
         about = about or equilibrium(mechanism, degree=degree)
         if about.status not in (Ending.OK, Ending.UNSTABLE, Ending.INACCURATE):
             return _make_failure(about.scene, about.status, about.message)
-        problem, rest = Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load)
-        return _refine(problem, rest, int(count), degree is not None)
+        rest = Rest(about.q, about.multipliers, about.load)
+        return _refine(Problem(about.scene, loads_of(about.scene)), rest, int(count), degree is not None)
     except USER_STOPS:
         scene = about.scene if about else CompiledScene.of(mechanism, degree)
         return _make_failure(scene, Ending.NOT_REACHED, "none was found yet")
