@@ -89,8 +89,7 @@ class Force(Stateful):
 
     def acting(self, name: str, record: Recorded, times: Array) -> Array:
         """Return the force (times, 2) [N]."""
-        values = self.evaluate(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
-        followed = self.turns_with(record.mechanism)
+        values, followed = self.evaluate(name, record, times), self.turns_with(record.mechanism)
         if followed is None:
             return values
         angle, _ = record.turn(followed)  # since t = 0
@@ -156,17 +155,13 @@ class Torque(Stateful):
         """Return the point reference at which the torque acts."""
         return angle_reference(mechanism, self.link)
 
-    def acting(self, name: str, record: Recorded, times: Array) -> Array:
-        """Return the torque (times,) [N m]."""
-        return self.evaluate(name, record, times) if callable(self.value) else np.full_like(times, self.value)
-
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """Return the torque."""
-        return Push(self.loaded_point(record.mechanism), np.zeros((len(times), 2)), self.acting(name, record, times))
+        return Push(self.loaded_point(record.mechanism), np.zeros((len(times), 2)), self.evaluate(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque [N m], and the states."""
-        yield Signal(f"{name}.torque", self.acting(name, record, record.time), "N m", Kind.INTERNAL)
+        yield Signal(f"{name}.torque", self.evaluate(name, record, record.time), "N m", Kind.INTERNAL)
         yield from self.state_signals(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:

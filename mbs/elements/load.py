@@ -145,7 +145,9 @@ class Stateful(Load):
         Function(names, size=len(self.states.initial)).check_call(f"{self.where}: states.rates", self.states.rates, start)
 
     def evaluate(self, name: str, record: Recorded, times: Array) -> Array:
-        """Evaluate the function `value` at `times` with motion and states of the samples, (times,) or (times, components)."""
+        """Evaluate the load at `times` with motion and states of the samples, (times,) or (times, components)."""
+        if not callable(self.value):
+            return np.array([self.value] * len(times))
         if self.states is None:
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         states, _ = self._read_states(name, record)
