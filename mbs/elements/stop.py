@@ -143,11 +143,6 @@ class Stop(Element):
             travel, rate = self._travel(record, self.face_normal(mechanism))
         return side * (travel - distance), side * rate
 
-    def sliding(self, record: Recorded) -> Array:
-        """Return the speed of the point along the face, positive to the left of the normal, (times,) [m/s]."""
-        x, y = self.face_normal(record.mechanism)
-        return self._travel(record, (-y, x))[1]
-
     def _travel(self, record: Recorded, line: tuple[float, float]) -> tuple[Array, Array]:
         """Return the travel since t = 0 [m] along a direction that turns with the face, and its rate [m/s], each (times,)."""
         mechanism, origin = record.mechanism, self.origin(record.mechanism)
@@ -174,8 +169,9 @@ class Stop(Element):
             yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def _drag(self, name: str, record: Recorded) -> tuple[Array, Array]:
-        """Return friction [N], which opposes the sliding, and sliding speed [m/s], each (times,)."""
-        sliding = self.sliding(record)
+        """Return friction [N], which opposes the sliding, and sliding speed to the left of the normal [m/s], each (times,)."""
+        x, y = self.face_normal(record.mechanism)
+        _, sliding = self._travel(record, (-y, x))
         return np.asarray(self.friction.coefficient(sliding) * record.channel(name, "force")[:, 0]), sliding
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[DepthLimit]:
