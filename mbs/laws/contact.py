@@ -95,11 +95,7 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
 
 
 FIRST_CODE = journal.GAP + 1
-"""First column of both laws in a joint's row of numbers: kinds and addresses, integers whose bits are stored as floats."""
-FIRST_FLOAT = FIRST_CODE + 2 * CODES
-"""First column of the floats of both laws in a joint's row of numbers."""
-END = FIRST_FLOAT + 2 * NUMBERS
-"""Number of columns of a joint's row of numbers."""
+"""First column of both laws in a joint's row of numbers: kinds and addresses, integers stored bit by bit, then floats."""
 REPORT_COLUMNS = len(journal.COLUMNS)
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 """Rows of the two laws of a joint in its table of laws."""
@@ -168,7 +164,8 @@ class _PairTable:
 
 
 def _laws_of(numbers: Array) -> Laws:
-    codes, floats = numbers[FIRST_CODE:FIRST_FLOAT].view(np.int64), numbers[FIRST_FLOAT:END]
+    first_float = FIRST_CODE + 2 * CODES
+    codes, floats = numbers[FIRST_CODE:first_float].view(np.int64), numbers[first_float:]
     return Laws(codes.reshape(2, CODES), floats.reshape(2, NUMBERS))
 
 
