@@ -13,14 +13,12 @@ import dataclasses
 import inspect
 from collections.abc import Mapping
 from math import inf
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any, dataclass_transform
 
 from .compound import Direction, Either, Several, Vector
-from .declared import DECLARED, MISSING, declarations
+from .declared import DECLARED, MISSING, Class, declarations
 from .parts import Part
 from .spec import Choice, Flag, Name, Nothing, Quantity, Spec, Whole
-
-Class = TypeVar("Class", bound=type)
 
 
 def field(

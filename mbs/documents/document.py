@@ -7,7 +7,7 @@ words are keys of tables, the number of an entry in brackets, or a name that the
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import getitem
 from pathlib import Path
@@ -21,24 +21,22 @@ NAMING = ("point", "link", "target", "a", "name")
 """Keys of an entry by whose values a path may name the entry; `a` is the first end of a spring."""
 
 
-def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) -> None:
-    """Append the lines of the table at a path: values that fit on one line, then tables and lists of tables under titles."""
+def _lines(content: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
+    """Yield the lines of the table at a path: values that fit on one line, then tables and lists of tables under titles."""
     tables = {name: each for name, each in content.items() if _is_table(name, each)}
-    for name, each in content.items():
-        if name not in tables:
-            lines.append(f"{_key(name)} = {_inline(each)}")
+    yield from (f"{_key(name)} = {_inline(each)}" for name, each in content.items() if name not in tables)
     for name, each in tables.items():
         inner = (*path, name)
         title = ".".join(map(_key, inner))
         if isinstance(each, Mapping):
             has_only_tables = bool(each) and all(isinstance(v, Mapping) and _is_table(key, v) for key, v in each.items())
             if not has_only_tables:  # the titles of inner tables imply that of the outer one
-                lines += ["", f"[{title}]"]
-            _write(each, inner, lines)
+                yield from ("", f"[{title}]")
+            yield from _lines(each, inner)
         else:
             for entry in each:
-                lines += ["", f"[[{title}]]"]
-                _write(entry, inner, lines)
+                yield from ("", f"[[{title}]]")
+                yield from _lines(entry, inner)
 
 
 def _is_table(name: str, each: object) -> bool:
@@ -82,9 +80,7 @@ def write(content: Mapping[str, object], path: Path) -> Path:
 def text(content: Mapping[str, object], ending: str) -> str:
     """Return the text of a document in a file with an ending."""
     if ending == ".toml":
-        lines: list[str] = []
-        _write(content, (), lines)
-        return "\n".join(lines).lstrip("\n") + "\n"
+        return "\n".join(_lines(content, ())).lstrip("\n") + "\n"
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

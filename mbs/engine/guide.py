@@ -16,6 +16,7 @@ from ..mechanism import Mechanism
 from ..record.record import BlockMotion, Record
 from . import System
 from .guarded import watch
+from .loads import add_coordinate_force
 from .placed import EngineBody, EngineStates, History
 from .scene import EngineScene
 
@@ -163,11 +164,11 @@ class ReactionFriction:
         mean_speed = (travel - last_travel) / h if h > 0 else speed
         return float(self.law.after(deflection, mean_speed, max(h, 0.0)))
 
-    def __call__(self, _system: System, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
-        """Return the friction against the speed [N], as the engine's callback."""
+    def __call__(self, _system: System, t: float, travel: float, speed: float) -> float:
+        """Return the friction along the guide [N], as a force of `add_coordinate_force`."""
         fx, fy = self.data.GetAECoordinates()[self.rows]
         normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
-        return float(self.law.coefficient(speed, self.bristle(t, travel, speed)) * normal)
+        return -float(self.law.coefficient(speed, self.bristle(t, travel, speed)) * normal)
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update the memory after an accepted step; return a copy."""
@@ -186,6 +187,4 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
     if not has_bristle:  # friction acts at t = 0 already; a bristle is undeflected then, and has none
         scene.initial_multipliers_lack_friction = True
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
-    markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
-    item = eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, springForceUserFunction=force)
-    scene.system.AddObject(item)
+    add_coordinate_force(scene, scene.coordinate_marker(guide.point, 0), force)

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from math import nan
 from time import perf_counter
+from typing import Any
 
+import exudyn as exu
 import numpy as np
 
 from ..geometry import Array
@@ -25,6 +27,8 @@ class Recorder:
         self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
     ) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
+        is_explicit = scene.source.is_explicit_in_exudyn  # rigid links with clearance in all joints, without constraints
+        self.engine: Any = exu.MainSolverExplicit() if is_explicit else exu.MainSolverImplicitSecondOrder()
         self.stops = list(scene.stops.values())
         self.updated: list[WithMemory] = [force for force in scene.with_memory if force.updates_memory]
         self.constrained = self.data.AEsize() > 0

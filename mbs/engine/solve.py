@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 import exudyn as exu
 
@@ -25,7 +24,7 @@ With 100 a rattling four-bar linkage takes 25 % fewer steps and has ten times th
 implicit integrator."""
 
 
-def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> Failure | None:
+def run_engine(scene: EngineScene, control: Recorder, settings: exu.SimulationSettings) -> Failure | None:
     """Integrate with the engine; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
     keeps_jacobian = not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep
@@ -35,7 +34,7 @@ def run_engine(scene: EngineScene, control: Recorder, engine: Any, settings: exu
     finished = False
     with catch_ctrl_c() as control.is_interrupted:
         try:
-            finished = engine.SolveSystem(scene.system, settings)
+            finished = control.engine.SolveSystem(scene.system, settings)
         except exu.ExudynError as error:
             engine_error = error
     if control.callback_error is not None:
@@ -115,15 +114,18 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
         if count <= steps.max_steps:  # else controlled steps, which may be fewer than max_steps
             solver = replace(solver, steps=Equal(count))
     start = perf_counter()
-    control, engine, settings = _choose_integrator(scene, solver, duration, timeout, progress)
-    failure = run_engine(scene, control, engine, settings)
+    is_explicit = scene.source.is_explicit_in_exudyn
+    is_controlled = isinstance(solver.steps, Controlled) and not is_explicit
+    control = (StepControl if is_controlled else Recorder)(scene, solver, duration, timeout, progress)
+    settings = (explicit_settings if is_explicit else implicit_settings)(scene, solver, duration)
+    failure = run_engine(scene, control, settings)
     wall = perf_counter() - start
     history = control.history(scene)
     work = {
         "wall_s": wall,
         "steps": float(len(history.time) - 1),
-        "newton_iterations": float(engine.it.newtonStepsCount),
-        "jacobians": float(engine.it.newtonJacobiCount),
+        "newton_iterations": float(control.engine.it.newtonStepsCount),
+        "jacobians": float(control.engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
     }
     record = scene.record(history)
@@ -133,16 +135,3 @@ def run_once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: flo
         end = f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
         failure = Failure(Status.ENGINE_ERROR, end)
     return Run(solver, record, failure, work, scene.summary(), [*scene.source.remarks, *scene.notes])
-
-
-def _choose_integrator(
-    scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
-) -> tuple[Recorder, Any, exu.SimulationSettings]:
-    """Return callbacks, engine and settings: explicit for rigid links with clearance in all joints, without constraints."""
-    if scene.source.is_explicit_in_exudyn:
-        recorder = Recorder(scene, solver, duration, timeout, progress)
-        return recorder, exu.MainSolverExplicit(), explicit_settings(scene, solver, duration)
-    engine, settings = exu.MainSolverImplicitSecondOrder(), implicit_settings(scene, solver, duration)
-    if isinstance(solver.steps, Controlled):
-        return StepControl(scene, solver, duration, engine, timeout, progress), engine, settings
-    return Recorder(scene, solver, duration, timeout, progress), engine, settings

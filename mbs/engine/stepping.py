@@ -8,7 +8,6 @@ beta = 1/6 (Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907). The second, a
 
 from typing import cast
 
-import exudyn as exu
 import numpy as np
 
 from ..elements.stop import GRAZE
@@ -29,12 +28,10 @@ class StepControl(Recorder):
     """Callbacks of an implicit run with controlled steps: a `Recorder` that also accepts or rejects steps and sets their size."""
 
     def __init__(
-        self, scene: EngineScene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder,
-        timeout: float | None, progress: Progress | None,
-    ) -> None:  # fmt: skip
+        self, scene: EngineScene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None
+    ) -> None:
         super().__init__(scene, solver, duration, timeout, progress)
         steps = cast(Controlled, solver.steps)
-        self.engine = engine
         scene.system.SetPostNewtonUserFunction(self.after_newton)
         self.scales = np.zeros(self.data.ODE2Size())  # displacement [m] per unit of each coordinate
         for placed in scene.placed.values():

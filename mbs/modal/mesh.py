@@ -45,11 +45,7 @@ def bar_grid(length: float, depth: float, width: float, elements: Sequence[int])
 
 
 def read_mesh(file: MeshFile) -> tuple[object, float]:
-    """Read a mesh in any format of meshio; return it in link axes [m], with the distance of the joints [m].
-
-    A ValueError names the fault: meshio cannot read the file; cells are of several kinds or inverted; parts are separate; nodes
-    hang; joints coincide; the file's `normal` is not normal to the link; a planar mesh is out of the plane of motion.
-    """
+    """Read a mesh in any format of meshio; return it in link axes [m], with the distance of the joints [m]."""
     where = f"mesh '{file.path}'"
     mesh = _read(file.path)
     kind, cells = _cells_of(mesh, where)

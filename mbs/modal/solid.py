@@ -19,8 +19,6 @@ MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """Motions of cross-sections by which modes are classified; the first two are in the plane of motion."""
 SLABS = 24
 """Number of slices, normal to the link, whose rigid motions classify a mode: four in a half-wave of the sixth bending mode."""
-SECOND_ORDER = {"MeshTet": "ElementTetP2", "MeshHex": "ElementHex2", "MeshTri": "ElementTriP2", "MeshQuad": "ElementQuad2"}
-"""Names of scikit-fem's elements of second order, by the name of a mesh less its degree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +72,8 @@ def assemble(grid: Any, length: float, material: Material, width: float = 1.0) -
 
     nu = number("poisson", material.poisson, -0.999, 0.499, "1")
     mesh, degree = type(grid).__name__[:-1], type(grid).__name__[-1]  # MeshTet1 has straight cells, MeshTet2 curved ones
-    element = getattr(fem, SECOND_ORDER[mesh])()
+    second_order = {"MeshTet": "TetP2", "MeshHex": "Hex2", "MeshTri": "TriP2", "MeshQuad": "Quad2"}
+    element = getattr(fem, f"Element{second_order[mesh]}")()
     order = 4 if degree == "1" else 6  # of the quadrature; more for curved cells
     basis, vectors = (fem.Basis(grid, kind, intorder=order) for kind in (element, fem.ElementVector(element)))
     planar = grid.p.shape[0] == 2
