@@ -122,8 +122,7 @@ def _check(tree: ast.expr) -> None:
     """Raise a ValueError for a signal outside of a statistic, and for a statistic within another or without a signal."""
     for call in _statistics(tree):
         name, (argument,) = call.func.id, call.args  # type: ignore[attr-defined]
-        has_signals, has_statistics = any(_signals(argument)), any(_statistics(argument))
-        if has_statistics or not has_signals:
+        if any(_statistics(argument)) or not any(_signals(argument)):
             raise ValueError(f"{name} takes a signal, or a formula of signals")
     within_statistics = Counter(name for call in _statistics(tree) for name in _signals(call))
     for name in Counter(_signals(tree)) - within_statistics:  # signals that stand more often in the whole formula

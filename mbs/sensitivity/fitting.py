@@ -29,10 +29,6 @@ BEST_STARTS = 2
 """Number of the best starts from which sums of squares are minimised; chosen."""
 MOST_EVALUATIONS = 60
 """Largest number of evaluations of a minimisation; chosen."""
-UNIDENTIFIED = 0.5
-"""Width of the 95 % interval of a number, over its range, above which the data do not identify it. A convention."""
-CORRELATED = 0.95
-"""Correlation of two numbers above which the data identify only a combination of them. A convention."""
 
 
 class Interval(NamedTuple):
@@ -169,10 +165,9 @@ def _find_best(problem: FitProblem, starts: int) -> Array:
             minima[tuple(x)] = problem.sum_of_squares(x)
     except USER_STOPS as stop:
         problem.stopped = str(stop)
-        if not ranked:
-            raise RunFailedError(f"{stop}, before any run ended") from None
     if not ranked:
-        raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}")
+        no_run = f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}"
+        raise RunFailedError(f"{problem.stopped}, before any run ended" if problem.stopped else no_run)
     found = minima or ranked
     return np.array(min(found, key=lambda point: found[point]))
 
@@ -244,13 +239,13 @@ def _answer(problem: FitProblem, best: Array, profiles: dict[str, ProfileLikelih
 
 
 def _list_unidentified(problem: FitProblem, best: Array, deviation: Array, correlation: Array) -> list[str]:
-    """List, in sentences, numbers that the data do not identify."""
+    """List, in sentences, numbers that the data do not identify. The limits 0.95 and 0.5 are conventions."""
     notes, names = [], problem.names
     for i, name in enumerate(names):
-        correlated = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > CORRELATED]
+        correlated = [other for k, other in enumerate(names) if k != i and abs(correlation[i, k]) > 0.95]
         if name in problem.blocked:
             notes.append(f"{name} is not identified: runs beside it fail ({problem.blocked[name]}).")
-        elif 2 * 1.96 * deviation[i] > UNIDENTIFIED:  # 1.96 deviations on each side: 95 % of a normal distribution
+        elif 2 * 1.96 * deviation[i] > 0.5:  # of the range: 1.96 deviations on each side are 95 % of a normal distribution
             reason = f"only together with {', '.join(correlated)}" if correlated else "the data hardly depend on it"
             notes.append(f"{name} is not identified: {reason}.")
         elif min(best[i], 1 - best[i]) < 1e-6:  # of the range; the search ends near a bound, not on it

@@ -43,8 +43,6 @@ ALLOWED: dict[str, tuple[str | None, int]] = {
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
-COUNTED = ("when", "begins", "ends", "peak")
-"""Functions whose last argument is an ordinal number n."""
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 """Pattern of the name of a signal in a formula, such as `crank-2.B.x`."""
 
@@ -117,7 +115,6 @@ def parse_reading(
     """Parse a formula; return its syntax tree, with names _0, _1, ... of signals, and the signals by these names."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
-
     shortened = text
     if signals:
         longest_first = sorted(map(re.escape, signals), key=len, reverse=True)
@@ -133,8 +130,9 @@ def parse_reading(
     except ValueError as error:
         message = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
         raise ValueError(f"{text}: {message}") from None
+    counted = ("when", "begins", "ends", "peak")  # functions whose last argument is an ordinal number
     for call in ast.walk(tree):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in COUNTED:
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in counted:
             name, count = call.func.id, ast.unparse(call.args[-1])
             if not re.fullmatch(r"\+?[1-9]\d*" if name == "when" else r"[+-]?[1-9]\d*", count):
                 last = "" if name == "when" else ", -1 the last"

@@ -143,10 +143,7 @@ class FitProblem:
         return np.inf if has_failed else float(np.sum(residuals**2))
 
     def jacobian(self, x: Array) -> Array:
-        """Compute derivatives of the residuals by the coordinates of the cube, shape (residuals, numbers).
-
-        Raise one of `FAILURES` if the run at the point itself fails.
-        """
+        """Compute derivatives of the residuals by the coordinates, (residuals, numbers); the run at the point must not fail."""
         residuals = self.compare(self.predict(x))
         return np.column_stack([self._slope(x, i, residuals) for i in range(len(x))])
 

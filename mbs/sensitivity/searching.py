@@ -34,21 +34,13 @@ BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought; chosen."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
-NARROW = 0.1
-"""Width of an interval over its larger end up to which the search goes for its middle, as for a value ± 5 %. Chosen."""
 WELL_INSIDE = 0.5
-"""Residual up to which a constraint is met well enough to end a search. The residual is 1 at the end of an interval, and falls
-towards its inside, see `Constraint.residual`. Chosen: with 0.05 and with 1 the tests meet their constraints, too."""
-FINER = 1 / 32
-"""Tolerances of the run that corrects the best point, over those of the search: with 10/32 a test misses its constraint."""
-WIDE = 0.02
-"""Width of the first differences, over the range of a number: they average ripples of a reading, as of an impact force."""
+"""Residual, 1 at the end of an interval, up to which a constraint is met well enough to end a search. Chosen: with 0.05 and with
+1 the tests meet their constraints, too."""
 CONSTRAINT = re.compile(
     r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
 )
 """Pattern of a constraint: a reading with a bound, or with a value and perhaps a tolerance."""
-
-
 Point = tuple[float, ...]
 """Rounded point of the unit cube."""
 
@@ -87,9 +79,9 @@ class Constraint(NamedTuple):
 
     @property
     def is_narrow(self) -> bool:
-        """True if the width of the interval is at most `NARROW` of its larger end."""
+        """True if the width of the interval is at most a tenth of its larger end, as for a value ± 5 %; chosen."""
         width = self.high - self.low
-        return isfinite(width) and width <= NARROW * max(abs(self.low), abs(self.high))
+        return isfinite(width) and width <= 0.1 * max(abs(self.low), abs(self.high))
 
     def violation(self, value: float) -> float:
         """Compute the relative violation by a value; 0 inside the interval."""
@@ -188,7 +180,7 @@ class Search:
 
     def evaluate(self, x: Array) -> Array:
         """Compute the readings at a point, or look them up, and add the offset; an EnoughError ends the search."""
-        key = round_point(x)
+        key = tuple((np.round(x / SAME_POINT) * SAME_POINT).tolist())
         if key not in self.cache:
             if self.runs >= self.budget:
                 raise EnoughError
@@ -255,7 +247,8 @@ class Search:
         if self.objective:
             self.minimise(x)
             return
-        for width in (WIDE, DIFFERENCE_WIDTH):  # ftol and max_nfev are chosen: an EnoughError ends most searches before
+        for width in (0.02, DIFFERENCE_WIDTH):  # 0.02: over it, ripples of a reading, as of an impact force, are averaged
+            # ftol and max_nfev are chosen: an EnoughError ends most searches before
             x = least_squares(lambda x: self.residuals(self.evaluate(x)), x, lambda x, width=width: self.jacobian(x, width),
                               bounds=(0.0, 1.0), method="dogbox", xtol=SAME_POINT, ftol=1e-2, max_nfev=15).x  # fmt: skip
 
@@ -279,9 +272,5 @@ class Search:
         """Compute the readings at a point by a finer run; equilibria and functions have no run, and keep their values."""
         if not any(map(needs_run, self.readings.values())):
             return self.cache[point]
-        return self.read(np.array(point), scale_tolerances(self.solver, FINER, DEGREE_STEP))
-
-
-def round_point(x: Array) -> Point:
-    """Round a point to a grid of width `SAME_POINT`, as a key of `Search.cache`."""
-    return tuple((np.round(x / SAME_POINT) * SAME_POINT).tolist())
+        finer = scale_tolerances(self.solver, 1 / 32, DEGREE_STEP)  # with 10/32 a test misses its constraint
+        return self.read(np.array(point), finer)
