@@ -173,17 +173,13 @@ class Sheet:
         (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]
         return x - x0, y - y0
 
-    def pivot(self, link: str) -> str:
-        """Return the point at which a link is joined to the ground, or the link's start."""
-        grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
-        return str(grounded[0]) if grounded else self.mechanism.link(link).start
-
-    def shared_point(self, first: str, second: str) -> str:
-        """Return the point of the joint of two bodies; without a joint, the pivot of one of them."""
-        for joint in self.mechanism.joints:
-            if {joint.first, joint.second} == {first, second}:
-                return str(joint.point)
-        return self.pivot(second if first == GROUND else first)
+    def pivot(self, link: str, other: str = GROUND) -> str:
+        """Return the point at which a link is joined to another body, or else to the ground, or else the link's start."""
+        for body in (other, GROUND):
+            for joint in self.mechanism.joints:
+                if {joint.first, joint.second} == {body, link}:
+                    return str(joint.point)
+        return self.mechanism.link(link).start
 
 
 def normalise(vector: Pair) -> Pair:

@@ -36,7 +36,8 @@ def draw_spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
 
 def draw_spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """Yield a spiral about the point that the two bodies of the spring share."""
-    frame = sheet.upright_frame(sheet.shared_point(spring.first, spring.second))
+    link, other = (spring.second, spring.first) if spring.first == GROUND else (spring.first, spring.second)
+    frame = sheet.upright_frame(sheet.pivot(link, other))
     angles = [2.25 * 2 * pi * k / 60 for k in range(61)]  # rad, 2.25 turns
     polar = [(sheet.unit * (0.45 + 0.07 * a), a) for a in angles]
     yield Outline(frame, "spring", tuple((r * cos(a), r * sin(a)) for r, a in polar))

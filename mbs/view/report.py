@@ -54,7 +54,10 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
-    store, result = ArrayStore(), with_ledger(result)
+    store = ArrayStore()
+    record = result.film.record if result.film is not None else None
+    if not result.energy and record is not None and 1 < len(record.time) <= 20_000:  # more states make a page slow
+        result = replace(result, energy=ledger(record))
     readings = import_late("sensitivity.reading_errors:list_readings")(result, texts)
     read_signals = [name for reading in readings for name in reading.signals] if texts else []
     return {
@@ -80,14 +83,6 @@ def _to_json(reading: Any) -> dict[str, Any]:
     """Convert a `CheckedReading` for JSON; numbers that are not finite become null."""
     fields = reading._asdict().items()
     return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in fields}
-
-
-def with_ledger(result: Result) -> Result:
-    """Return the result with its energy ledger, if its record has the data for it and is not too long for a quick page."""
-    record = result.film.record if result.film is not None else None
-    if result.energy or record is None or not 1 < len(record.time) <= 20_000:
-        return result
-    return replace(result, energy=ledger(record))
 
 
 class ArrayStore:

@@ -110,8 +110,7 @@ def draw_bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 def draw_strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
-    middle = MIDDLE + name  # name of the frame at the middle of the strip
-    yield Label(middle, name, (0.0, 0.9 * sheet.unit), "link")
+    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
 
 
 def draw_support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
