@@ -27,8 +27,6 @@ from .diagnosis import explain_singularity
 
 LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
-SMALL_ERROR = 0.01
-"""Error of the prediction of a step, over the longest link, below which the next step is longer: chosen."""
 
 
 @dataclass(frozen=True)
@@ -202,9 +200,10 @@ class Follower:
 
 def _step_factor(error: float) -> float:
     """Return the factor of the next step; the error of the prediction grows with the step's third power."""
-    if error < SMALL_ERROR / 8:
-        return 2.0  # then the error is `SMALL_ERROR` at most
-    if error < SMALL_ERROR:
+    small = 0.01  # over the longest link, chosen: below it the next step is longer
+    if error < small / 8:
+        return 2.0  # then the error is `small` at most
+    if error < small:
         return 1.3  # the error grows by 2.2
     return 0.8 if error > LARGEST_ERROR / 2 else 1.0  # 0.8: about half of the error
 

@@ -140,8 +140,7 @@ class Scene:
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        found_by_runs = step_ends(duration)  # kinks of user functions, which `functions` keeps during a simulation
-        return tuple(sorted({*times, *found_by_runs}))
+        return tuple(sorted(times.union(step_ends(duration))))  # kinks of user functions, which `functions` keeps in a simulation
 
     @cached_property
     def has_user_code(self) -> bool:

@@ -24,8 +24,6 @@ SPARSE_COORDINATES = 300
 """Number of coordinates from which M and K are sparse, and only the lowest eigenvalues are computed: chosen."""
 LOWEST_COUNT = 20
 """Default number of lowest eigenvalues."""
-SPARE = 8
-"""Number of eigenvalues beyond those wanted, chosen: a result ends at the widest gap among them, where a count is certain."""
 DEPENDENT = 1e-10
 """Singular value of a scaled Jacobian, over the largest, below which rows count as dependent: far above rounding."""
 Matrix: TypeAlias = Array | csr_array
@@ -135,11 +133,11 @@ def lowest_modes(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[
     """
     with suppress(ArithmeticError, ArpackError):
         factors, below = _factorise(m, k, -shift)
-        wanted = below + count
-        if 2 * (wanted + SPARE) <= m.shape[0]:  # chosen: more than half are too many
+        wanted, spare = below + count, 8  # chosen: a result ends at the widest gap among the spare ones, where a count is certain
+        if 2 * (wanted + spare) <= m.shape[0]:  # chosen: more than half are too many
             inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
             lanczos = partial(eigsh, m, M=m, sigma=-shift, v0=start, OPinv=inverse, tol=1e-8)  # of the first m the shape is read
-            mu, vectors = lanczos(k=count + SPARE, which="LA")  # the largest 1/(mu + shift) belong to mu above -shift
+            mu, vectors = lanczos(k=count + spare, which="LA")  # the largest 1/(mu + shift) belong to mu above -shift
             if below:
                 mu_below, vectors_below = lanczos(k=below, which="SA")  # and the smallest to mu below it
                 mu, vectors = np.append(mu_below, mu), np.hstack([vectors_below, vectors])

@@ -27,9 +27,6 @@ from .problem import SEARCH_STOPS, Problem, Rest, StaticsError, prolong
 from .shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, distances_to, find_multipliers
 from .varied import Paced
 
-NARROW = 1e-3
-"""Arc length, or change of the parameter over its range, from which a step may not turn far nor change multipliers much."""
-
 
 class Orbit(NamedTuple):
     """Periodic motion on the curve, at a parameter.
@@ -55,12 +52,13 @@ class Orbit(NamedTuple):
 class CriticalMotion:
     """Critical motion: a 'fold' of the curve, or a 'doubling' or 'branching', where a multiplier passes -1 or 1.
 
-    `rest` has the coordinates at the start of a period, and the parameter. `multiple` multipliers pass together, always 1.
+    `rest` has coordinates at the start of a period, and the parameter with its `error`. `multiple` multipliers pass, always 1.
     """
 
     kind: str
     rest: Rest
     motion: Periodic
+    error: float
     multiple: int = 1
 
 
@@ -174,8 +172,8 @@ class ResponseCurve:
         self.set_parameter(orbit.parameter)
         return motion_of(shooting, found, values, errors, error)
 
-    def find_criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion, float]]:
-        """Yield the critical points in a step between two motions, each with its arc and the error of its parameter."""
+    def find_criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, CriticalMotion]]:
+        """Yield the critical points in a step between two motions, each with its arc."""
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):  # 1 is passed at a fold, too
@@ -189,7 +187,7 @@ class ResponseCurve:
                     error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
                 # multipliers of a `Rest` are Lagrange's, of which none are kept here
                 rest = Rest(found.found.state.q, multipliers=np.empty(0), parameter=found.parameter)
-                yield root, CriticalMotion(kind, rest, curve.make_motion(found)), error
+                yield root, CriticalMotion(kind, rest, curve.make_motion(found), error)
 
     def find_root(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
         """Find the root of a function in a step by Brent's method; return its arc and motion, or the nearest if that fails."""
@@ -223,11 +221,9 @@ class ResponseCurve:
         a, b = (np.append(motion.tangent[:-1], new.size * motion.tangent[-1]) for motion in (orbit, new))
         return float(np.arccos(np.clip(a @ b / np.linalg.norm(a) / np.linalg.norm(b), -1.0, 1.0)))
 
-    def follow(
-        self, state: RunState, steps: int, step: float, longest: float
-    ) -> tuple[list[Orbit], list[tuple[CriticalMotion, float]], str]:
-        """Follow the curve; return motions, critical points with errors, and the reason of the end, see `explain_end`."""
-        orbits, criticals, arc = [self.compute_orbit(state, self.start)], list[tuple[CriticalMotion, float]](), step
+    def follow(self, state: RunState, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[CriticalMotion], str]:
+        """Follow the curve; return motions, critical points, and the reason of the end, see `explain_end`."""
+        orbits, criticals, arc = [self.compute_orbit(state, self.start)], list[CriticalMotion](), step
         self.shooting.steps_left = 20 * BUDGET  # time steps of all runs: as many as 20 searches for a single motion may take
         while len(orbits) <= steps:
             last = orbits[-1]
@@ -236,7 +232,7 @@ class ResponseCurve:
                 watching.get().share = max(watching.get().share, self._fraction(last.parameter))
                 new = self._advance(last, arc)
                 found = sorted(self.find_criticals(last, new, arc), key=lambda critical: critical[0])
-                criticals += [(point, error) for _, point, error in found]
+                criticals += [critical for _, critical in found]
             except SpentError:
                 return orbits, criticals, "spent"
             except USER_STOPS:
@@ -251,7 +247,7 @@ class ResponseCurve:
             done = self._fraction(new.parameter)
             if not 0.0 < done < 1.0:
                 ended, end = ("reached", self.to) if done >= 1.0 else ("back", self.start)
-                criticals = [critical for critical in criticals if 0.0 < self._fraction(critical[0].rest.parameter) < 1.0]
+                criticals = [critical for critical in criticals if 0.0 < self._fraction(critical.rest.parameter) < 1.0]
                 self.set_parameter(end)
                 with suppress(StaticsError):  # else the curve ends near the parameter, with the motion found last
                     orbits[-1] = self.compute_orbit(self.shooting.search(new.found.state).state, end)
@@ -261,11 +257,12 @@ class ResponseCurve:
     def _advance(self, last: Orbit, arc: float) -> Orbit:
         """Find the next motion at an arc; raise a StaticsError if there is none, or if the step must be shorter."""
         new = self.find_on_plane(last, arc)
-        is_wide = abs(new.parameter - last.parameter) > NARROW * abs(self.span)
+        narrow = 1e-3  # arc, or change of the parameter over its range, from which a step may not turn far or miss a resonance
+        is_wide = abs(new.parameter - last.parameter) > narrow * abs(self.span)
         # a forced motion x = mu x + b has the size b/|1 - mu|: if 1 - mu changes by half, a narrow resonance may lie in between
         changes = distances_to(new.multipliers, last.multipliers)
         may_miss_resonance = is_wide and (changes > 0.5 * np.abs(new.multipliers - 1.0)).any()
-        if arc > NARROW and (self.angle(last, new) > CORNER or may_miss_resonance):
+        if arc > narrow and (self.angle(last, new) > CORNER or may_miss_resonance):
             raise StaticsError("the curve turns too far in the step, or may have a resonance within it")
         return new
 

@@ -62,8 +62,7 @@ def path(
     branches : bool
         Also follow all paths that leave the branchings, to both sides.
     degree : int, optional
-        Degree of the strips; by default it is increased until critical points change by less than 1e-6. A body's `elements`
-        are for Exudyn only.
+        Degree of the strips; by default it is increased until critical points change by less than 1e-6.
     timeout, progress
         Time limit [s], after which the best so far is the answer; True shows the expected time, by default in terminals.
     """

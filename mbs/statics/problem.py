@@ -69,7 +69,6 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.is_angle = self.scene.is_angle
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
@@ -77,7 +76,7 @@ class Problem:
         """Extents of the coordinates, (n,): units with the size of the mechanism for the length of the longest link."""
         points = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
-        return np.where(self.is_angle, 1.0, self.units * (extent / self.scene.length))
+        return np.where(self.scene.is_angle, 1.0, self.units * (extent / self.scene.length))
 
     def with_degree(self, increment: int) -> "Problem":
         """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""
@@ -233,7 +232,7 @@ class Problem:
         """Estimate the rounding error of p by that of axial forces of strips over the largest df/dp; 0 for drives (df/dp = 0)."""
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
-        force = float(slope[:n][~self.is_angle].max(initial=0.0))
+        force = float(slope[:n][~self.scene.is_angle].max(initial=0.0))
         return ROUNDING * stiffest / force if force else 0.0  # a strain has the rounding error ROUNDING
 
     def spectrum(self, rest: Rest, count: int = LOWEST_COUNT) -> Spectrum:

@@ -97,10 +97,9 @@ def response(
     try:
         return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
     except SEARCH_STOPS as error:
-        status, message = failure_of(error)
         no_states = np.empty((0, shooting.scene.size))
         # "singular", as no step was possible; the cause is in the status and message
-        return Response(status, message, "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
+        return Response(*failure_of(error), "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
     finally:
         curve.set_parameter(problem.initial)  # so that the scene of the result is the mechanism as given
 
@@ -109,8 +108,7 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     """Follow a curve from the state of its first motion, and make the result."""
     orbits, criticals, ended = curve.follow(first, steps, step, longest)
     parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
-    errors = {KEYS[kind]: np.array([error for critical, error in criticals if critical.kind == kind]) for kind in KINDS}
-    motions, points = [curve.make_motion(orbit) for orbit in orbits], [critical for critical, _ in criticals]
-    status, message = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
-    scene = curve.shooting.scene
-    return Response(status, message, ended, scene, parameter=parameters, q=q, points=points, errors=errors, motions=motions)
+    errors = {KEYS[kind]: np.array([critical.error for critical in criticals if critical.kind == kind]) for kind in KINDS}
+    motions = [curve.make_motion(orbit) for orbit in orbits]
+    status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
+    return Response(*status, ended, curve.shooting.scene, parameters, q, criticals, errors, motions)

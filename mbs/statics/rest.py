@@ -28,8 +28,6 @@ TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
-ROUNDING = 1e-9
-"""Change of the pose by an implicit step, in units of the coordinates, below which the sign of its work is rounding."""
 FRICTION = "friction may hold it elsewhere"
 """Remark on equilibria of mechanisms with dry friction, which the statics leave out."""
 
@@ -145,13 +143,14 @@ def _iterate(problem: Problem, rest: Rest, begin: Equations, mass: Array, tau: f
         is_short = np.isfinite(change) and change <= 2 * TARGET_MOVE
         work_at_start = float(step @ (begin.force - begin.jacobian.T @ new.multipliers))  # multipliers belong to the step
         rounding = 1e-12 * abs(float(step @ (mass_matrix @ step))) / tau
-        goes_forward = work_at_start >= -rounding or change < ROUNDING
+        is_rounding = change < 1e-9  # chosen: the sign of the work is then rounding
+        goes_forward = work_at_start >= -rounding or is_rounding
         diverges = iteration > 0 and float(np.abs(out[:n]).max(initial=0.0)) > 0.2 * change  # 0.2: chosen
         if not (is_short and goes_forward) or diverges:
             return None, change
         balance, _, last = problem.residual(new)  # f - G^T lambda
         work_at_end = float(step @ balance)
-        if work_at_end >= -max(work_at_start, 0.0) or change < ROUNDING:
+        if work_at_end >= -max(work_at_start, 0.0) or is_rounding:
             return new, change
     return None, change
 

@@ -61,7 +61,6 @@ class Shooting:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.is_angle = self.scene.is_angle
         self.autonomous = self._is_autonomous()
         self.step_ends: Array = np.array([1.0])  # of the stored steps, over the period
         self.has_onsets = self.grazes = False
@@ -120,7 +119,7 @@ class Shooting:
         """Integrate a number of periods; return the state at the end, at time 0 and without whole turns of angles."""
         for _ in range(periods):
             out = self.run(state, adaptive=True)
-            turns = np.where(self.is_angle, np.round((out.q[-1] - self.scene.q0) / (2 * np.pi)), 0.0)
+            turns = np.where(self.scene.is_angle, np.round((out.q[-1] - self.scene.q0) / (2 * np.pi)), 0.0)
             state = RunState(0.0, out.q[-1] - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
         return state
 
@@ -146,7 +145,7 @@ class Shooting:
         """Return the change (2 f,) from a state to the end of a run, without whole turns of angles."""
         to_free = basis.T / self.units**2  # left inverse of the basis, which is orthonormal in units
         q = out.q[-1] - state.q
-        q = q - np.where(self.is_angle, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
+        q = q - np.where(self.scene.is_angle, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([to_free @ q, to_free @ (out.v[-1] - state.v) / self.pace])
 
     def monodromy(self, state: RunState, basis: Array, out: Output) -> Array:

@@ -179,7 +179,10 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
     theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)  # EPS: any small number, as 1/theta was lost in mu
     errors = _errors_of_inverse(theta, left, m @ right)  # of M (K + shift M)^-1, whose left and right vectors are y and M z
     if symmetric:
-        mu, errors, right = _improve_by_quotient(m, k, right, mu, errors)
+        mu, errors, right = _use_quotients(m, k, right, mu, errors, right)
+        if not (issparse(k) or (errors <= 1e-4 * np.abs(mu)).all()):  # 1e-4, chosen: compute all modes once more
+            order = np.argsort(mu)  # as `eigh` does; its vectors are computed from M and K, not from the inverse
+            mu, errors, right = _use_quotients(m, k, eigh(k, m)[1], mu[order], errors[order], right[:, order])
         left = right
         values = np.sqrt(np.abs(mu)) * np.where(mu > 0.0, 1j, 1.0)
     else:
@@ -187,15 +190,6 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         values = np.where(values.imag < 0.0, -values, values)
     errors_of_s = np.minimum(errors / (2 * np.abs(values) + 1e-300), np.sqrt(errors))  # the root where s is near zero
     return values, left, right, errors_of_s, shift
-
-
-def _improve_by_quotient(m: Matrix, k: Matrix, vectors: Array, mu: Array, errors: Array) -> tuple[Array, Array, Array]:
-    """Replace eigenvalues mu by Rayleigh quotients where the norm of their residual is a smaller error, as for high ones."""
-    mu, errors, vectors = _use_quotients(m, k, vectors, mu, errors, vectors)
-    if issparse(k) or (errors <= 1e-4 * np.abs(mu)).all():  # 1e-4, chosen: else all modes are computed once more
-        return mu, errors, vectors
-    order = np.argsort(mu)  # as `eigh` does; its vectors are computed from M and K, not from the inverse
-    return _use_quotients(m, k, eigh(k, m)[1], mu[order], errors[order], vectors[:, order])
 
 
 def _use_quotients(
