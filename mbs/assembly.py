@@ -170,8 +170,7 @@ class _LengthEquations:
         missing = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
         if missing:
             example = f", as links.{self.links[0].name}.angle = '60 deg'" if self.links else ""
-            more = "an angle" if missing == 1 else f"{missing} angles"
-            left = "1 way" if missing == 1 else f"{missing} ways"
+            left, more = ("1 way", "an angle") if missing == 1 else (f"{missing} ways", f"{missing} angles")
             raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
 
     def find_all(self, size: float) -> tuple[list[Array], bool]:

@@ -21,10 +21,6 @@ from .validate import positive
 
 GROWTH = 8 ** (1 / 4)
 """Time of a run over that of the coarser run before it, which has 8 times the tolerance tol: steps go as tol^(1/4)."""
-ONE_RUN = (1, 1)
-"""Least and largest number of runs of a call that estimates no error."""
-USUAL_RUNS = (2, 5)
-"""Least and largest number of runs that most results need, see `mbs.accuracy.refine`."""
 
 
 class TimeUpError(Exception):
@@ -43,7 +39,7 @@ class Forecast:
     """
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
-        self.title, self.cases, self.bar, self.runs = title, cases, bar, ONE_RUN
+        self.title, self.cases, self.bar, self.runs = title, cases, bar, (1, 1)
         self.number, self.done, self.begin = 1, 0.0, working_time()
 
     def __call__(self, done: float) -> None:
@@ -234,7 +230,7 @@ def _call_under(state: Watch, call: Callable[..., Any], arguments: tuple[Any, ..
 
 
 def forecast(progress: bool | Callable[[float], None] | None, runs: tuple[int, int]) -> Callable[[float], None] | None:
-    """Return the progress callback of `simulate`: a given function, or a `Forecast`; None if nothing is shown."""
+    """Return the progress callback of `simulate`: a given function, or a `Forecast` of `runs`; None if nothing is shown."""
     if not callable(progress):
         progress = Forecast() if (is_interactive() if progress is None else progress) else None
     if isinstance(progress, Forecast):

@@ -28,7 +28,7 @@ from .imports import import_late
 from .kinematics import exact
 from .mechanism import Mechanism
 from .process import Interrupted, Progress, catch_ctrl_c, has_compiler, one_thread, working_time
-from .progress import ONE_RUN, USUAL_RUNS, Forecast, Ticker, forecast
+from .progress import Forecast, Ticker, forecast
 from .record.errors import Failure, Status
 from .record.result import Result
 from .record.run import Run, shapes_at
@@ -63,8 +63,6 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_c
 """Function that runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`. That of
 `Spectral` also takes its compiled `scene`, if it is known."""
 Solver = Exudyn | Spectral | Closure
-MOST_REPETITIONS = 16
-"""Most repetitions of a run, see `_Runs.__call__`: a limit of time. If edges then still lie between steps, the run is UNSEEN."""
 STALLED = 3
 """Number of last repetitions that together must halve the shift of edges, to go on: between two runs the largest change of the
 time of an edge, over its distance from the nearest one (`Passed.shift`)."""
@@ -126,7 +124,8 @@ def simulate(
     listed = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
     times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(listed)])
     single = solver if accuracy is None else None  # solver of a single run, whose error is not estimated
-    runs = _Runs(mechanism, timeout, forecast(progress, USUAL_RUNS if single is None else ONE_RUN))
+    numbers_of_runs = (2, 5) if single is None else (1, 1)  # least and largest that most results need, for the expected time
+    runs = _Runs(mechanism, timeout, forecast(progress, numbers_of_runs))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
             if isinstance(element, Drive):
@@ -165,7 +164,7 @@ class _Runs:
         mechanism is that of the call, for Exudyn perhaps with more elements.
         """
         shifts: list[float] = []
-        for _ in range(MOST_REPETITIONS):
+        for _ in range(16):  # a limit of time; if edges then still lie between steps, the run is UNSEEN
             run = self._run_once(mechanism, duration, solver)
             if run.failure is not None or len(run.record.time) < 2:
                 return run

@@ -23,9 +23,6 @@ from .trajectory import TINY, Trajectory
 MASS_RATIO = 2.0
 """Assumed ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. All errors
 increase with the ratio, so that none is overestimated by this choice."""
-MOST_OVER_DIFFERENCE = 3.0
-"""Largest error by damping that is estimated for strips, over the difference of two runs, whose steps damp unequally. Errors of
-most randomly drawn mechanisms are 2 to 5 times the difference. 3 is chosen, so that some errors are underestimated."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
 longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
@@ -53,8 +50,8 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
     Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much: so errors are then
-    at most `MOST_OVER_DIFFERENCE` times the difference of the runs, and deflections get none. No place errs by more than its own
-    range.
+    at most 3 times the difference of the runs, whose steps damp unequally, and deflections get none. Errors of most randomly
+    drawn mechanisms are 2 to 5 times the difference: some are underestimated. No place errs by more than its own range.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces  # names of signals
     has_strips = bool(forces & run.strip_forces)
@@ -72,7 +69,7 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
             own_range = float(np.ptp(signal.values))
             error = min(displacement / (1.0 if signal.unit == "m" else run.longest_link), own_range)
             for norm in (Norm.RMS, Norm.PEAK):
-                limit = MOST_OVER_DIFFERENCE * differences.get((name, norm), 0.0) if has_strips else inf
+                limit = 3.0 * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], limit)
         if len(signal.depth) and len(signal.onsets):  # only normal forces of stops have a depth
             before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets

@@ -39,8 +39,6 @@ USUAL_ERROR = 0.05
 """Error allowed of impulses and peaks of contacts and of energies: restitution is measured no better."""
 BALANCE: Key = ("energy.balance", Norm.PEAK)
 """Error of the energy balance: a run that gains or loses energy is wrong even if a finer run agrees."""
-READING = re.compile(r"(rms|peak|impulse|onset)\((.+)\)")
-"""Norm of a signal, such as `peak(B.contact_force)`."""
 
 
 class DeflectionLimits(NamedTuple):
@@ -136,7 +134,7 @@ class Asked:
 
 def key_of(text: str) -> Key:
     """Split a text such as 'peak(B.contact_force)' into signal and norm."""
-    found = READING.fullmatch(text)
+    found = re.fullmatch(r"(rms|peak|impulse|onset)\((.+)\)", text)
     return (found[2], Norm(found[1])) if found else (text, Norm.RMS)
 
 

@@ -38,7 +38,6 @@ def estimate_gains(
     Let r be the ratio of tolerances of this pair, s of the one before; `ratios` are (r, s). The ratio of differences before/now
     is (s^q - 1)/(1 - r^-q), which fixed-point iteration solves for q. With r = s = 8 each iteration reduces the error of q by the
     factor 8^-q: 20 iterations from 0.5 leave 1e-5 at q = 1/4 and less above.
-
     `orders` returns for a signal the order assumed of a first pair, and the least and the largest of later pairs.
     """
     gains, (ratio, ratio_before) = dict[Key, float](), ratios

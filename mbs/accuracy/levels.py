@@ -28,15 +28,11 @@ from .trajectory import TINY
 FIRST = 1e-3
 """Tolerance of the compiled solver's first run, over the smallest clearance or, if there is none, the longest link. It is the
 coarsest at which most random mechanisms are within a fifth of a fine run. At 1e-2 runs fail, at 1e-4 every third is wasted."""
-STICKING = 1 / 128
-"""First tolerance with guides of bristle friction, over `FIRST`: coarser runs miss the instants at which they slip."""
 DEGREE = 6
 """Degree of a strip's first polynomials: 2 for bending, and four more. Degree 8 costs 1.5 times as much where 6 is enough."""
 FINEST = 5e-10
 """Least tolerance over the longest link: chosen. A fifth would lower the error of a double pendulum of 10 s from 6e-5 to 4e-6.
 But a chaotic modal rocker with rattling pins would take eight runs instead of fewer."""
-RESTING = 1e-3
-"""Least deflection to which the last terms are compared, over the thickness: a strip that bends less is practically straight."""
 Runner = Callable[[Mechanism, float, Any], Run]
 """Function that makes one run of a mechanism for a duration [s] by a solver."""
 
@@ -147,7 +143,8 @@ class SpectralLevels(Levels):
     def first(self) -> Level:
         """Return the coarsest level."""
         bristles = any(isinstance(guide.friction, BristleLaw) for guide in self.mechanism.guides)
-        tolerance = FIRST * min(1.0, self.place_error / PLACE_ERROR) * (STICKING if bristles else 1.0)
+        at_first = FIRST / 128 if bristles else FIRST  # coarser runs miss the instants at which bristles slip
+        tolerance = at_first * min(1.0, self.place_error / PLACE_ERROR)
         return Level(tolerance, self.solver.degree or DEGREE)
 
     def settings(self, level: Level) -> tuple[Mechanism, Any]:
@@ -180,7 +177,7 @@ class SpectralLevels(Levels):
                 k = np.arange(2, x.shape[1])
                 terms *= sqrt(2 / pi) / (k - 0.5)
                 rms, peak = np.sqrt(np.trapezoid(terms**2, time, axis=0) / time[-1]), terms.max(axis=0)
-                deflection = max(float(peak.max()), RESTING * link.body.section.thickness)
+                deflection = max(float(peak.max()), 1e-3 * link.body.section.thickness)  # less is practically straight
                 last_rms = rms[-2:].max()
                 excess = max(last_rms / limits.rms, peak[-2:].max() / (limits.peak * deflection))
                 decay = (max(last_rms, TINY) / max(rms.max(), TINY)) ** (1 / max(1, len(rms) - 1))

@@ -25,8 +25,8 @@ NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Clo
 def verify_by_other_solver(result: Result, first: Run, duration: float, run: Runner) -> Result:
     """Run another solver by `run` and put the largest relative difference of places into the result's `verified`.
 
-    `first` is the run of the result, by its own solver. A difference beyond the sum of both errors makes the result SUSPECT, with
-    SOLVERS in the message. A failed result is returned unchanged. If the other solver fails, the result gets a note.
+    `first` is the run of the result, by its own solver. A failed result is returned unchanged. If the other solver fails, the
+    result gets a note.
     """
     if not result.status.finished:
         return result

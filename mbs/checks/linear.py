@@ -22,9 +22,6 @@ from ..scene.scene import Scene
 from .check import check, without
 from .unbuckled import GROWTH, growth_exponent, recent_mean
 
-LEFT_OUT = 1e-3
-"""Largest error of a position, over the link's length: that of a half-sine at 2 % deflection, or at 1 % and a tenth of P_cr."""
-
 
 def _modal(run: Run) -> list[str]:
     """Return the names of the modal links."""
@@ -53,7 +50,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
             (missing_deflection, "is pressed so far that it bends more than in linear theory"),
         ):
             k = int(np.argmax(missing))
-            if missing[k] > LEFT_OUT:
+            if missing[k] > 1e-3:  # error of a half-sine at 2 % deflection, or at 1 % and a tenth of P_cr
                 yield f"at t = {result.time[k]:.4g} s '{name}' {fault}, by {missing[k]:.2g} of its length; make it a Beam"
         growth_rate = omega_1 * np.sqrt(np.maximum(load_ratio - 1.0, 0.0))
         buckles = growth_exponent(result.time, growth_rate) > GROWTH

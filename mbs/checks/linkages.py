@@ -14,8 +14,6 @@ from ..scene.linkage import Linkage
 from ..scene.scene import Scene
 from .check import check, without
 
-SINGULAR = 1e-3
-"""Determinant of the constraints' Jacobian, over its largest in the run, below which a linkage is at a dead centre: chosen."""
 GAP = 1e-5
 """Largest residual of a constraint [m or rad]; for a longest link above 1 m it is multiplied by this length in m. It is a hundred
 times the residual of a run with the coarsest steps."""
@@ -57,7 +55,8 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))  # no drive's speed is asked for after the run
     jacobian = linkage.jacobian(places)
     values = determinant(jacobian)
-    singular = ~(values * np.sign(values[0]) > SINGULAR * np.abs(values).max())  # true for nan as well
+    # at a dead centre the determinant is below a thousandth of its largest in the run: chosen; true for nan as well
+    singular = ~(values * np.sign(values[0]) > 1e-3 * np.abs(values).max())
     has_redundant_rows = jacobian.shape[1] != jacobian.shape[2]
     for k in np.flatnonzero(singular):
         regular = np.flatnonzero(~singular[k:])

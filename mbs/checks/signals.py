@@ -11,9 +11,6 @@ from ..record.run import BALANCE, Run, compute_throughput
 from ..scene.scene import Scene
 from .check import check, without
 
-ROUNDING = 1e-9
-"""Largest force of the wrong sign that is ascribed to rounding, over the largest force."""
-
 
 @check("NOT_FINITE")
 def check_finite(_run: Run, result: Result) -> Iterator[str]:
@@ -59,7 +56,7 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
     """Check that contacts push only while closed and never pull, and that ropes pull."""
     for name, depth in _one_sided(run):
         force = result.signals[name]
-        allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
+        allowed = 1e-9 * float(np.abs(force).max(initial=0.0))  # ascribed to rounding
         if not depth:  # a rope
             wrong = {"would have to push (a real rope goes slack)": force < -allowed}
         else:

@@ -1,8 +1,7 @@
 """Self-check of strips: no strip stays straight under a load at which a thin strip buckles.
 
-The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run, see `growing`. In this
-pose each strip has its stress-free shape between its ends, stretched by its mean normal force in the run. So clamps, pins, rigid
-links and follower loads are taken into account, and no table of end conditions is needed.
+The growth rate of bending follows from the equations of the mechanism, linearised about a pose of the run, see `growing`. So
+clamps, pins, rigid links and follower loads are taken into account, and no table of end conditions is needed.
 """
 
 from collections.abc import Iterator
@@ -21,8 +20,6 @@ BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip is buckled: pinned ones thinner than a 13th of their length buckle at less."""
 GROWTH = 14.0
 """Time integral of the growth rate after which a strip must have bent: a disturbance has grown by e^14, a million times."""
-UNBENT = 1e-3
-"""Change of the deflection, over the length, up to which a strip has not bent."""
 AXIAL = 0.5
 """Axial strain over relative end shortening, above which a strip is not buckled: bending shortens it less than axial strain."""
 COMPRESSED = 0.01
@@ -60,7 +57,7 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
         period = 2 * np.pi / section.first_frequency(length)  # of the pinned strip
         forces[name] = recent_mean(time, result.signals[f"{name}.axial_force"], period / 4)  # without axial vibrations
         deflection = result.signals[f"{name}.deflection"]
-        is_unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # false for an arch that has snapped through
+        is_unbent = np.abs(deflection - deflection[0]) < 1e-3 * length  # false for an arch that has snapped through
         compressed[name] = (-forces[name] > COMPRESSED * section.euler_load(length)) & is_unbent
     if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return

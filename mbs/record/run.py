@@ -101,9 +101,6 @@ BALANCE = 1e-2
 STRETCH = 1e-5
 """Axial strain, in steel 2 MPa, below which steps need not resolve a strip's axial vibration; the balance may lack its energy.
 Ten times more would let the balance lack 100 times the energy."""
-BRISTLE = 1e-4
-"""Deflection of the bristles of a slider, over the longest link, below which steps need not resolve its vibration on them. Ten
-times more would let the balance lack ten times the energy."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
@@ -158,7 +155,10 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 
 
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
-    """Return the largest energies [J] of sliders' bristles, summed over bristles whose deflection stays below `BRISTLE`."""
+    """Return the largest energies [J] of sliders' bristles, summed over those too stiff for the steps to resolve their vibration.
+
+    They deflect by less than 1e-4 of the longest link. Ten times more would let the balance lack ten times the energy.
+    """
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
@@ -168,7 +168,7 @@ def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
             # the signal is named after the point, or after the guide if the point's joint has clearance
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)
-            if 2 * stored < BRISTLE * Scene.of(record.mechanism).size * force:  # deflection = 2 energy / force
+            if 2 * stored < 1e-4 * Scene.of(record.mechanism).size * force:  # deflection = 2 energy / force
                 total += stored
     return total
 
