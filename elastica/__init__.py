@@ -1,9 +1,4 @@
-"""The elastic strip in closed form, as a boundary value problem, and as a fast force law.
-
-pinned : closed form by elliptic integrals, both ways
-rod : the same strip as a boundary value problem, extensible and shearable
-law : the published quartic fit, and a fast law with a stated error
-strip : any ends, clamped or pinned, and any stress-free shape, under dead loads and displacements
+"""The elastic strip in closed form (`pinned`), as a boundary value problem (`rod`, `strip`), as a fast force law (`law`).
 
 All quantities are normalised by the strip's length L and bending stiffness E I: shortening
 u = U/L, load p = P L^2/(E I). Needs numpy and scipy only.

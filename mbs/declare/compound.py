@@ -16,19 +16,18 @@ class Vector(Spec):
 
     def __post_init__(self) -> None:
         self.words = f"two numbers (x, y), {self.unit}"
-        component = Quantity(self.unit).schema()
-        self.json = {"type": "array", "prefixItems": [component, component], "minItems": 2, "maxItems": 2}
+        self.component = Quantity(self.unit)
+        self.json = {"type": "array", "prefixItems": [self.component.schema()] * 2, "minItems": 2, "maxItems": 2}
 
     def fits(self, raw: object) -> bool:
         """Return True for a list of two quantities."""
-        return is_list(raw) and len(raw) == 2 and all(Quantity(self.unit).fits(each) for each in raw)
+        return is_list(raw) and len(raw) == 2 and all(map(self.component.fits, raw))
 
     def read(self, name: str, raw: object) -> tuple[float, float]:
         """Return two components in SI units."""
         if not is_list(raw) or len(raw) != 2:
             raise self.refusal(name, raw)
-        component = Quantity(self.unit)
-        return component.read(f"{name}.x", raw[0]), component.read(f"{name}.y", raw[1])
+        return self.component.read(f"{name}.x", raw[0]), self.component.read(f"{name}.y", raw[1])
 
     def write(self, name: str, value: Any) -> list[float]:
         """Return the components as a list."""

@@ -30,8 +30,7 @@ class RefusalError(ValueError):
 class Declared:
     """Base of classes that `fields.declared` makes dataclasses; their fields are read and checked as an object is made."""
 
-    in_files: ClassVar[bool] = True
-    """True if a mechanism's file may name the class."""
+    in_files: ClassVar[bool] = True  # true if a mechanism's file may name the class
 
     def __init_subclass__(cls, **more: object) -> None:
         """Register a class of Buckler; `known_kinds` leaves out abstract ones."""

@@ -25,9 +25,7 @@ BODIES: dict[type, Callable[[EngineScene, elements.Link, Array], EngineBody | No
     elements.Modal: modal.add,
     elements.Strut: lambda _scene, _link, _velocity: None,  # it has no body
 }
-"""Functions that add a link, by the class of its body: (scene, link, velocity (vx, vy, omega) of its start) -> EngineBody.
-
-A link without coordinates, such as a strut, gives None."""
+"""Functions that add a link, by the class of its body; the array is the velocity (vx, vy, omega) of its start."""
 
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,

@@ -21,11 +21,6 @@ from .scene import EngineScene
 if TYPE_CHECKING:
     from ..laws.contact import Kernel
 
-PATIENCE = 1_000_000
-"""Number of calls without progress in time after which the run is ended; they take some 10 s.
-
-The engine's explicit integrator can reject one step for ever. Meanwhile it calls nothing but the forces."""
-
 
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
@@ -61,7 +56,9 @@ class ClearanceGroup:
     def forces(self, _system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
         """Compute the generalised forces, as the engine's callback; a RuntimeError ends a run without progress."""
         self._latest, self._calls = (t, 0) if t > self._latest else (self._latest, self._calls + 1)
-        if self._calls > (PATIENCE if self.kernel.compiled else PATIENCE // 10):  # calls of laws in plain Python are slower
+        # the engine's explicit integrator can reject one step for ever, and meanwhile calls nothing but the forces
+        most_calls = 1_000_000 if self.kernel.compiled else 100_000  # they take some 10 s
+        if self._calls > most_calls:
             self.is_stuck = True
             raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
         self.kernel.forces(t, np.array(q), np.array(q_t), self.memory, self.offsets, self.numbers, self._out)

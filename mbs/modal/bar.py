@@ -22,11 +22,10 @@ LINE_POINTS = 33
 def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None = None) -> PlanarModel:
     """Compute bending modes, then axial ones, of a bar with free ends; `degree` is that of the polynomials.
 
-    By default it is 4 more than 3 times the larger number of modes, bending or axial, but 24 to 40. `BarModes` allows 13 of each.
-    The highest frequencies are then right to 1e-8, the lowest to 1e-6, as rounding is relative to the highest one.
+    With the default the highest frequencies are right to 1e-8, the lowest to 1e-6, as rounding is relative to the highest one.
     """
     section, bending = modal.section, modes.bending
-    degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))
+    degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))  # `BarModes` allows 13 modes of each kind
     bar = _Bar(section, length, degree)
     bending_omega, deflection, turn = bar.timoshenko(bending) if modes.shear else bar.euler_bernoulli(bending)
     axial_omega, displacement = bar.axial(modes.axial)
