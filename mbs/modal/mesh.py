@@ -129,11 +129,10 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
     """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: the place of each in a straight cell takes the nearest.
 
-    Where two places in a cell would take the same node, the Hungarian method minimises the sum of squared distances. `linear`
-    is the element of the straight cells, `file_element` that of the file, `full_element` that of the grid, with all inner nodes.
+    Where two places in a cell would take the same node, the Hungarian method minimises the sum of squared distances.
     """
     fem, dim = skfem(), straight.p.shape[0]
-    linear, file_element = straight.elem(), getattr(fem, f"Element{element}")()
+    linear, file_element = straight.elem(), getattr(fem, f"Element{element}")()  # of straight cells; of the file
     corners = straight.p[:, straight.t].transpose(2, 1, 0)  # cells, corners, dim
     extra_places = file_element.doflocs[corners.shape[1] :]  # in the reference cell
     straight_nodes = np.einsum("ik,cid->ckd", _values(linear, extra_places), corners)
@@ -144,7 +143,7 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
         _, nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)
     nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
-    full_element = grid.elem()
+    full_element = grid.elem()  # with all inner nodes
     if len(full_element.doflocs) != len(file_element.doflocs):  # serendipity cells lack inner nodes: interpolate them
         nodes = np.einsum("ik,cid->ckd", _values(file_element, full_element.doflocs), nodes)
     places = grid.doflocs.copy()
