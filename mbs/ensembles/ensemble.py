@@ -31,7 +31,7 @@ from ..spectral.output import Output
 from ..spectral.run import RunState, integrate, is_explicit
 from ..spectral.scene import CompiledScene
 from ..spectral.start import start_rates
-from ..spectral.statistics import Accumulator
+from ..spectral.statistics import Accumulator, add_rows
 from ..spectral.tables import ForceKind, Forces
 from ..validate import one_of, positive, whole
 from .members import Members
@@ -102,7 +102,7 @@ class Task:
             before = part
             signals = dict(zip(channels.names, channels.values(scene, rows).T, strict=True))
             signals |= {name: curve(rows.time) for name, curve in self.curves.items()}
-            sums.add(rows.time, columns(formulas, signals))
+            add_rows(rows.time, columns(formulas, signals), sums)
 
         state = start._replace(q=start.q + self.members.draw_offset(scene, k))
         _last_row, failure, _counts = integrate(scene, self.duration, self.solver, state=state, take=accumulate)

@@ -22,7 +22,7 @@ import numpy as np
 from ..functions.formulas import CONSTANTS
 from ..geometry import Array
 from ..sensitivity.reading import POINTWISE, TOKEN, parse_reading, value_of
-from ..spectral.statistics import Accumulator, Statistic
+from ..spectral.statistics import Accumulator, Statistic, add_rows
 
 NO_TIMES = np.empty(0)
 """Times for `value_of`, which needs them for functions over a run alone; there is none in an ensemble's formulas."""
@@ -105,7 +105,7 @@ def read_windows(texts: Iterable[str], time: Array, signals: Mapping[str, Array]
     readings = [StatisticReading.of(text) for text in texts]
     formulas = formulas_of(readings)
     sums = Accumulator.over(np.asarray(edges, dtype=float), len(formulas))
-    sums.add(time, columns(formulas, signals))
+    add_rows(time, columns(formulas, signals), sums)
     return values_of(readings, formulas, sums)
 
 

@@ -76,10 +76,6 @@ class Builder:
         self.q += [float(x) for x in values]
         return first
 
-    def set_angle_units(self, *dofs: int) -> None:
-        """Set the unit of coordinates that are angles, 1 rad."""
-        self.angles.update(dofs)
-
     def add_mass(self, dofs: Sequence[int], block: Array) -> None:
         """Add a block to the mass matrix at these dofs."""
         self.masses.append((np.asarray(dofs, dtype=int), np.asarray(block, dtype=float)))

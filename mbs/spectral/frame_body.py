@@ -50,11 +50,11 @@ class FrameBody:
         return out
 
 
-def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
-    """Return positions of start and end of a link at t = 0, (2,) each [m], its length [m] and direction [rad]."""
+def line_of(builder: Builder, link: Link) -> tuple[Array, float, float]:
+    """Return the position of a link's start at t = 0, (2,) [m], its length [m] and direction [rad]."""
     start, end = (np.array(builder.mechanism.points[p], dtype=float) for p in (link.start, link.end))
     dx, dy = end - start
-    return start, end, hypot(dx, dy), atan2(dy, dx)
+    return start, hypot(dx, dy), atan2(dy, dx)
 
 
 def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) -> None:
@@ -66,7 +66,7 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
     if each.inertia:
         builder.separate_masses.append(SeparateMass(len(builder.q), link, each.point, is_rotor=True))
         o = builder.add_coordinates((0.0,))
-        builder.set_angle_units(o)
+        builder.angles.add(o)
         builder.add_mass((o,), np.array([[each.inertia]]))
         factors = [0.0, 0.0, 1.0]  # of q[o] in the marker's x, y and angle: only the angle moves
         rotor = builder.add_marker(MarkerKind.LINEAR, offset=0, size=1, dofs=(o, o, o), numbers=factors)
@@ -75,7 +75,7 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:
     """Add a `Rigid` link, merged with the masses attached to it."""
-    start, _, length, angle = line_of(builder, link)
+    start, length, angle = line_of(builder, link)
     bar_mass, bar_inertia, arm = link.body.mass_properties(length)
     bar_centre = start + rotate(np.array(angle), arm)
     attached, points = builder.attached.get(link.name, ()), builder.mechanism.points
@@ -84,7 +84,7 @@ def add_rigid(builder: Builder, link: Link) -> FrameBody:
     centre = sum((m * place for m, place, _ in parts), np.zeros(2)) / mass if mass else bar_centre
     inertia = sum(j + m * float(((place - centre) ** 2).sum()) for m, place, j in parts)  # Steiner's theorem
     o = builder.add_coordinates((*centre, angle))
-    builder.set_angle_units(o + 2)
+    builder.angles.add(o + 2)
     builder.add_mass((o, o + 1, o + 2), np.diag([mass, mass, inertia]))
     builder.add_weight((o, o + 1), mass * np.array(builder.mechanism.gravity))
     return FrameBody(o, centre, angle, mass, inertia, start)
@@ -92,11 +92,11 @@ def add_rigid(builder: Builder, link: Link) -> FrameBody:
 
 def add_modal(builder: Builder, link: Link) -> FrameBody:
     """Add a `Modal` link, undeformed at t = 0. Attached masses are bodies of their own, as they would couple its modes."""
-    start, _, length, angle = line_of(builder, link)
+    start, length, angle = line_of(builder, link)
     model = cast(Modal, link.body).planar(length)
     m, centre = len(model), start + rotate(np.array(angle), model.centre)
     o = builder.add_coordinates((*centre, angle, *np.zeros(m)))
-    builder.set_angle_units(o + 2)
+    builder.angles.add(o + 2)
     largest = np.abs(model.line_shapes).max(axis=(0, 1), initial=0.0)  # (m,): displacement per unit of each modal coordinate
     for i in range(m):  # a unit moves some point of the link by its length; 1e-12: a mode may not move it at all
         builder.units[o + 3 + i] = float(length / max(largest[i], 1e-12))

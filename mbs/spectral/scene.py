@@ -178,19 +178,16 @@ class CompiledScene:
 
     def assemble(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
-        *, tangents: bool = True, sparse: bool = False,
+        *, since: float = 0.0, tangents: bool = True, sparse: bool = False,
     ) -> Equations:  # fmt: skip
         """Compute forces, tangents and constraints at q, v (zero by default), time t [s], multipliers lam (zero).
 
-        Bristles are those of `memory`, by default at rest. Matrices are sparse arrays of SciPy if `sparse`.
+        `memory` has the bristles of `since` seconds before t, by default at rest. Matrices are SciPy's sparse arrays if `sparse`.
         """
         v = np.zeros(self.size) if v is None else v
         lam = np.zeros(len(self.tables.rows)) if lam is None else lam
         memory = self.memory() if memory is None else memory
-        return self.at(Instant(time=float(t), since=0.0, q=q, v=v, lam=lam, memory=memory), tangents, sparse)
-
-    def at(self, now: Instant, tangents: bool = True, sparse: bool = False) -> Equations:
-        """Compute the terms of `assemble` at an instant; `now.memory` has the bristles of `now.since` seconds before it."""
+        now = Instant(time=float(t), since=since, q=q, v=v, lam=lam, memory=memory)
         force, sides = np.empty(self.size), np.empty((3, len(self.tables.rows)))
         matrices = np.zeros((len(MatrixRow), len(self.tables.mass)))
         filled = matrices if tangents else matrices[MatrixRow.JACOBIAN :]  # the last row alone: G and G^T, but no tangents

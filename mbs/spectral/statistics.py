@@ -1,4 +1,4 @@
-"""Statistics of signals over windows of time, accumulated during a run by the compiled function `accumulate`.
+"""Statistics of signals over windows of time, accumulated during a run by the compiled function `add_rows`.
 
 A column is a signal, a row the values of all signals at one time. Between rows a column is linear; intervals are split at the
 edges of windows. Extremes also consider the vertex of the parabola through three rows. Total variation is that of samples at
@@ -34,10 +34,6 @@ PROGRESS = record_type(last_time="f8", time_before="f8", rows="i8", samples="i8"
 """Times of the last row and of the row before [s]; numbers of rows and samples so far."""
 SAMPLES_PER_WINDOW = 2000
 """Samples in a window from which the total variation is computed; chosen: a plot of one turn of a drive has as many points."""
-OVERSHOOT = 0.125
-"""Largest height of a vertex above the middle of three rows, as a share of the larger difference between this row and its two
-neighbours. Greater heights are cut. With equal steps and differences a and b the height is (a - b)^2/(8 (a + b)), at most an
-eighth of the larger. Where a short step lies beside a long one, the vertex of a parabola through a kink has no bound."""
 
 
 class Accumulator(NamedTuple):
@@ -56,10 +52,6 @@ class Accumulator(NamedTuple):
         found = np.zeros((len(edges) - 1, columns, len(Statistic)))
         found[..., Statistic.LARGEST], found[..., Statistic.SMALLEST], found[..., Statistic.LAST] = -np.inf, np.inf, np.nan
         return cls(edges, found, np.zeros(columns), np.zeros(columns), np.zeros(columns), blank(PROGRESS))
-
-    def add(self, time: Array, values: Array) -> None:
-        """Add the next rows: time (times,) [s], values (times, columns)."""
-        accumulate(time, values, self)
 
 
 @inline
@@ -90,7 +82,11 @@ def find_window(edges, t):
 
 @kernel_function
 def add_vertices(t, value, sums):
-    """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
+    """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme.
+
+    With equal steps and differences a and b the vertex is (a - b)^2/(8 (a + b)) above the middle row: at most an eighth of the
+    larger difference. A short step beside a long one gives no such bound, so greater heights are cut.
+    """
     middle_time, window = sums.progress.last_time, find_window(sums.edges, sums.progress.last_time)
     is_in_window = sums.edges[0] <= middle_time <= sums.edges[-1]  # of any window
     if sums.progress.rows < 2 or not is_in_window:
@@ -102,7 +98,7 @@ def add_vertices(t, value, sums):
             s1, s2 = (b - a) / h1, (d - b) / h2
             curvature = (s2 - s1) / (h1 + h2)  # half the second derivative
             slope = (s1 * h2 + s2 * h1) / (h1 + h2)  # at the middle row
-            height = min(slope * slope / (4.0 * abs(curvature)), OVERSHOOT * max(abs(b - a), abs(d - b)))
+            height = min(slope * slope / (4.0 * abs(curvature)), 0.125 * max(abs(b - a), abs(d - b)))
             if curvature < 0.0:
                 at[Statistic.LARGEST] = max(at[Statistic.LARGEST], b + height)
             else:
@@ -153,8 +149,8 @@ def add_intervals(t, value, sums):
 
 
 @jit
-def accumulate(time, values, sums):
-    """Add rows, time (times,) and values (times, columns), to an `Accumulator`; of rows with equal times the first counts."""
+def add_rows(time, values, sums):
+    """Add rows, time (times,) [s] and values (times, columns), to an `Accumulator`; of rows with equal times the first counts."""
     for i in range(time.size):
         t, is_first = time[i], sums.progress.rows == 0
         if not is_first:

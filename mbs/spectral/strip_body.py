@@ -100,7 +100,7 @@ class StripBody:
 
 def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     """Add a `Beam` (Reissner) or `Cable` (Kirchhoff) link in its stress-free shape."""
-    start, _, chord, angle = line_of(builder, link)
+    start, chord, angle = line_of(builder, link)
     shape = find_shape(link, chord)
     breaks = sorted({0.0, 1.0, *shape.fractions.values()})
     has_one_piece = len(breaks) == 2
@@ -173,7 +173,7 @@ def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None
     for own, values in zip(dofs[:, first_new:], coefficients[:, first_new:], strict=True):
         own[:] = builder.add_coordinates(values.tolist()) + np.arange(len(values))
     for angle_dofs in dofs[2:]:
-        builder.set_angle_units(*angle_dofs.tolist())
+        builder.angles.update(angle_dofs.tolist())
     x_inner, y_inner = dofs[:2, 2:].tolist()
     chord = dofs[:2, :2].T.ravel().tolist()  # x and y of the start, then of the end
     builder.group_deformations(x_inner, y_inner, chord=chord)  # for the units of the error control

@@ -16,7 +16,7 @@ from buckler.mbs.spectral.channels import Channels
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.statistics import Accumulator, Statistic
+from buckler.mbs.spectral.statistics import Accumulator, Statistic, add_rows
 
 
 def rattling(speed=10 * pi, rocker=None, law=Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5)):  # noqa: B008
@@ -34,7 +34,7 @@ def accumulated():
     values = np.column_stack([np.sin(time), time - 3.0])
     found = Accumulator.over(np.array([0.0, 2 * pi, 4 * pi]), 2)
     for part in np.array_split(np.arange(len(time)), 7):
-        found.add(time[part], values[part])
+        add_rows(time[part], values[part], found)
     return found
 
 
@@ -61,24 +61,24 @@ def test_a_peak_between_rows_is_found():
     """Of cos(t) sampled every 0.2 rad, off its peak: to the fourth power of the step."""
     time = np.arange(-1.07, 1.0, 0.2)
     found = Accumulator.over(np.array([time[0], time[-1]]), 1)
-    found.add(time, np.cos(time)[:, None])
+    add_rows(time, np.cos(time)[:, None], found)
     assert float(found.found[0, 0, 3]) == pytest.approx(1.0, abs=1e-3) and np.cos(time).max() < 0.998
 
 
 def test_an_interval_across_the_first_edge_counts_from_the_edge_on():
     """Of y = t with rows at 0, 2 and 3: a window that begins between two rows has its part of the interval between them."""
     found = Accumulator.over(np.array([1.0, 3.0]), 1)
-    found.add(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]))
+    add_rows(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]), found)
     assert found.found[0, 0, Statistic.INTEGRAL] == pytest.approx(4.0) and found.found[0, 0, Statistic.SMALLEST] == 1.0
     inside = Accumulator.over(np.array([1.0, 1.5, 3.0]), 1)  # one interval has all of the first window
-    inside.add(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]))
+    add_rows(np.array([0.0, 2.0, 3.0]), np.array([[0.0], [2.0], [3.0]]), inside)
     assert inside.found[:, 0, Statistic.INTEGRAL] == pytest.approx([0.625, 3.375])
 
 
 def test_a_jump_beside_a_long_step_makes_no_peak():
     """Half a picosecond from 0 to 1, then a millisecond: the parabola through them is a million times as high."""
     found = Accumulator.over(np.array([0.0, 1.0]), 1)
-    found.add(np.array([0.0, 0.5, 0.5 + 5e-13, 0.501, 1.0]), np.array([0.0, 0.1, 1.0, 0.9, 0.8])[:, None])
+    add_rows(np.array([0.0, 0.5, 0.5 + 5e-13, 0.501, 1.0]), np.array([0.0, 0.1, 1.0, 0.9, 0.8])[:, None], found)
     assert 1.0 <= found.found[0, 0, 3] < 1.2
 
 
@@ -138,7 +138,7 @@ def test_statistics_of_formulas_are_those_of_a_column_made_by_hand():
     signals = {"B.x": 3 * np.cos(angle), "B.y": 3 * np.sin(angle), "a.curve": np.ones(500)}
     found = Accumulator.over(np.array([0.0, pi]), 2)
     formulas = formulas_of([given])
-    found.add(angle, columns(formulas, signals))
+    add_rows(angle, columns(formulas, signals), found)
     exact = 3.0 - np.trapezoid(np.abs(3 * np.cos(angle) - 1), angle) / pi
     assert set(given.signals) == set(signals)
     assert given.value(found.found, list(formulas), np.array([pi])) == pytest.approx(exact, rel=1e-5)
