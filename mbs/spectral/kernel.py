@@ -182,8 +182,7 @@ def compute_forces(tables, work, now, f):
         f[i] = gravity * tables.weight[i]
     if tables.strips.shape[0] > 0:  # else a rigid mechanism would allocate their work arrays at each call
         add_strips(tables, work, now.q, now.v, f)
-    if tables.modal.shape[0] > 0:
-        add_modal(tables, now.q, now.v, f)
+    add_modal(tables, now.q, now.v, f)
     add_forces(tables, work, now, f)
 
 
@@ -192,8 +191,7 @@ def compute_tangents(tables, work, now, saddle, damp, stiff):
     """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`; add -df/dlambda to `saddle`, [M G^T; G 0]."""
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
-    if tables.modal.shape[0] > 0:
-        add_modal_tangents(tables, work, now.q, now.v, damp, stiff)
+    add_modal_tangents(tables, work, now.q, now.v, damp, stiff)
     add_forces_tangents(tables, work, now, saddle, damp, stiff)
 
 
