@@ -8,9 +8,6 @@ from ..library import crank_rocker, slider_crank
 from ..process import COMPILING, has_compiler
 from ..solvers import Spectral
 
-SHORT = 1e-3
-"""Duration of the runs, whose results are not used [s]."""
-
 
 def compile_all() -> float:
     """Compile what is not on disk yet, by short runs of both integrators; return the time spent on it [s].
@@ -36,7 +33,7 @@ def compile_all() -> float:
     before = COMPILING.seconds
     for mechanism, method in ((rattling, "explicit"), (strip, "implicit")):
         scene = CompiledScene.of(mechanism)
-        out, _, _ = integrate(scene, SHORT, Spectral(method=method))
+        out, _, _ = integrate(scene, 1e-3, Spectral(method=method))  # a short run, whose result is not used
         at_times(scene, out, np.zeros(1))
         record_of(scene, out)
         scene.measure(0, scene.q0)

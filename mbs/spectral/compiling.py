@@ -39,8 +39,6 @@ ANNOUNCEMENT = (
     "`buckler --compile` does it beforehand."
 )
 """Text printed on stderr when a compilation begins."""
-USUAL_FUNCTIONS = 215
-"""Number of functions that Numba compiles for an implicit run, as counted: full scale of the progress line."""
 WORD = ir.IntType(64)
 """Integer of the size of an address, in which references are stored."""
 FAST_SUMS = {"reassoc", "contract", "arcp", "nsz"}
@@ -54,7 +52,7 @@ class Announcer(Listener):
         self.depth = 0  # number of functions being compiled, one within the other
         self.start = 0.0  # time at which the compilation of the outermost one began [s]
         self.progress = Watch("functions compiled", clock=perf_counter)
-        self.progress.most = USUAL_FUNCTIONS
+        self.progress.most = 215  # as counted for an implicit run: full scale of the progress line
         self.ticker: Ticker | None = None  # prints the progress while the outermost one is compiled
         self.announced = False  # the ticker has printed the expected time
 

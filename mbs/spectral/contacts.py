@@ -18,8 +18,6 @@ from ..laws.table import LawColumn, NormalKind
 from .compiling import kernel_function
 from .tables import ForceKind, Forces, Memory, Report
 
-BEYOND = 0.1
-"""Distance beyond a face or edge to which a restart moves, over `closing_gap`: above 0, so that the contact counts as closed."""
 NEVER = 2.0
 """Fraction of a step returned if nothing happens in it; any number above 1."""
 ContactData = IntEnum("ContactData", "SIDE FACE", start=0)
@@ -156,7 +154,7 @@ def is_at_edge(tables, start, end, controls):
 
 @kernel_function
 def compute_time_past_events(tables, reports, gap):
-    """Return the time [s] in which depths within `gap` before a face or edge pass it by BEYOND * gap; 0 for none."""
+    """Return the time [s] in which depths within `gap` before a face or edge pass it by a tenth of `gap`; 0 for none."""
     time = 0.0
     for i in range(tables.edges.shape[0]):
         time = max(time, _compute_time_past(_get_depth_ahead(tables, reports, i), gap))
@@ -170,7 +168,7 @@ def compute_time_past_events(tables, reports, gap):
 def _compute_time_past(place, gap):
     """Return the time [s] of `compute_time_past_events` for one depth; `place` is the depth and its rate."""
     depth, rate = place
-    return (BEYOND * gap - depth) / rate if -gap <= depth <= 0.0 and rate > 0.0 else 0.0
+    return (0.1 * gap - depth) / rate if -gap <= depth <= 0.0 and rate > 0.0 else 0.0
 
 
 @kernel_function

@@ -14,13 +14,10 @@ from .scene import CompiledScene
 from .start import dormand_prince
 from .tables import Memory
 
-SHORTEST_REFINED = 1e-9
-"""Shortest step that is refined, over the time of the run: in shorter ones rates are lost in the rounding of coordinates."""
-
 
 def refine_times(scene: CompiledScene, out: Output, between: int) -> Output:
-    """Return a run with `between` more states at equal distances in each step longer than `SHORTEST_REFINED`."""
-    long = np.diff(out.time) > SHORTEST_REFINED * out.time[-1]
+    """Return a run with `between` more states at equal distances in each step that is not tiny."""
+    long = np.diff(out.time) > 1e-9 * out.time[-1]  # in shorter steps rates are lost in the rounding of coordinates
     fractions = np.arange(1, between + 1) / (between + 1)
     inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * fractions
     return at_times(scene, out, np.sort(np.concatenate([out.time, inner.ravel()])))

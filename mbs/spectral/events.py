@@ -13,12 +13,6 @@ from .radau import factor_saddle
 from .samples import write_after_jump
 from .tables import ForceKind, Forces, Instant, Memory, Report
 
-FORCE_DECAY = 0.8
-"""Factor of a contact's largest force from step to step, so that errors are compared with the largest force of recent steps.
-The value is chosen: a third of a force is left after five steps."""
-MOST_JUMP = 0.1
-"""Longest time of a move past a face or edge, as a share of the last step and of the time left; chosen."""
-
 
 @kernel_function
 def compute_start(model, t):
@@ -57,7 +51,8 @@ def update_memories(tables, work, state, controls, counts):
     for k in range(tables.forces.shape[0]):
         kind, m = tables.forces[k, Forces.KIND], state.memory[k]
         copy(m, state.start_memory[k])  # m becomes the memory after the step
-        state.largest_force[k] = max(FORCE_DECAY * state.largest_force[k], abs(work.reports[k, Report.VALUE]))
+        # 0.8, chosen: the largest force of recent steps, as after five steps a third of it is left
+        state.largest_force[k] = max(0.8 * state.largest_force[k], abs(work.reports[k, Report.VALUE]))
         if is_contact(tables, k):
             has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
             is_event = is_event or has_closed or has_opened
@@ -73,11 +68,11 @@ def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
     A step ends just before a face or edge. The coordinates are moved just beyond it at constant rates, by so little that neither
-    constraints nor rates are corrected: at most (1 + `contacts.BEYOND`) times `closing_gap`.
+    constraints nor rates are corrected: at most 1.1 times `closing_gap`.
     """
     state = model.state
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)
-    h = min(h, MOST_JUMP * clock.previous, MOST_JUMP * (controls.end - clock.time))
+    h = min(h, 0.1 * clock.previous, 0.1 * (controls.end - clock.time))  # 0.1: chosen
     for i in range(state.q.size):
         state.q[i] += h * state.v[i]
     clock.time, clock.needs_matrix = clock.time + h, True

@@ -35,12 +35,6 @@ WEIGHTS = np.array(
     ]
 )
 """Coefficients of the stages; the last row is the solution of fifth order."""
-BRISTLES_ARE_STATES = -1.0
-"""Value of `Instant.since` where the memory has the present bristles, as the integrator has them as states."""
-SHORTEST = 1e-15
-"""Shortest step, over the end of the run: rounding of times."""
-MOST_VIOLATION = 1e-4
-"""Violation of constraints, over the tolerance, above which the state is projected onto them; chosen."""
 SAFETY = 0.9
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
 EXPONENT = 1 / 5
@@ -69,7 +63,7 @@ def compute_rates(model, t, y, out):
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
-    now = Instant(t, BRISTLES_ARE_STATES, q, v, state.lam, state.memory)
+    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # -1: bristles are states of this integrator
     compute_forces(tables, work, now, state.right_side[:n])
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
     compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
@@ -213,7 +207,7 @@ def _accept(model, clock, end, step_end, controls, out, counts):
     tables, order, work, state = model.tables, model.order, model.work, model.state
     n, clock.time = state.force.size, end
     is_event = _update_memories(tables, work, state, controls, counts)
-    is_projected = _violates_constraints(tables, state, MOST_VIOLATION * controls.tolerance)
+    is_projected = _violates_constraints(tables, state, 1e-4 * controls.tolerance)  # chosen
     if is_projected:
         _project(tables, order, state)
     if is_projected or is_event or end == step_end:  # at a kink the last stage has the rates before it

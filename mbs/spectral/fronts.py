@@ -25,8 +25,6 @@ from .elimination import FrontColumn, Fronts
 ROUNDING = 1e-13
 """Ratio of a constraint's pivot to its `magnitude` below which the pivot is rounding. A pivot is a difference of terms; the
 magnitude is the sum of their absolute values."""
-SMALL = 1e-4
-"""Ratio of a constraint's pivot to the largest on the diagonal below which they are exchanged, near singular poses; chosen."""
 BITS = 32
 """Bits of an entry of `swaps` that hold the row exchanged; those above hold the constraint. A shift is faster than a division."""
 
@@ -113,7 +111,7 @@ def _exchange_small(order, factors, magnitude, f, c):
         found = abs(factors[at + i * (size + 1)])
         if found > largest:
             r, largest = i, found
-    if r == c or pivot > SMALL * largest:
+    if r == c or pivot > 1e-4 * largest:  # chosen: a pivot is smaller near singular poses only
         return c
     _swap_rows(factors, at, size, c, r)
     for i in range(size):

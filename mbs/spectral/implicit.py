@@ -20,27 +20,11 @@ from .tables import Elastic, Instant, Report
 
 EXPONENT = 1 / 4
 """One over the order of the local error, in the rule for the length of a step."""
-FORCE_TOLERANCE = 2.0
-"""Relative error allowed of a contact's force, over that allowed of its depth. An elastic force d^n has n times the error of the
-depth d, so it counts only if n is above 2, or with damping."""
-LEAST_FORCE = 1e-2
-"""Least force with which the error of a contact's force is compared, over its largest; chosen. With 1, errors of the small forces
-before a release would not count."""
-SHORTEST = 1e-12
-"""Shortest step, over the end of the run: some thousand roundings of a time."""
 LEAST_STEP = 2.0
 """Least length to which an error shortens a step, over the shortest step. A step of up to twice this length, a chosen factor, is
 accepted with its error."""
 SAFETY = 0.85
 """Safety factor of the length of a step; 0.8 to 0.9 are usual (Hairer, Nørsett and Wanner 1993, II.4)."""
-SHORTER = 0.9
-"""Ratio of lengths above which a shorter step is not taken, as the old length needs no new matrices."""
-LONGER = 1.4
-"""Ratio of lengths below which a longer step is not taken, for the same reason."""
-RELEASE_ERROR = 20.0
-"""Error over the tolerance assigned to a step in which a contact releases: it is repeated at 0.4 of its length."""
-LEAST_MOVE = 1e-2
-"""Least shift of the end of a step to an onset, over the shortest step; at a smaller one the step is accepted."""
 
 
 @kernel_function
@@ -100,11 +84,13 @@ def _estimate_contact_error(model, now, h, controls):
         if contacts.is_contact(tables, k):
             depth_error = contacts.estimate_depth_error(tables, state, shifted, h, k, controls)
             before, end = state.start_reports[k, Report.VALUE], state.end_reports[k, Report.VALUE]
-            scale = max(abs(before), abs(end), LEAST_FORCE * state.largest_force[k], 1e-300)  # 1e-300: not zero
+            # 1e-2, chosen: with 1, errors of the small forces before a release would not count; 1e-300: not zero
+            scale = max(abs(before), abs(end), 1e-2 * state.largest_force[k], 1e-300)
             error = max(error, depth_error / allowed)
             if depth_error > 0.0:  # closed at the start or end, with an error above rounding
                 force_error = abs(shifted[k, Report.VALUE] - end)
-                error = max(error, force_error / (scale * FORCE_TOLERANCE * allowed))
+                # an elastic force d^n has n times the error of the depth d: it counts if n is above 2, or with damping
+                error = max(error, force_error / (scale * 2.0 * allowed))
     copy(state.end_reports, work.reports)
     return error
 
@@ -193,15 +179,16 @@ def _try_step(model, clock, h, end, controls, counts):
         return False
     clock.error = _complete_step(model, end, h, controls)
     fraction = contacts.find_first_event(tables, state.start_reports, work.reports, h, controls)
-    # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end
-    is_moved = h * fraction > shortest and h * (1.0 - fraction) > LEAST_MOVE * shortest
+    # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end, and a tiny move is not worth a step
+    is_moved = h * fraction > shortest and h * (1.0 - fraction) > 1e-2 * shortest
     if is_moved and clock.error <= 1.0:
         clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
         return True
+    # up to 10 shortest steps, the time of the release is known well enough
     if h > 10.0 * shortest and contacts.has_released(tables, state, work.reports, controls):
-        clock.error = max(clock.error, RELEASE_ERROR)  # up to 10 shortest steps, the time of the release is known well enough
+        clock.error = max(clock.error, 20.0)  # so that the step is repeated at 0.4 of its length
     if clock.error > 1.0 and h > 2.0 * LEAST_STEP * shortest:
         ratio = max(SMALLEST_RATIO, SAFETY * clock.error**-EXPONENT)
         clock.next_step, clock.max_growth = max(h * ratio, LEAST_STEP * shortest), 1.0
@@ -256,7 +243,7 @@ def _set_next_step(clock, h, shortest):
     if clock.last_error > 0.0:
         factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** EXPONENT)
     clock.max_growth, clock.last_error, clock.last_step = LARGEST_RATIO, max(error, 1e-2), h  # 1e-2: as in RADAU5
-    if factor < SHORTER or factor > LONGER:
+    if factor < 0.9 or factor > 1.4:  # else the old length is kept, which needs no new matrices
         was_cut_short = h < 0.5 * clock.next_step  # to less than half (chosen), by a step end: the plan is kept
         clock.next_step = max(clock.next_step if was_cut_short else 0.0, h * factor, LEAST_STEP * shortest)
 

@@ -19,12 +19,8 @@ MATRIX_NODE = 1
 """Index of the node, 0.645 h after the start, whose matrices serve for all three."""
 MOST_ITERATIONS = 14
 """Largest number of iterations with one matrix; 3 to 6 suffice with a fresh one."""
-LEAST_ERROR_RATIO = 0.1
-"""Least value of `error_ratio` for a first increment, as the last step's rate of convergence may not hold."""
 UNKNOWN_ERROR_RATIO = 1.0
 """Value of `error_ratio` for the first increment with new matrices: that of increments which halve."""
-DIVERGENT = 2.0
-"""Ratio of two increments above which Newton's method counts as divergent at once; below it a third iteration is tried."""
 FAILED = 2.0
 """Value that `solve_nodes` returns if it fails; any above 1, the largest of a success."""
 SLOW = 0.3
@@ -45,8 +41,7 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     kernel.fill_saddle(tables, work, q, state.jacobian, state.saddle_mass)
     kernel.compute_tangents(tables, work, now, state.saddle_mass, state.damping, state.stiffness)
     kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
-    if tables.modal.shape[0] > 0:
-        kernel.add_inertia_stiffness(tables, work, q, state.node_a[MATRIX_NODE], state.stiffness)
+    kernel.add_inertia_stiffness(tables, work, q, state.node_a[MATRIX_NODE], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.saddle_mass.sum()):
         return False
@@ -133,7 +128,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
     if renew and not renew_matrices(tables, orders, work, state, t, h, counts):
         return FAILED
-    error_ratio = max(state.error_ratio[0], LEAST_ERROR_RATIO)
+    error_ratio = max(state.error_ratio[0], 0.1)  # 0.1: the last step's rate of convergence may not hold
     while left > 0:
         left -= 1
         _compute_residuals(tables, work, state, t, h)
@@ -147,7 +142,8 @@ def solve_nodes(model, t, h, allowed, renew, counts):
                 error_ratio = ratio / (1.0 - ratio)
             # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
-            if size_in_coordinate_units > ROUNDING and (ratio > DIVERGENT or is_slow):
+            is_divergent = ratio > 2.0  # below 2 a third iteration is tried
+            if size_in_coordinate_units > ROUNDING and (is_divergent or is_slow):
                 if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return FAILED
                 renew, last_size, ratio, left, error_ratio = True, 0.0, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO

@@ -51,10 +51,6 @@ ten times of it change the steps of a slider-crank with a strip by 5 per cent.""
 DEFORMATION_FACTOR = 100.0
 """Unit of the error control for an inner coordinate, over the largest deformation so far of its strip piece or link: a
 deformation's relative error is a hundred times the tolerance. A tenth of it costs 13 per cent more steps at tolerance 1e-4."""
-ROUNDED_CONSTRAINT = 1e-13
-"""Residual of a constraint [m or rad] that counts as rounding."""
-MOST_EXTRAPOLATION = 100.0
-"""Longest step that starts from the last one's polynomial, over that step: rounding grows with the cube of the ratio."""
 
 
 @kernel_function
@@ -92,7 +88,7 @@ def predict(state, h, last_h):
     Rates continue the last step's polynomial of third degree, multipliers and stresses the line through its last two nodes.
     After a jump or a tiny step the present acceleration extrapolates rates, and the others stay constant.
     """
-    n, extrapolates = state.q.size, h < MOST_EXTRAPOLATION * last_h
+    n, extrapolates = state.q.size, h < 100.0 * last_h  # rounding grows with the cube of the ratio
     for i in range(3):
         rates, node_stress = state.node_v[i], state.node_stress[i]
         # past_lam and past_stress are those (1 - NODES[1]) last_h ago, at the second node of the last step
@@ -215,7 +211,7 @@ def _project_coordinates(tables, orders, work, state, t):
         worst = 0.0
         for k in range(state.lam.size):
             worst = max(worst, abs(state.violation[k]))
-        if iteration == 3 or worst <= ROUNDED_CONSTRAINT:
+        if iteration == 3 or worst <= 1e-13:  # 1e-13 m or rad: rounding
             break
         correction[:n] = 0.0
         copy(state.violation, correction[n:])

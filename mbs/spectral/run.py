@@ -33,33 +33,9 @@ Errors left by Newton's method add up alike in runs of different tolerance, so t
 A tenfold smaller share costs 10 per cent more iterations."""
 NEWTON_TOLERANCE = 1e-5
 """Tolerance below which the share falls as tol^(1/4), a chosen exponent: so Newton's errors stay small in fine runs."""
-NEWTON_EQUAL = 1e-12
-"""Size of the last Newton increment, in units of coordinates, in steps of equal length, which have no error control."""
-END_ROUNDING = 1.1e-12
-"""Time left, over the end, at which a run is over; the integrators themselves stop 1e-12 before the end."""
-FIRST_STEP = 1e-3
-"""First step over the longest: so short that a finer run is finer from its start on, where stiff parts vibrate."""
-CLEARANCE_SHARE = 4e-3
-"""Largest local error of explicit steps, over the smallest clearance. At 0.01 contacts chatter: a tenth more onsets are found."""
-MOST_VIOLATION = 1e-6
-"""Largest violation of a constraint at the end, over 1 rad or the longest link; constraints are met to 1e-8 at any tolerance."""
-DISTINCT = 1e-12
-"""Distance of two step ends, over the end of the run, below which they are one: a step between them would be rounding."""
 ROWS_PER_CALL = 2000
 """Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold.
 With `samples.MOST_SAMPLES` + 3 or less no step would begin, and a run would not end."""
-LANDING = 1e-2
-"""Distance to a face, over tolerance and longest link, within which a contact counts as closed as a step starts.
-A step does not end at such a face again. The distance is `face_tolerance` of the controls."""
-EXPLICIT_LANDING = 1e-3
-"""`LANDING` of the explicit method, whose steps have no error of Newton's method."""
-LEAST_LANDING = 1e-12
-"""Least `face_tolerance` of the explicit method, over the longest link: rounding errors of a step."""
-OUTSIDE = 0.1
-"""Distance before a face at which an implicit step to an onset ends, over `face_tolerance`: `stop_gap` of the controls.
-A last node inside the face would have the contact's force. The distance is 1e-3 of the tolerance, ten times `NEWTON_SHARE`."""
-ROUNDING = 1e-15
-"""Rounding of a distance, over the longest link: no shorter step reduces an error below it."""
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
@@ -120,7 +96,7 @@ def find_contradiction(scene: CompiledScene, out: Output) -> Failure | None:
     coefficients = np.abs(tables.measure_numbers[:, MeasureNumber.FACTOR])  # of the measures in their constraints
     measure_units = coefficients * np.where(is_angle, 1.0, scene.length)
     units = np.array([measure_units[row.measures].max() for row in scene.builder.rows])
-    if not (violation > MOST_VIOLATION * units).any():
+    if not (violation > 1e-6 * units).any():  # constraints are met to 1e-8 at any tolerance
         return None
     worst = int((violation / units).argmax())
     where = f"'{scene.row_names[worst]}' is off by {violation[worst]:.2g} m or rad"
@@ -150,7 +126,7 @@ def integrate(
     parts, failure = [], None
     RAISED.clear()  # exceptions of users' functions, which callbacks from compiled code append
     with catch_ctrl_c() as interrupted:
-        while clock.time < end * (1 - END_ROUNDING) and failure is None:
+        while clock.time < end * (1 - 1.1e-12) and failure is None:  # the integrators stop 1e-12 before the end
             out = Output(np.zeros(ROWS_PER_CALL), *(np.zeros((ROWS_PER_CALL, *each.shape)) for each in first_row))
             run(model, clock, controls, step_ends, out, counts)
             failure = _translate_failure(counts, clock.time, solver)
@@ -177,7 +153,7 @@ def _find_step_ends(scene: CompiledScene, start: float, controls: output.Record,
     if not controls.fixed:
         kinks = subdivide(kinks, controls.longest, default_longest=end / SECOND_LEVEL_STEPS)
     times = np.unique([*kinks, end])
-    times = times[np.append(np.diff(times) > DISTINCT * end, True)]
+    times = times[np.append(np.diff(times) > 1e-12 * end, True)]  # a step between closer ones would be rounding
     return times if ends is None else np.unique(np.concatenate([times, ends]))
 
 
@@ -213,24 +189,29 @@ def _set_controls(
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.max_steps, out.fixed = solver.steps.max_steps, ends is not None or not solver.steps.adaptive
     out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
-    out.first_step = longest if out.fixed else FIRST_STEP * min(longest, duration / SECOND_LEVEL_STEPS)
-    out.shortest = end * (explicit.SHORTEST if runs_explicitly else implicit.SHORTEST)
+    # so short that a finer run is finer from its start on, where stiff parts vibrate
+    out.first_step = longest if out.fixed else 1e-3 * min(longest, duration / SECOND_LEVEL_STEPS)
+    out.shortest = end * (1e-15 if runs_explicitly else 1e-12)  # rounding of a time, or some thousand roundings
     out.every, out.writes_within_steps = every, every == 1 and not out.fixed
     out.stops_at_all_onsets = not (runs_explicitly and gives_parts)
     out.least_onset = SLOWEST_ONSET
     # finer runs allow slower onsets, so that the difference of two runs shows the effect of `GRAZE`
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
-    out.newton_share = NEWTON_EQUAL / solver.tolerance if out.fixed else share
+    # steps of equal length have no error control: Newton's method may leave 1e-12 of a coordinate's unit
+    out.newton_share = 1e-12 / solver.tolerance if out.fixed else share
     size = scene.units.max()  # of coordinates: the longest link [m], or 1 of an angle
-    out.rounding = ROUNDING * size
+    out.rounding = 1e-15 * size  # of a distance
     if runs_explicitly:
-        shares = (CLEARANCE_SHARE * joint.gap / scene.length for joint in scene.source.clearances)
+        # with an error of 0.01 of the clearance contacts chatter: a tenth more onsets are found
+        shares = (4e-3 * joint.gap / scene.length for joint in scene.source.clearances)
         out.tolerance = min([out.tolerance, *shares])
-        out.face_tolerance, out.stop_gap = max(EXPLICIT_LANDING * out.tolerance, LEAST_LANDING) * size, 0.0
+        # a tenth of that of implicit steps, as there is no error of Newton's method; 1e-12: rounding errors of a step
+        out.face_tolerance, out.stop_gap = max(1e-3 * out.tolerance, 1e-12) * size, 0.0
     else:
-        out.face_tolerance = LANDING * out.tolerance * size
-        out.stop_gap = max(OUTSIDE * out.face_tolerance, out.rounding)
+        out.face_tolerance = 1e-2 * out.tolerance * size
+        # a last node inside the face would have the contact's force; 0.1: ten times the error that Newton's method leaves
+        out.stop_gap = max(0.1 * out.face_tolerance, out.rounding)
     out.closing_gap = 2.0 * out.stop_gap  # a step that aims at `stop_gap` ends within this gap, see `contacts`
     return out
 

@@ -18,10 +18,6 @@ from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
 
 ROUNDING = 1e-12
 """Relative error that counts as rounding: of G v = speed, before start rates are corrected; of multipliers in `balance`."""
-MOST_ITERATIONS = 20
-"""Iterations after which `balance` returns the last, converged or not; enough for 1e-12 if each divides the change by 4."""
-LEAST_RATE = 1e-3
-"""Least scale of errors of rates in the explicit method, in units of coordinates [1/s]; chosen: at rest no rate gives a scale."""
 
 
 def start_rates(scene: CompiledScene) -> Array:
@@ -67,11 +63,12 @@ def differentiate_marker(scene: CompiledScene, marker: int, q: Array) -> Array:
 def balance(scene: CompiledScene, q: Array, v: Array, t: float, memory: Array) -> tuple[Array, Array]:
     """Solve M a + G^T lambda = f, G a = change at a state; return a and lambda, which is zero for redundant rows.
 
-    Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges.
+    Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges. After 20
+    iterations the last values are returned, converged or not.
     """
     lam = np.zeros(len(scene.tables.rows))
     depends_on_multipliers = (scene.tables.forces[:, Forces.ROW] >= 0).any()  # ROW: constraint whose reaction presses, or -1
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(20):  # enough for 1e-12 if each divides the change by 4
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
         acceleration, new = scene.accelerate(q, out.force, out.change)
         converged = np.abs(new - lam).max(initial=0.0) <= ROUNDING * np.abs(new).max(initial=1e-300)
@@ -115,7 +112,7 @@ def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory:
     saddle = scene.find_mass_fronts(constant=free_modes)  # `kernel.couple_modes` then solves for the modes apart
     y = np.concatenate([q, v, memory[:, Memory.BRISTLE]])
     sizes = _count_sizes(scene, saddle) | {"y": len(y), "front": saddle.largest}
-    largest_rate = max(LEAST_RATE, np.abs(v / scene.units).max(initial=0.0))
+    largest_rate = max(1e-3, np.abs(v / scene.units).max(initial=0.0))  # 1e-3 1/s, chosen: not zero at rest
     values: dict[str, ArrayLike] = {"y": y, "y_new": y, "y_stage": y, "lam": lam, "memory": memory, "units": scene.units}
     # with `free_modes` M in [M G^T; G 0] is the constant `tables.mass`; else the integrator writes the whole matrix
     values |= {"largest_rate": largest_rate, "free_modes": free_modes, "matrix": scene.tables.mass}

@@ -15,11 +15,6 @@ from .compiling import kernel_function
 from .markers import add_force, add_geometric
 from .tables import Forces, Markers, Report, State, StatefulData
 
-STEP = 1e-6
-"""Step of central differences over the size of the argument: rounding and truncation are both small."""
-SMALL = 1e-3
-"""Least size of a law's argument in that step, in SI units, chosen: at an argument of 0 the step must not vanish."""
-
 
 @kernel_function
 def _read_counts(tables, k):
@@ -92,7 +87,7 @@ def add_stateful_tangents(tables, work, k, t, q):
         component = c if is_coordinate else c - count
         marker_c, column_c, first_c = _find_coordinate(tables, k, first, count, component)
         x = arguments[1 + c]
-        h = STEP * max(abs(x), SMALL)
+        h = 1e-6 * max(abs(x), 1e-3)  # rounding and truncation are both small; 1e-3: not zero at x = 0
         for r in range(count + states):
             arguments[1 + c] = x + h
             slope = _evaluate(tables, work, k, r, count)
