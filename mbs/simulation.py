@@ -20,7 +20,7 @@ from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import explain_not_applicable, find_suspicions
 from .elements import Drive
-from .functions import EdgeMemory, use_memory
+from .functions import EdgeMemory, has_user_code, use_memory
 from .functions.edge_memory import SETTLED
 from .functions.edge_search import MOST, WIDTH
 from .geometry import Array
@@ -278,7 +278,7 @@ def _provenance(run: Run) -> dict[str, Any]:
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     scene = Scene.of(run.record.mechanism)
     notes = [*run.notes, *(note for name, element in scene.elements.items() for note in element.remarks(name, run.values))]
-    if scene.has_user_code:
+    if has_user_code(scene.mechanism):
         interval = f"every {WIDTH * run.record.time[-1]:.2g} s"
         notes.append(f"functions in Python are looked at {interval} for jumps and pulses; a Piecewise names shorter ones")
     return found | ({"notes": notes} if notes else {})

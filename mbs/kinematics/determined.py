@@ -7,8 +7,8 @@ from poses interpolated between them.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +29,7 @@ LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
 
 
-@dataclass(frozen=True)
-class Ended:
+class Ended(NamedTuple):
     """Early end of the motion of a linkage: time [s], status, message."""
 
     time: float
@@ -62,13 +61,12 @@ class Follower:
 
     def _follow(self, duration: float) -> Course:
         """Follow the motion from the start to the end or to a singular pose, and return the anchors."""
-        linkage = self.linkage
-        state = close_loops(self.linkage, np.zeros(1), linkage.reference[None].copy())
+        state = close_loops(self.linkage, np.zeros(1), self.linkage.reference[None].copy())
         assert state is not None  # the scene has checked the start
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # 0.02 rad, or any first step, which adapts
-        slow = 0.01 * linkage.size / duration  # by the longest link: least scale of errors of speeds [m/s], for a start at rest
+        slow = 0.01 * self.linkage.size / duration  # [m/s]: least scale of errors of speeds, for a start at rest
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
@@ -79,7 +77,7 @@ class Follower:
             h = duration - t if duration - t - h < 1e-12 * duration else h  # no last step of the size of rounding
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
-            error = np.inf if after is None else float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size
+            error = np.inf if after is None else float(np.abs((after.q - guess) * self.lengths).max()) / self.linkage.size
             if after is None or error > LARGEST_ERROR or self._is_refused(state, after, slow):
                 h /= 2
                 if h < 1e-9 * duration:

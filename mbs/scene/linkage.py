@@ -27,9 +27,8 @@ class KinematicsError(ValueError):
 
 
 DEPENDENT = 1e-9
-"""Singular value of a Jacobian below which rows count as dependent, relative to the largest singular value or entry.
-
-A largest value below 1 counts as 1. The relative rounding error is about 1e-15."""
+"""Singular value of a Jacobian below which rows count as dependent, relative to the largest singular value or entry, which
+counts as 1 if it is smaller. The relative rounding error is about 1e-15."""
 DISPLACEMENT = 1e-2
 """Largest change of a coordinate from t = 0 to the pose in general position, over the longest link or in rad: chosen."""
 
@@ -55,11 +54,8 @@ class Linkage:
     @cached_property
     def reference(self) -> Array:
         """Coordinates at t = 0, shape (links, 3)."""
-        rows = []
-        for link in self.mechanism.links:
-            (x0, y0), (x1, y1) = self.mechanism.points[link.start], self.mechanism.points[link.end]
-            rows.append((x0, y0, np.arctan2(y1 - y0, x1 - x0)))
-        return np.array(rows)
+        ends = [(self.mechanism.points[link.start], self.mechanism.points[link.end]) for link in self.mechanism.links]
+        return np.array([(x0, y0, np.arctan2(y1 - y0, x1 - x0)) for (x0, y0), (x1, y1) in ends])
 
     @cached_property
     def size(self) -> float:
@@ -115,7 +111,7 @@ class Linkage:
 
     def system(self, q: Array) -> tuple[Array, Array]:
         """Compute C (..., rows), before drives subtract their travel, and J (..., rows, 3 links) from q (..., links, 3)."""
-        return self._forms.system(q - self._start_angles)
+        return self._forms.system(q - self.reference * (0.0, 0.0, 1.0))  # with angles since t = 0
 
     def jacobian(self, q: Array) -> Array:
         """Compute the Jacobian J (..., rows, 3 links) at coordinates q (..., links, 3)."""
@@ -123,12 +119,7 @@ class Linkage:
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """Compute the convective term gamma (..., rows), quadratic in the rates."""
-        return self._forms.convective(q - self._start_angles, q_t)
-
-    @cached_property
-    def _start_angles(self) -> Array:
-        """Coordinates (0, 0, theta) with the angles at t = 0, (links, 3): `Forms` counts angles from t = 0."""
-        return np.array([0.0, 0.0, 1.0]) * self.reference
+        return self._forms.convective(q - self.reference * (0.0, 0.0, 1.0), q_t)  # with angles since t = 0
 
     def drive_travel(self, time: ArrayLike, order: int = 0) -> Array:
         """Return the travels (..., rows) of the drives of rows [m or rad], or derivatives of order 1 or 2; 0 without a drive."""

@@ -10,7 +10,7 @@ import numpy as np
 from ..elements import Link
 from ..elements.clearance import Clearance, clearances
 from ..elements.element import Burden, Element
-from ..functions import has_user_code, step_ends
+from ..functions import step_ends
 from ..mechanism import Mechanism
 from .linkage import Linkage
 from .remarks import find_redundant, find_undetermined, remarks
@@ -84,9 +84,8 @@ class Scene:
         if any(link.body.flexible for link in self.mechanism.links) or not self.mechanism.drives:
             return False
         rows, coordinates = self.linkage.rows, self.linkage.reference.size
-        if len(rows) < coordinates or any(row.start_only for row in rows):  # rows at t = 0 only: of a joint with clearance
-            return False
-        return self.linkage.count_free_motions() == 0
+        has_clearance = any(row.start_only for row in rows)  # its rows hold at t = 0 only
+        return len(rows) >= coordinates and not has_clearance and self.linkage.count_free_motions() == 0
 
     @cached_property
     def why_not_kinematic(self) -> str:
@@ -141,11 +140,6 @@ class Scene:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
         return tuple(sorted(times.union(step_ends(duration))))  # kinks of user functions, which `functions` keeps in a simulation
-
-    @cached_property
-    def has_user_code(self) -> bool:
-        """True if the mechanism contains Python functions or objects that are not Buckler's."""
-        return has_user_code(self.mechanism)
 
     @cached_property
     def is_stiffly_damped(self) -> bool:

@@ -70,8 +70,7 @@ class Stations:
         """Return a row's derivatives by the weighted velocities of all n stations, (3 n,)."""
         found = np.zeros((len(self.points), 3))
         for end, by_pose in row.gradient(self.mechanism.points):  # derivatives by (x, y, angle) of the end
-            k = self.numbers.get((end.body, end.point))
-            if k is not None:
+            if (k := self.numbers.get(end)) is not None:
                 found[k] += np.array(by_pose) @ self.axes[k]
         return found.ravel()
 
@@ -170,7 +169,6 @@ def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, 
         for by_rates, rate in equations:
             row, by_stations = np.zeros((len(linkage.index), 3)), np.zeros((len(stations.points), 3))
             row[linkage.index[link]] = by_rates
-            if (link, point) in stations.numbers:
-                k = stations.numbers[link, point]
+            if (k := stations.numbers.get((link, point))) is not None:
                 by_stations[k] = by_rates[:2] @ stations.axes[k][:2]
             yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(rate)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..functions import has_user_code
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..process import one_thread
@@ -142,7 +143,7 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
     values = _eigenvalues(found)[:count]
     changes = np.zeros(len(values))
     scene = problem.scene.source
-    has_laws = scene.has_user_code or any(getattr(load, "law", None) for load in scene.mechanism.loads)
+    has_laws = has_user_code(scene.mechanism) or any(getattr(load, "law", None) for load in scene.mechanism.loads)
     for k, shape in enumerate(np.real(found.shapes[:, :count]).T if has_laws else ()):
         # displacement, in units of coordinates 1e-4: chosen
         step = 1e-4 * shape / max(np.abs(shape / problem.units).max(), 1e-300)
