@@ -25,8 +25,6 @@ CORNER = 0.5
 """Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, relative to the step, at which it is on the path."""
-CORNER_ARCS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Arcs within which a corner of the path is searched, one after the other, and lengths tried for the step behind it: chosen."""
 
 
 class Step(NamedTuple):
@@ -85,12 +83,13 @@ class Arc:
                 return Step(rest, direction, self.find_on_plane(rest, direction, arc), arc)
             except StaticsError:
                 arc *= 0.5
-        for far in CORNER_ARCS:  # at a corner a contact closes or opens, so that the tangent turns at once
+        lengths = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # within which a corner is searched, and of trial steps behind it: chosen
+        for far in lengths:  # at a corner a contact closes or opens, so that the tangent turns at once
             corner = self._find_corner(rest, direction, far)
             if corner is None:
                 continue
             after = self.direction(corner, direction)
-            for arc in CORNER_ARCS:
+            for arc in lengths:
                 with suppress(StaticsError):
                     return Step(rest, after, self.find_on_plane(corner, after, arc), arc, passes_corner=True)
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
