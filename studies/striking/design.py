@@ -24,8 +24,6 @@ from .impact import ModelRun, StrikeParameters, read
 from .impact_models import make_slider_crank, simulate_model
 from .inverse import Given, StrikeDesign, Wish, binding, design, feasible, limits
 
-AFTER_RELEASE = np.radians(2.0)
-"""Angle by which the crank turns in the simulation after the slider has left the stop [rad]."""
 LARGEST_ERRORS = {"contact_force": 5e-3, "impact_force": 2e-2, "contact_angle": 5e-3}
 """Largest relative differences of the simulated turn from the wish, chosen: the equation of the impact alone errs by 1 %."""
 UNITS = {"thickness": "m", "stop": "m", "speed": "rad/s", "impact_speed": "m/s", "shortening": "1", "euler_load": "N"}
@@ -72,7 +70,7 @@ def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> Mo
     )
     solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
-    duration = p.extend_for_motor((release_angle + AFTER_RELEASE) / chosen.speed)  # [s], longer on a motor (`--motor`)
+    duration = p.extend_for_motor((release_angle + np.radians(2.0)) / chosen.speed)  # [s], longer on a motor (`--motor`)
     return simulate_model(model, mechanism, duration, solver, p.timeout)
 
 

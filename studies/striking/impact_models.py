@@ -24,17 +24,8 @@ from ..kit.report import Metric
 from .impact import ImpactParameters, ModelRun, StrikeParameters, crank_angle, read
 from .stitched import Stitched, follow
 
-AXIAL_DAMPING = 9e-5
-"""Time constant of a strut's axial damping [s], chosen. Times the axial stiffness E A/L it is a damping coefficient: a fifth of
-the critical one of the default slider on the default strip."""
 BUCKLED_FROM = 1e-3
 """End shortening over length above which a strip counts as buckled before contact, by convention."""
-IMPACT_UNTIL = np.radians(150.0)
-"""Crank angle at which a run ends that needs only the first impact [rad]."""
-CALIBRATED_TO = 1e-3
-"""Largest relative difference of a calibrated force from the published one: a tenth of the accuracy of values read off plots."""
-TRIALS = 12
-"""Largest number of iterations of a calibration; five are usually enough."""
 
 
 def make_slider_crank(
@@ -47,7 +38,8 @@ def make_slider_crank(
     to which inertia bends the beam, the negative side of `Beam`.
     """
     if model == "strut":
-        body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
+        # [s], chosen: times the axial stiffness E A/L it is a fifth of the default slider's critical damping on the default strip
+        body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=9e-5)))
     else:
         damped = section.damped(p.damping, lengths.coupler)
         body = Beam(damped, elements=p.elements, imperfection=-p.imperfection * lengths.coupler)
@@ -94,8 +86,8 @@ def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float
 
 
 def strike(model: str, parameters: ImpactParameters, stop_setting: float, speed: float) -> ModelRun:
-    """Run one model from crank angle 0 until its first impact is over."""
-    return run_model(model, parameters, stop_setting, speed, IMPACT_UNTIL / speed)
+    """Run one model from crank angle 0 to 150 degrees, where its first impact is over."""
+    return run_model(model, parameters, stop_setting, speed, np.radians(150.0) / speed)
 
 
 class NotCalibratedError(ValueError):
@@ -119,7 +111,7 @@ class Calibration(NamedTuple):
 def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     """Fit a model's stop to the published force: by m (1 + e) v/dt for stitched, else by the secant method in logarithms.
 
-    A NotCalibratedError says that a run fails or has no impact, or that `TRIALS` iterations are not enough.
+    A NotCalibratedError says that a run fails or has no impact, or that 12 iterations are not enough; five usually are.
     """
     # speed of the slider at the impact [m/s]; the published force was measured at the crank speed IMPACT_SPEED
     slider_speed = IMPACT_SPEED * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
@@ -140,13 +132,13 @@ def calibrate(model: str, parameters: ImpactParameters) -> Calibration:
     def log_ratio(log_stop: float) -> float:
         """Compute the logarithm of force over published force, or 0, which ends the iteration, where the stop is accurate."""
         ratio = log(strike_force(log_stop) / IMPACT_FORCE)
-        return ratio if abs(ratio) >= CALIBRATED_TO else 0.0
+        return ratio if abs(ratio) >= 1e-3 else 0.0  # a tenth of the accuracy of values read off plots
 
     first = 2 * log(IMPACT_FORCE / slider_speed) - log(parameters.mass)  # elastic impact: F = v sqrt(k m)
     root = first
     if log_ratio(first):
         second = first - 2 * log_ratio(first)  # F grows with sqrt(k)
-        root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=TRIALS).root
+        root = root_scalar(log_ratio, method="secant", x0=first, x1=second, maxiter=12).root
     if log_ratio(root):
         last = strike_force(root)
         raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last gave {last:.4g} N")

@@ -42,18 +42,10 @@ from buckler.mbs.library import PAPER
 
 Floats = Any
 """Float, or array that broadcasts with the others."""
-PASSES = 14
-"""Fixed-point iterations for the speed, on which D depends: each reduces the error 20-fold or more, 12 reach rounding."""
-MOST_COMPRESSION = 0.8
-"""Largest compression before the impact over the Euler load: below 1, as a load applied suddenly at the start overshoots."""
-MOST_PUSH = 0.4
-"""Largest Q over S - D: up to it equation (3) holds within 1 %."""
 MOST_RISE = 2.0
 """Largest Q' over P_cr. Q is P_cr at most, so at a larger Q' the slider's inertia pulls the strip with more than P_cr."""
 LEAST_STRENGTH = 1e-3
 """Least S - D over F_i in the iteration. It keeps the speed positive where Q alone exceeds F_i; the limit `push` then fails."""
-ANGLES = 33
-"""Number of crank angles before the impact at which the compression is computed: its maximum is then right within 1e-3."""
 
 
 def _require_positive(numbers: object) -> None:
@@ -144,7 +136,7 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     strength = np.sqrt(np.maximum(square, 0.0)) / c0
     axial = given.modulus * thickness * given.width * cosine**2 / L  # k_s
     speed = 1.0  # [rad/s], where the iteration starts
-    for _ in range(PASSES):
+    for _ in range(14):  # each reduces the error of D, which depends on the speed, 20-fold or more; 12 reach rounding
         # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
         rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)
         rise_time = np.cbrt(6 * mass * rise / (axial * (1 + given.chi) * stiffness * rate * speed))  # t
@@ -183,9 +175,9 @@ def limits(chosen: StrikeDesign) -> list[Limit]:
     return [
         Limit("shortening", "end shortening over length", chosen.shortening, 1.0),  # at 1 the strip's ends meet
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
-        Limit("buckling", "compression on the way over the Euler load", compression, MOST_COMPRESSION),
+        Limit("buckling", "compression on the way over the Euler load", compression, 0.8),  # a sudden load overshoots
         Limit("pull", "rise of the strip's push in the impact over the Euler load", rise, MOST_RISE),
-        Limit("push", "push of the strip over the impact's strength", chosen.push / strength, MOST_PUSH),
+        Limit("push", "push of the strip over the impact's strength", chosen.push / strength, 0.4),  # or (3) errs by over 1 %
         Limit("speed", "crank speed in rad/s", chosen.speed, chosen.given.fastest),
     ]
 
@@ -203,7 +195,7 @@ def binding(chosen: StrikeDesign) -> Limit:
 
 def _compression(chosen: StrikeDesign) -> Floats:
     """Find the largest compression (f - m x'' omega^2)/cos(phi) of a rigid coupler before the impact [N]."""
-    angle = np.linspace(0.0, chosen.angle, ANGLES)  # the first axis is that of the angles
+    angle = np.linspace(0.0, chosen.angle, 33)  # on the first axis; with 33 of them the maximum is right within 1e-3
     cosine = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
     inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
     return np.maximum(((chosen.given.friction - inertia) / cosine).max(axis=0), 0.0)

@@ -9,8 +9,6 @@ from ..kit.report import StudyResult
 from ..kit.style import Axes, Figure, subplots
 from .impact import COLOURS, MODELS
 
-LASTING = 0.1
-"""Duration above which an impact has passed into lasting contact, and does not set the time axis of the figure [s], chosen."""
 WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
 """Line widths, which keep the first model visible below the others."""
 DOTTED = {"color": COLOURS["published"], "linestyle": ":"}
@@ -45,7 +43,8 @@ def _draw_turn(result: StudyResult, exact: Array) -> Figure:
         if (force > 0).any():
             first.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=COLOURS[model], lw=WIDTHS[model])
     times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
-    longest = 1e3 * max((t for t in times if t < LASTING), default=0.01)  # [ms]; 10 ms if all impacts last, chosen
+    # An impact of 0.1 s or more has passed into lasting contact, and does not set the axis; if all have, it has 10 ms: chosen.
+    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # [ms]
     for ax in (turn, first):
         ax.axhline(IMPACT_FORCE, **DOTTED)
     first.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), ylabel="force on the stop [N]")

@@ -27,11 +27,6 @@ from ..sweeping.sweep import Row, sweep
 from . import slider_crank
 from .impact import MODELS, StrikeParameters, by_case, compare, exact_force
 
-CUBE_TOLERANCE = 2e-3
-"""Largest relative difference of a force ratio from the cubed thickness ratio, chosen: ten times the 2e-4 by which the compliance
-of the stop changes the ratio."""
-STATIC_TOLERANCE = 0.01
-"""Largest relative difference from the elastica in equilibrium with which a force counts as static, by convention."""
 STATES = {
     "pressed": ("pressed at rest", "o", COLOURS[2]),
     "in the air": ("not at rest at the dead centre", "v", COLOURS[4]),
@@ -131,7 +126,7 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
     difference = np.where(state == "pressed", np.abs(force / exact - 1), nan)
     found["force_off_elastica"] = Metric(float(np.nanmax(difference, initial=0.0)), "1")
     for i, h in enumerate(p.thicknesses):
-        is_static = np.logical_and.accumulate(difference[i, 1:] < STATIC_TOLERANCE)  # at this and all speeds listed before
+        is_static = np.logical_and.accumulate(difference[i, 1:] < 0.01)  # by convention; at this and all earlier speeds
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
         is_struck = np.isin(state[i, 1:], STRUCK)
         if is_struck.sum() > 2:  # a power law has two parameters
@@ -146,7 +141,7 @@ def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
     lines = []
     for name, metric in metrics.items():
         error = metric.error or 0.0  # relative difference from `exact`; nan without a force, None without `exact`
-        if name.startswith("cube.") and not error < CUBE_TOLERANCE:
+        if name.startswith("cube.") and not error < 2e-3:  # ten times the 2e-4 by which the stop's compliance changes ratios
             ratio = f"ratio {metric.value:.4g} instead of {metric.exact:.4g}"
             why = ratio if isfinite(metric.value) else "no force to be had: lower `slow`, `mass`"
             lines.append(f"{name.removeprefix('cube.')} at {p.slow:g} rad/s: {why}")

@@ -31,9 +31,6 @@ from ..kit.style import Figure, subplots
 
 REFERENCE_THICKNESS = 3e-4
 """Thickness of the strip whose printed force gives the stop of Table 2 [m]."""
-MODELS = ("quartic", "exact", "rod", "beam")  # of the strip, as described above
-STRAIGHTEST = 1e-4
-"""Smallest end shortening over length at which rod and beam are computed: below it the strip may be straight."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         load_laws = _make_load_laws(h, p.elements, failures)
         for name, stop in stops.items():
             press, key = Press(h, stop), f"h{_mm(h)}_{name}"  # as in the metric F_h0.3_e120, the force of the beam
-            largest = {model: float(press.force(load_laws[model], np.pi)[0]) for model in MODELS}
+            largest = {model: float(press.force(load_law, np.pi)[0]) for model, load_law in load_laws.items()}
             # The printed forces stand at both stops, to show which of them the table was computed with.
             metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
             metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
@@ -117,13 +114,13 @@ def _mm(thickness: float) -> str:
 
 
 def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
-    """Make the law p(u) of each model; rod and beam give nan below `STRAIGHTEST`, and failures of the beam are appended."""
+    """Make the law p(u) of each model; nan of rod and beam where the strip may be straight; failures are appended."""
     press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
         """Compute loads where the strip is surely bent, and none if Newton's method fails."""
-        p, is_bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
+        p, is_bent = np.full(u.shape, np.nan), u >= 1e-4  # of the length, chosen
         try:
             if is_bent.any():
                 p[is_bent] = load(u[is_bent])
