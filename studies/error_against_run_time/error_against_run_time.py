@@ -27,9 +27,6 @@ from .works import WORKS
 
 ORDER = 4
 """Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains, which is 2."""
-MOST_UNCERTAIN = 1e-2
-"""Largest relative difference of a work's references, one by the engine and one by the compiled solver, chosen: above it one of
-the two codes counts as wrong."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -77,8 +74,9 @@ class MeasuredWork:
     def wrong(self) -> list[str]:
         """List runs without a result, and too large a difference of the references."""
         failed = [f"no result of {' at '.join(key)}" for key, point in self.points.items() if not isfinite(point.error)]
-        difference = f"its two references differ by {self.uncertainty:.1e}, allowed {MOST_UNCERTAIN:g}"
-        return failed + ([] if self.uncertainty <= MOST_UNCERTAIN else [difference])
+        allowed = 1e-2  # relative, chosen: above it the engine or the compiled solver counts as wrong
+        difference = f"its two references differ by {self.uncertainty:.1e}, allowed {allowed:g}"
+        return failed + ([] if self.uncertainty <= allowed else [difference])
 
 
 def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = "runs") -> MeasuredWork:

@@ -18,12 +18,6 @@ PACKAGES = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
 """Packages that a run should load only if it needs them."""
 FOLDERS = ("engine", "spectral", "modal", "statics", "sensitivity")
 """Folders of `buckler.mbs` that a run should load only if it needs them."""
-ALWAYS_LOADED = {"buckler.mbs.modal.planar"}
-"""Modules of these folders that every description of a mechanism loads."""
-SHARE = 0.01
-"""Part of a motion's duration that is run, to save time: what only the rest would load or compile is not listed."""
-TOTALS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")
-"""Entries of a scene's summary that are totals, not kinds of objects."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +57,10 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
     else:
         summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
-    loaded = sys.modules.keys() - ALWAYS_LOADED
+    totals = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")  # not kinds of objects
+    loaded = sys.modules.keys() - {"buckler.mbs.modal.planar"}  # which every description of a mechanism loads
     return Ingredients(
-        status=str(result.status), objects={kind: count for kind, count in summary.items() if kind not in TOTALS},
+        status=str(result.status), objects={kind: count for kind, count in summary.items() if kind not in totals},
         unknowns=summary["coordinates"] + summary["constraints"], kernels=_find_kernels(),
         packages=[package for package in PACKAGES if package in loaded],
         folders=[folder for folder in FOLDERS if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
@@ -86,4 +81,5 @@ def _find_kernels() -> list[str]:
 if __name__ == "__main__":
     motion = WORKS[sys.argv[1]]().motion
     assert motion is not None  # the study asks for no ingredients of statics
-    print(json.dumps(asdict(_find_ingredients(motion.mechanism, SHARE * motion.duration, sys.argv[2]))))
+    duration = 0.01 * motion.duration  # to save time: what only the rest would load or compile is not listed
+    print(json.dumps(asdict(_find_ingredients(motion.mechanism, duration, sys.argv[2]))))

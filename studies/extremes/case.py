@@ -35,20 +35,12 @@ SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times over the duration of the run at which places are compared."""
 AGREEMENT = 0.3
 """Largest difference of the two reference runs over the allowed error, in a measure that is compared; by convention."""
-CLEARANCE_CHANGE = 1e-3
-"""Relative increase of the clearance in the third run. While it moves journals by little, a motion counts as predictable."""
-SMALL = 0.02
-"""Size over the largest force of the mechanism below which a force is not compared, by convention."""
-STEPS_PER_PERIOD = 12
-"""Smallest number of steps of the coarser reference run in a period of a strut's axial vibration, chosen."""
 TRIAL = 1e-6
 """Part of the duration that is run to compile the solver: times and time limits then do not include the compilation."""
 PATIENCE = 30.0
 """Time limit of a reference run [s]."""
 ENDED = (Status.OK, Status.SUSPECT)
 """Status of runs whose numbers are compared."""
-FORCES = (SignalKind.REACTION, SignalKind.CONTACT, SignalKind.INTERNAL)
-"""Kinds of signals that are compared as forces."""
 
 
 class Verdict(StrEnum):
@@ -184,11 +176,12 @@ def find_forces(result: Result) -> dict[str, str]:
 
     A force X that vibrates also has a moving average, the signal `X.mean` with the `source` X. Then only the average is compared.
     """
+    kinds = (SignalKind.REACTION, SignalKind.CONTACT, SignalKind.INTERNAL)
     averaged = {trait.source for trait in result.traits.values()}
     return {
         name: (trait.group or name).removesuffix(".mean")
         for name, trait in result.traits.items()
-        if trait.kind in FORCES and result.units[name] in ("N", "N m") and name not in averaged
+        if trait.kind in kinds and result.units[name] in ("N", "N m") and name not in averaged
     }
 
 
@@ -221,7 +214,7 @@ def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
         return None
     until = len(SAMPLES)
     if clearances(mechanism):
-        joints = [replace(x, gap=(1 + CLEARANCE_CHANGE) * x.gap) if isinstance(x, Clearance) else x for x in mechanism.joints]
+        joints = [replace(x, gap=1.001 * x.gap) if isinstance(x, Clearance) else x for x in mechanism.joints]
         changed = read_reference(draw._replace(mechanism=replace(mechanism, joints=joints)), False)
         if changed is None:
             return None
@@ -236,7 +229,7 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
     largest_force = max((find_largest(value) for name, value in fine.items() if name.startswith("force")), default=0.0)
     for name, value in fine.items():
         is_motion = name in ("place", "path", "journal")
-        is_small = name.startswith("force") and find_largest(value) < SMALL * largest_force
+        is_small = name.startswith("force") and find_largest(value) < 0.02 * largest_force  # by convention
         if not is_motion and (until < len(SAMPLES) or is_small):
             continue
         part = slice(until) if is_motion else slice(None)
@@ -256,7 +249,7 @@ def run_reference(draw: Draw, finer: bool) -> Result | None:
     """Run the compiled solver, on request with finer steps and strips; return None if it fails."""
     longest_step = draw.duration / 800  # 16 steps at least between two of `SAMPLES`
     if any(link.body.massless for link in draw.mechanism.links):  # the tolerance of places does not resolve axial vibration
-        longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / STEPS_PER_PERIOD)
+        longest_step = min(longest_step, Scene.of(draw.mechanism).axial_period / 12)  # twelve steps, chosen
     if finer:  # all settings are chosen
         solver = Spectral(Controlled(tolerance=1e-9, max_step=longest_step / 2), degree=12, contact_tolerance=5e-4)
     else:

@@ -27,16 +27,8 @@ from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, subplots
 from .case import Finding, Verdict, judge
 
-ACCURACIES = (None, None, None, 1e-2, 1e-3)
-"""Accuracies of which each case draws one entry; None is a run without an accuracy, which three fifths of the cases are."""
 BARS = mbs.Section(0.005, 0.020, STEEL)
 """Section of the bars of linkages with clearance."""
-LEAST = 1e-4
-"""Smallest error over the allowed one on the axis of the figure; smaller errors are drawn there."""
-MOST = 1 / LEAST
-"""Largest error over the allowed one on the axis of the figure; larger errors are drawn there."""
-NOT_COMPARED = 40 * MOST
-"""Place of cases without a comparison on the axis of the figure, chosen: right of all errors."""
 
 
 def strike(dice: Dice) -> Run:
@@ -91,7 +83,8 @@ def make_case(p: Parameters, k: int) -> tuple[str, drawn.Draw, float | None]:
     """Draw the k-th case: family, mechanism and accuracy."""
     number, index = divmod(k, len(p.families))
     family = SLUGS[p.families[index]]
-    accuracy = ACCURACIES[int(np.random.default_rng([p.seed, k]).integers(len(ACCURACIES)))]
+    accuracies = (None, None, None, 1e-2, 1e-3)  # three fifths of the cases run without an accuracy
+    accuracy = accuracies[int(np.random.default_rng([p.seed, k]).integers(len(accuracies)))]
     return family, drawn.draw(p.seed, number, (family,), FAMILIES), accuracy
 
 
@@ -136,14 +129,15 @@ def figure(result: StudyResult) -> Figure:
     s, jitter = result.signals, np.random.default_rng(0)
     families = [name for name in FAMILIES if (s["family"] == name).any()]
     fig, ax = subplots(height=60 + 6 * len(families))
-    x = np.where(np.isnan(s["error"]), NOT_COMPARED, np.clip(s["error"], LEAST, MOST))
+    least, most, not_compared = 1e-4, 1e4, 4e5  # errors beyond the ends of the axis are drawn there; all three are chosen
+    x = np.where(np.isnan(s["error"]), not_compared, np.clip(s["error"], least, most))
     y = np.array([families.index(name) for name in s["family"]]) + jitter.uniform(-0.3, 0.3, len(x))
     marks = {"right": "o", "named": "P", "false alarm": "D", "silent": "X", "no reference": "*"}
     for (verdict, mark), colour in zip(marks.items(), COLOURS, strict=False):
         part = s["verdict"] == verdict
         ax.plot(x[part], y[part], mark, ms=3.5, color=colour, label=f"{verdict} ({part.sum()})")
     ax.axvline(1.0, color="black", lw=0.8)
-    ax.set(xscale="log", xlim=(LEAST / 2, 5 * NOT_COMPARED), xlabel="error over what is allowed [1]; right: not compared")
+    ax.set(xscale="log", xlim=(least / 2, 5 * not_compared), xlabel="error over what is allowed [1]; right: not compared")
     ax.set(yticks=range(len(families)), yticklabels=families, ylim=(len(families) - 0.4, -0.6), ylabel="family")
     ax.legend(loc="lower center", bbox_to_anchor=(0.25, 1.0), ncols=3, columnspacing=1.0)
     return fig
