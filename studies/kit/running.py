@@ -97,12 +97,6 @@ def finish(
     return 0 if result.status == "OK" or is_allowed else 1
 
 
-EPILOG = (
-    "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
-    "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input, 130 Ctrl-C."
-)
-
-
 class CaseMaker(NamedTuple):
     """Maker of the parameters of the cases of a sweep."""
 
@@ -156,7 +150,9 @@ def find_study(name: str) -> Study:
 
 def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:
     """Make the parser of `run NAME` or `sweep NAME`; `sweep` excludes parameters with the names of its own options."""
-    parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.description, epilog=EPILOG)
+    epilog = "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
+    epilog += "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input, 130 Ctrl-C."
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description=study.description, epilog=epilog)
     study.declare(parser, excluded)
     group = parser.add_argument_group("input and output")
     group.add_argument("--out", metavar="DIR", default="results", help="folder of the results; default results")

@@ -35,10 +35,6 @@ from ..kit.cli import add_repeated
 from .files import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
 
 HOST = "127.0.0.1"
-DEFAULT_RANGE = (0.5, 2.0)
-"""Range of a slider, relative to the value of its number, where no range is given."""
-MAX_REQUEST = 65536
-"""Largest request [bytes]: the values of all sliders of a mechanism take a few thousand."""
 HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}  # of each answer
 OMITTED = ("along", "exponent", "near")
 """Keys of numbers that get a slider only if `--free` names them: directions, exponents, guesses of places."""
@@ -69,7 +65,7 @@ class Explorer:
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
         """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
         now, unit = self.family.values[path], self.family.units[path]
-        low, high = bounds or sorted(factor * now for factor in DEFAULT_RANGE)
+        low, high = bounds or sorted((0.5 * now, 2.0 * now))
         if not low < high:
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         check_range(path, now, low, high, unit)
@@ -171,7 +167,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
             """Send the answer to a request of the page."""
             name = self.path.removeprefix(f"/{token}/")
             length = int(self.headers.get("Content-Length") or 0)
-            if not self._is_ours() or name not in ANSWERS or not 0 < length <= MAX_REQUEST:
+            if not self._is_ours() or name not in ANSWERS or not 0 < length <= 65536:  # all sliders take a few thousand
                 self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
                 return
             try:

@@ -32,12 +32,8 @@ from .study import Parameters, solver_options, target_signals
 
 T = TypeVar("T")
 
-FIXED_KEYS = ("elements", "points", "velocities", "gravity")
-"""Keys whose numbers change only if a user names them: numbers of elements, places of points, initial velocities, gravity."""
 VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
 """Help text on the numbers of `varied_numbers`."""
-TRIAL_DURATION = 1e-6
-"""Duration of a trial run that shows which signals a mechanism has [s]: one or two steps of any solver."""
 OPTIONS = {name: about for name, about in declarations(Parameters).items() if about.group}
 """Options of a run, which may also stand in a file's table [run]. In the help they have a heading, `group`."""
 SETTINGS = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
@@ -151,7 +147,7 @@ class File(Study):
     def check(self, parameters: Any) -> None:
         """Run a microsecond; raise an error for a wrong start or an unknown signal."""
         with name_errors(self.path):
-            result = simulate(parameters.mechanism(), min(parameters.duration, TRIAL_DURATION))
+            result = simulate(parameters.mechanism(), min(parameters.duration, 1e-6))  # one or two steps of any solver
             if result.signals:  # a failed run has none, so that no name can be looked up
                 for name in target_signals(parameters):
                     _ = result[name]  # raises for an unknown name
@@ -282,7 +278,8 @@ def varied_numbers(file: FileContent, omitted: Collection[str] = ()) -> tuple[di
     if named := free_parameters(file.document):
         return file.document, named
     document = file.mechanism.to_dict()  # in full, with numbers as floats
-    return document, list(_find_numbers(document, {*FIXED_KEYS, *omitted}))
+    # Numbers of elements, places, initial velocities and gravity change only if a user names them.
+    return document, list(_find_numbers(document, {"elements", "points", "velocities", "gravity", *omitted}))
 
 
 def _find_numbers(content: object, fixed: Collection[str], path: str = "") -> Iterator[str]:

@@ -35,13 +35,9 @@ from ..kit.parameters import Repeated, StudyParameters
 from ..kit.report import QUIET, Metric, Progress, StudyResult
 from ..kit.style import Figure, subplots
 
-MOST_DRAWN = 6
-"""Largest number of signals in the figure: with more the panels are too flat."""
 GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
-RENAMED = {"count": "steps", "method": "integrator"}
-"""Names in files and options of fields whose own name is clear only beside its class: `Equal.count` is there `steps`."""
 SOLVER_GROUP = "the solver; with an accuracy its kind is kept, its steps and the strips' elements are chosen"
 """Heading, in the help, of the solver's options."""
 SOLVER_NAME = Declaration(
@@ -71,7 +67,7 @@ def settings() -> dict[str, SolverSetting]:
     for kind in (Controlled, Equal, *SOLVERS.values()):
         for key, about in declarations(kind).items():
             if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
-                name = RENAMED.get(key, key)
+                name = {"count": "steps", "method": "integrator"}.get(key, key)  # clear without its class, as `Equal.count`
                 others = found[name].classes if name in found else ()
                 found[name] = SolverSetting((*others, kind), key, about._replace(group=SOLVER_GROUP))
     return found
@@ -258,7 +254,8 @@ def target_signals(parameters: Parameters) -> tuple[str, ...]:
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw over time the signals whose whole names occur in the readings."""
     patterns = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
-    names = [name for name, pattern in patterns.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
+    names = [name for name, pattern in patterns.items() if any(map(pattern.search, result.metrics))]
+    names = names[:6]  # with more the panels are too flat
     if not names:
         return {}
     height = 25.0 + 32.0 * len(names)  # [mm]; margins, and a panel for each signal

@@ -1,8 +1,7 @@
 """Assumptions that a paper on a crank-rocker leaves open: gravity, pins, friction speeds, modes, damping of the rocker.
 
-Authors and title of the paper are unknown; `buckler.studies.kit.published` has its numbers. The joints are O crank-frame,
-A crank-coupler, B coupler-rocker, C rocker-frame. Each assumption is a parameter of the studies; the study `buffering` varies
-all of them.
+`buckler.studies.kit.published` has the paper's numbers. The joints are O crank-frame, A crank-coupler, B coupler-rocker, C
+rocker-frame. Each assumption is a parameter of the studies; the study `buffering` varies all of them.
 """
 
 from collections.abc import Callable
@@ -23,8 +22,6 @@ PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Values of `pin_on`, as O.crank: the crank carries the pin of joint O."""
 FIRST = PINS[::2]
 """Default of `pin_on`."""
-THRESHOLDS = 0.1, 1.0
-"""Sliding speeds [m/s], defaults of ADAMS: friction is static at the first and dynamic from the second on."""
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:
@@ -65,8 +62,7 @@ class JointAssumptions(Gravity):
     @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds [m/s] at which friction is static, and from which it is dynamic."""
-        low, high = THRESHOLDS
-        return self.friction_thresholds * low, self.friction_thresholds * high
+        return self.friction_thresholds * 0.1, self.friction_thresholds * 1.0  # multiples of the defaults of ADAMS
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""

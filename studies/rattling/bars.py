@@ -1,9 +1,9 @@
 """Crank-rocker with clearance in its joints: the mechanism, the modes of its rocker, and the parameters of all its studies.
 
-Authors and title of the published paper are unknown; `kit.published` has its numbers. The paper does not give clearance, pins,
-friction speeds and the plane in which the bars bend: each is a parameter. The largest contact damping c_max is printed as
-253 "N×S/m". Its unit decides the physics (`damping_unit`): in N.s/m the joints rattle, in N.s/mm they stay closed. The paper
-recommends for c_max 0.1 % of the stiffness K. Its numbers are then those of c_max in N.s/mm and of K in N/mm^1.5.
+`kit.published` has the paper's numbers. It does not give clearance, pins, friction speeds and the plane in which the bars bend:
+each is a parameter. The largest contact damping c_max is printed as 253 "N×S/m". Its unit decides the physics (`damping_unit`):
+in N.s/m the joints rattle, in N.s/mm they stay closed. The paper recommends for c_max 0.1 % of the stiffness K. Its numbers are
+then those of c_max in N.s/mm and of K in N/mm^1.5.
 """
 
 from collections.abc import Sequence
@@ -25,15 +25,11 @@ from ..kit.published import BAR_AREA, CONTACT_DAMPING, DAMPING_UNITS, STEEL
 from .assumptions import DAMPINGS, JOINTS, JointAssumptions, ModalAssumptions
 from .turns import Runs
 
-MODAL_PARAMETERS = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
-"""Parameters that act only on a modal rocker."""
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
 """Mesh of the solid rocker: elements along its length, its depth in the plane, and its width. The study `modes` compares its
 frequencies with Timoshenko's."""
-MODE_COUNT = 40
-"""Number of flexible modes of the solid rocker that are computed; all modes of `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
 """Kinds of modes in the plane."""
 
@@ -71,8 +67,8 @@ def section(depth: float) -> Section:
 
 
 def solid_modes(depth: float) -> ReducedModel:
-    """Compute the `MODE_COUNT` lowest flexible modes in space of the free rocker, meshed by solid elements."""
-    return reduced(Modal(section(depth), FreeModes(tuple(range(1, MODE_COUNT + 1))), mesh=MESH), LENGTH)
+    """Compute the 40 lowest flexible modes in space of the free rocker, meshed by solid elements; `SETS` has no higher ones."""
+    return reduced(Modal(section(depth), FreeModes(tuple(range(1, 41))), mesh=MESH), LENGTH)
 
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
@@ -176,7 +172,8 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
     def agree(self) -> None:
         """Check that parameters of modes are given to a modal rocker only."""
         kind = type(self)  # whose attributes are the defaults
-        changed = [f"{name} = {getattr(self, name)}" for name in MODAL_PARAMETERS if getattr(self, name) != getattr(kind, name)]
+        names = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
+        changed = [f"{name} = {getattr(self, name)}" for name in names if getattr(self, name) != getattr(kind, name)]
         if self.rocker == "rigid" and changed:
             raise ValueError(f"{', '.join(changed)}: only a rocker of modes can have them; choose rocker = modal")
         super().agree()

@@ -44,8 +44,6 @@ from .turns import TestedRuns, run_turns
 
 RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
 """Assumptions whose two values are ends of a range."""
-CHOSEN = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")
-"""Assumptions that take one of the listed values."""
 OPEN = "left open"
 """Heading, in the help, of what the paper does not give."""
 
@@ -85,7 +83,8 @@ class Parameters(TestedRuns):
 
     def axes(self) -> dict[str, Sequence[Any]]:
         """Return the values from which a sample draws: of each assumption by name, and the pins of each joint."""
-        axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *CHOSEN)}
+        chosen = ("gravity_angle", "modal_damping", "modes_of", "bending", "axial", "in_plane_depth")  # from lists of values
+        axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *chosen)}
         for joint in JOINTS:
             bodies = [f"{joint}.{body}" for body in BODIES[joint]]
             default = bodies[0]

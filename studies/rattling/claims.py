@@ -24,8 +24,6 @@ from .turns import FORCE
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 VERDICTS = {HOLDS: 1.0, UNDECIDED: 0.0, FAILS: -1.0}
 """Numbers of the verdicts in metrics.json."""
-SAMPLES = 2001
-"""Number of times in a turn at which the ideal motion is sampled, 0.1 ms apart at 300 r/min."""
 
 
 class Claim(NamedTuple):
@@ -71,11 +69,10 @@ READINGS = tuple(claim.reading for claim in CLAIMS)
 def ideal_motion(speed: float) -> dict[str, CubicSpline]:
     """Compute x-velocities and x-accelerations of coupler and rocker with ideal joints at a crank speed [rad/s], by their names.
 
-    They are periodic cubic splines over the time since the crank's angle was 0. The linkage is solved in two steps between
-    neighbouring samples.
+    They are periodic cubic splines over the time since the crank's angle was 0, of 2001 samples, 0.1 ms apart at 300 r/min.
     """
-    mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, SAMPLES) * 2 * pi / speed
-    result = simulate(mechanism, times[-1], solver=Closure(Equal(2 * (SAMPLES - 1))))
+    mechanism, times = PlayParameters().bars(gap=0.0, speed=speed), np.linspace(0, 1, 2001) * 2 * pi / speed
+    result = simulate(mechanism, times[-1], solver=Closure(Equal(4000)))  # two steps between neighbouring samples
     splines = {}
     for link in ("coupler", "rocker"):
         for signal in ("vx", "ax"):

@@ -37,8 +37,6 @@ READINGS = tuple(reading for reading, _ in MEASURES.values())
 """Readings of `MEASURES`, in their order."""
 IMPACTS = "onsets(B.normal_force)"
 """Reading of the number of impacts in B."""
-LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]")
-"""Labels of `MEASURES` in figures, in their order."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +164,8 @@ def _lines(result: StudyResult) -> Figure:
     """Draw each number over the clearance with a curve for each speed; points without a valid law are hollow."""
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
-    panels = [(label, s["mean"][..., i], s["error"][..., i]) for i, label in enumerate(LABELS)]
+    labels = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]")  # of `MEASURES`
+    panels = [(label, s["mean"][..., i], s["error"][..., i]) for i, label in enumerate(labels)]
     panels.append(("penetration over clearance", s["depth"], np.zeros_like(s["depth"])))  # its error is not known
     for ax, (name, value, error) in zip(axes.flat, panels, strict=True):
         for k, speed in enumerate(s["speed"]):

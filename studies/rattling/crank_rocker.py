@@ -28,8 +28,6 @@ from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
 
-BAND = 2001
-"""Number of times at which the band of the members is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 """Names of the joints in figures."""
 MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
@@ -42,8 +40,6 @@ ideal: rigid bars in ideal joints. Motions are of centres of mass, from `settle`
 where joints rattle (damping_unit N.s/m). With N.s/mm peaks are repeatable. They are as short as microseconds, so that a run gives
 them some per cent too small, less with a smaller `tolerance`."""
 """Notes below the table."""
-WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Joints with clearance by their number, `clearance_joints`: first those whose forces the paper shows, B and C."""
 ROCKERS = {"rigid": "rigid", "beam": "flexible", "modal": "flexible"}
 """Bodies of the rocker, with the name of the variant that has them."""
 LABELS = {"ideal": "ideal joints", "rigid": "rigid rocker", "flexible": "flexible rocker"}
@@ -82,8 +78,8 @@ class Parameters(PlayParameters, Assumptions):
 
     @property
     def with_play(self) -> str:
-        """Points of the joints with clearance."""
-        return WITH_PLAY[self.clearance_joints]
+        """Points of the joints with clearance: first B and C, whose forces the paper shows."""
+        return ("", "B", "BC", "ABC", "OABC")[self.clearance_joints]
 
     @property
     def first_angle(self) -> float:
@@ -197,12 +193,12 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _bands(members: Sequence[Variant]) -> dict[str, Array]:
-    """Compute the ends of the middle two thirds of the members for each drawn signal, (2, BAND); nothing below three members."""
+    """Compute the ends of the middle two thirds of the members for each drawn signal, (2, 2001); nothing below three members."""
     name = members[0].name
     if len(members) < 3 or name == "ideal":
         return {}
     arrays = [samples(v) for v in members]
-    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), BAND)
+    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), 2001)
     found = {f"{name}.band.time": time}
     for signal in (*MOTIONS, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in arrays]

@@ -24,8 +24,6 @@ from .bars import BENDING, SETS, FourBarParameters, beam_frequencies, make_rocke
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .turns import TestedRuns, Turns, run_turns
 
-MOST_ROWS = 12
-"""Number of flexible modes in the printed table."""
 BASE = "none"
 """Empty set: the rigid rocker."""
 LARGEST = "bending_1_8_axial_1_4"
@@ -135,11 +133,11 @@ def sameness(found: Ratio, one_end: float, margin: float) -> str:
 
 
 def _modes_table(depth: float) -> Table:
-    """Tabulate the flexible modes of the solid rocker, with their numbers in each way of counting."""
+    """Tabulate the first twelve flexible modes of the solid rocker, with their numbers in each way of counting."""
     rows, planar = list[list[Any]](), 0
     theory = {kind: iter(hertz) for kind, hertz in beam_frequencies(depth).items()}
     # `kind` is the kind of motion with the largest share of the mode's energy.
-    for number, hertz, kind, share, is_planar in solid_modes(depth).table()[:MOST_ROWS]:
+    for number, hertz, kind, share, is_planar in solid_modes(depth).table()[:12]:
         planar += is_planar
         exact = f"{next(theory[kind]):.0f}" if kind in theory else None
         in_plane, in_free_body = planar if is_planar else None, number + 6  # after six rigid modes
@@ -173,9 +171,7 @@ def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
     """Tabulate all cases, a row for each set: the ratios in `SUMMARISED` to the rigid rocker, and their marks."""
     rows = []
-    for name in p.mode_sets:
-        if name == BASE:
-            continue
+    for name in [name for name in p.mode_sets if name != BASE]:
         cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMARISED) for case in p.cases]
         rows.append([SETS[name].label, *cells])
     claims = ", ".join(PRINTED[claim] for claim in SUMMARISED)

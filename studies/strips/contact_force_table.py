@@ -114,7 +114,7 @@ def _mm(thickness: float) -> str:
 
 
 def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
-    """Make the law p(u) of each model; nan of rod and beam where the strip may be straight; failures are appended."""
+    """Make the law p(u) of each model, nan for rod and beam where the strip may be straight; failures are appended."""
     press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 

@@ -21,8 +21,6 @@ APPLICATION = 0x4275636B
 """SQLite's `application_id` in the header of a store, by which it is recognised: "Buck" in ASCII."""
 FORMAT = 2
 """Version of the tables, SQLite's `user_version`; version 1 had a column for each part of a result, and signals."""
-WAIT = 1.0
-"""Longest wait for another process that uses the file [s]."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,8 @@ class Store:
     def __init__(self, path: Path | None = None) -> None:
         self.path = path
         try:
-            self.connection = sqlite3.connect(path or ":memory:", timeout=WAIT, isolation_level=None)
+            # waits up to 1 s for another process that uses the file
+            self.connection = sqlite3.connect(path or ":memory:", timeout=1.0, isolation_level=None)
         except sqlite3.Error as error:
             raise StoreError(_explain(error, path)) from None
         try:

@@ -29,12 +29,8 @@ from .store import About, Part, Row, Store, StoreError, read
 
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
 
-IN_FLIGHT = 1000
-"""Most cases submitted to an executor at once: enough for the workers of a cluster, few enough for its scheduler's memory."""
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Start method of processes: no fork of this process, which has threads and an open store. A fork server imports only once."""
-STARTS = 3
-"""Attempts to start processes that import the study, chosen: a process killed at its start looks like a failed import."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
@@ -147,7 +143,8 @@ def _rows(jobs: Sequence[Job], workers: int, executor: Executor | None) -> Gener
     if jobs and executor is not None:
         _load(executor, jobs[0].module)
         remaining = len(jobs)
-        for job, outcome in _outcomes(executor, jobs, IN_FLIGHT):
+        # the limit is enough for the workers of a cluster, and small enough for its scheduler's memory
+        for job, outcome in _outcomes(executor, jobs, limit=1000):
             if isinstance(outcome, BrokenExecutor):
                 raise SweepError(f"{type(executor).__name__} has lost a worker and starts no other: {outcome}")
             remaining -= 1
@@ -171,7 +168,7 @@ def _in_processes(jobs: Sequence[Job], workers: int) -> Generator[Row]:
                 _load(pool, batch[0].module)
             except SweepError:
                 starts += 1
-                if starts == STARTS:
+                if starts == 3:  # chosen; a process killed at its start looks like a failed import
                     raise
                 time.sleep(0.2)  # an earlier start may still use a fork server that is being killed; 0.2 s is chosen
                 continue

@@ -35,8 +35,6 @@ MOST_LINES = 100
 """Most lines of the table in the terminal; the CSV has all."""
 MARKS = "os^vDP*Xhd"
 """Marks of the curves of a figure, in order."""
-CONSTANT = 1e-9
-"""Spread of values, relative to the largest, below which a figure draws them as equal: differences are rounding errors."""
 
 
 class Axis(NamedTuple):
@@ -239,7 +237,7 @@ def _values(found: Sequence[DesignPoint], metric: str) -> Array:
     metrics = (point.metric(metric) for point in found)
     y, error = np.array([(each.value, each.error_in_unit) if each else (None, None) for each in metrics], float).T  # None: nan
     is_known = np.isfinite(y)
-    if is_known.any() and np.ptp(y[is_known]) <= CONSTANT * np.abs(y[is_known]).max():
+    if is_known.any() and np.ptp(y[is_known]) <= 1e-9 * np.abs(y[is_known]).max():
         y[is_known] = np.median(y[is_known])
     return np.array([y, error])
 
