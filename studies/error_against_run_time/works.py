@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from math import pi, sqrt
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -40,12 +39,6 @@ STRIP = mbs.Section(STRIP_WIDTH, 3e-4)
 """Section of the strip that buckles."""
 MASS = 0.3
 """Mass of the slider [kg]."""
-STIFFNESS = 1e5
-"""Stiffness of the slider's stop [N/m], which is damped critically."""
-GAP = 2.5e-4
-"""Radial clearance of the joints [m]."""
-LINKS = 16
-"""Number of links of a chain."""
 
 
 class RattlingSetting(NamedTuple):
@@ -53,13 +46,6 @@ class RattlingSetting(NamedTuple):
 
     elements: int
     tolerance: float
-
-
-def _import_plain() -> ModuleType:
-    """Import `plain` only when a run needs it: the import loads Exudyn, and the study lists what each run has loaded."""
-    from . import plain
-
-    return plain
 
 
 def strip() -> Work:
@@ -72,7 +58,9 @@ def strip() -> Work:
 
     def run_cable(elements: int) -> Array:
         """Compute the loads P L^2/(E I) of hand-written cables."""
-        return _import_plain().buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
+        from . import plain  # loads Exudyn
+
+        return plain.buckled_strip(STRIP, PAPER.coupler, SHORTENINGS, elements) / unit
 
     runs: Runs = {(ENGINE, f"{n}"): partial(run_cable, n) for n in (16, 32, 64)}
     beams = {f"{n}": mbs.Beam(STRIP, n) for n in (8, 16, 32, 64)}  # on Exudyn; loads are P L^2/(E I)
@@ -94,9 +82,11 @@ def slider_work(
 
     def run_engine(setting: HandSetting) -> Array:
         """Compute the deflection [m], (times, 1)."""
+        from . import plain  # loads Exudyn
+
         cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
         _, *numbers = setting  # steps and tolerances
-        return _import_plain().slider_crank(build(cable), motion.times, *numbers)[:, None]
+        return plain.slider_crank(build(cable), motion.times, *numbers)[:, None]
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
@@ -116,7 +106,8 @@ def smooth() -> Work:
 
 def stop() -> Work:
     """Define the work of a slider-crank that strikes its stop, buckles its coupler, and leaves the stop."""
-    law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS))
+    stiffness = 1e5  # [N/m]; with the slider the stop is damped critically
+    law = KelvinVoigt(stiffness, 2 * sqrt(stiffness * MASS))
     return slider_work(
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
         mbs.Beam(STRIP.damped(ratio=0.01, length=PAPER.coupler), imperfection=PAPER.coupler / 1000),
@@ -131,30 +122,32 @@ def chain_work(
     fine: tuple[HandSetting, OnceSetting] | None, tuned: str,
 ) -> Work:  # fmt: skip
     """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
-    bars, last = kind == "bars", LINKS - 1
+    bars, count = kind == "bars", 16
 
     def build(elements: int | None = None) -> mbs.Mechanism:
         """Make the chain; only strips have elements."""
         body = mbs.Rigid(mbs.Section(0.020, 0.005)) if bars else mbs.Cable(mbs.Section(0.010, 0.0005), elements=elements)
-        points = {f"P{k}": (0.1 * k, 0.0) for k in range(LINKS + 1)}  # links of 0.1 m
-        links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(LINKS)]
-        joints = [mbs.Revolute(f"P{k}", f"link{k - 1}" if k else "ground", f"link{k}") for k in range(LINKS)]
+        points = {f"P{k}": (0.1 * k, 0.0) for k in range(count + 1)}  # links of 0.1 m
+        links = [mbs.Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(count)]
+        joints = [mbs.Revolute(f"P{k}", f"link{k - 1}" if k else "ground", f"link{k}") for k in range(count)]
         return mbs.Mechanism(points, links, joints, gravity=(0.0, -GRAVITY))
 
-    point = f"link{last}" if bars else f"P{LINKS}"
+    point = f"link{count - 1}" if bars else f"P{count}"
     motion = ComparedMotion(build(), duration=0.2, signals=(f"{point}.x", f"{point}.y"))
 
     def run_engine(setting: HandSetting) -> Array:
         """Compute the path [m], (times, 2)."""
+        from . import plain  # loads Exudyn
+
         elements, *numbers = setting
-        return _import_plain().chain(build(elements), motion.times, *numbers)
+        return plain.chain(build(elements), motion.times, *numbers)
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     if fine:
         references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
     else:  # by Lagrange's equations
         references = dict.fromkeys((ENGINE, ONCE, KNOWN), cache(partial(pendulum, motion.mechanism, motion.times)))
-    return Work(f"chain of {LINKS} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
+    return Work(f"chain of {count} {kind}", "error of its end's path [1]", runs, tuned, references, motion=motion)
 
 
 def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
@@ -195,8 +188,8 @@ def rattling(
     It runs for 10 ms, because the motion is chaotic after that. The series `engine` has Buckler's runs on Exudyn, with elements
     and tolerance set by hand. Clearance, contact law and friction are the published ones.
     """
-    friction = AdamsFriction(static=0.3, dynamic=0.1)
-    play = partial(mbs.Clearance, pin=5e-3, gap=GAP, law=RATTLING, friction=friction)
+    gap, friction = 2.5e-4, AdamsFriction(static=0.3, dynamic=0.1)  # the radial clearance in m
+    play = partial(mbs.Clearance, pin=5e-3, gap=gap, law=RATTLING, friction=friction)
 
     def build(elements: int | None = None) -> mbs.Mechanism:
         """Make the crank-rocker, at 300 r/min; only a beam has elements."""
@@ -217,7 +210,7 @@ def rattling(
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
     references = work.cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
-    return Work(about, measure, runs, tuned, references, scale=GAP, motion=motion)
+    return Work(about, measure, runs, tuned, references, scale=gap, motion=motion)
 
 
 WORKS: Mapping[str, Callable[[], Work]] = {

@@ -33,8 +33,6 @@ MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
 """Checks that find a law used beyond its range, which a reference with the same law cannot refute."""
 SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times over the duration of the run at which places are compared."""
-AGREEMENT = 0.3
-"""Largest difference of the two reference runs over the allowed error, in a measure that is compared; by convention."""
 TRIAL = 1e-6
 """Part of the duration that is run to compile the solver: times and time limits then do not include the compilation."""
 PATIENCE = 30.0
@@ -135,8 +133,7 @@ def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Fi
         simulate(draw.mechanism, draw.duration, solver=Spectral(), timeout=PATIENCE)
         price = spent / (perf_counter() - start)
         longest_link = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
-        # The allowed error of a place is `ALLOWED` times its scale: the accuracy times the longest link, if that is more. Two
-        # references need to agree only within a part of the allowed error, `AGREEMENT`.
+        # The allowed error of a place is `ALLOWED` times its scale: the accuracy times the longest link, if that is more.
         scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / ALLOWED[kind]) for kind in ("place", "path")}
         if joints := clearances(draw.mechanism):
             scales["journal"] = min(joint.gap for joint in joints)
@@ -235,7 +232,7 @@ def find_agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], u
         part = slice(until) if is_motion else slice(None)
         first, second, kind = coarse[name][..., part], value[..., part], name.split()[0]
         scale = scales.get(name, max(find_largest(value), 1e-12))
-        if second.shape[-1] and compute_norm(kind, first - second) / scale <= AGREEMENT * ALLOWED[kind]:
+        if second.shape[-1] and compute_norm(kind, first - second) / scale <= 0.3 * ALLOWED[kind]:  # by convention
             yield name, second
 
 

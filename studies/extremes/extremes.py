@@ -1,7 +1,6 @@
 """Extreme and random mechanisms: is any wrong run reported as right, or any right run as suspect?
 
-The mechanisms are drawn by `kit.drawn`, and here from wide ranges, which are a free choice. `PAPER` has the lengths of the
-published slider-crank, `RATTLING` the published contact law of joints with clearance. Numbers are in SI units.
+The mechanisms are drawn by `kit.drawn`, and here from wide ranges, which are a free choice. Numbers are in SI units.
 
 The reference of each run is a closed form, or two runs of the compiled solver that agree. A run is silent if its status is OK
 though its error is too large; no run should be. The price of a run is its time over that of one run of the compiled solver.

@@ -26,8 +26,6 @@ GRAVITY = 9.81
 
 STEEL = BAR.material
 """Material of the bars of the crank-rocker."""
-BAR_AREA = BAR.width * BAR.thickness
-"""Area of a bar's cross-section [m^2]."""
 CONTACT_DAMPING = RATTLING.damping
 """Largest contact damping c_max as printed; its unit is one of `DAMPING_UNITS`."""
 DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}

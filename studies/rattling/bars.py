@@ -17,11 +17,11 @@ from buckler.mbs import Clearance, Mechanism, Modal, Rigid, Section, crank_rocke
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction, Impact
-from buckler.mbs.library import JOINT_STIFFNESS, STEEL_CRANK_ROCKER
+from buckler.mbs.library import BAR, JOINT_STIFFNESS, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 
 from ..kit.parameters import choice, quantity
-from ..kit.published import BAR_AREA, CONTACT_DAMPING, DAMPING_UNITS, STEEL
+from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, STEEL
 from .assumptions import DAMPINGS, JOINTS, JointAssumptions, ModalAssumptions
 from .turns import Runs
 
@@ -63,7 +63,7 @@ SETS = {
 
 def section(depth: float) -> Section:
     """Return the section of the bars, with a side of `depth` [m] in the plane and always the area of 20 mm x 5 mm."""
-    return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
+    return Section(width=BAR.width * BAR.thickness / depth, thickness=depth, material=STEEL)
 
 
 def solid_modes(depth: float) -> ReducedModel:

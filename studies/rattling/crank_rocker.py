@@ -28,8 +28,6 @@ from ..kit.style import Figure, subplots
 from .assumptions import BODIES, Assumptions
 from .bars import PlayParameters, section, set_damping
 
-JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
-"""Names of the joints in figures."""
 MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 """Velocities and accelerations that are drawn."""
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
@@ -270,7 +268,8 @@ def _orbits(result: StudyResult) -> Figure:
     """Draw the paths of the pins' centres in their bushes, over the clearance; inside the unit circle there is no contact."""
     s, variants = result.signals, _variants(result)
     p = result.of(Parameters)
-    joints = [joint for joint in JOINTS if joint in p.with_play]
+    names = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
+    joints = [joint for joint in names if joint in p.with_play]
     shared = {"squeeze": False, "sharex": True, "sharey": True}
     fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)  # [mm]
     turn = np.linspace(0, 2 * np.pi, 181)
@@ -283,7 +282,7 @@ def _orbits(result: StudyResult) -> Figure:
             ax.label_outer()
         line[0].set_ylabel(f"{LABELS[variant]}\n$y/c$")
     for ax, joint in zip(axes[0], joints, strict=True):
-        ax.set_title(f"{joint}: {JOINTS[joint]}")
+        ax.set_title(f"{joint}: {names[joint]}")
     for ax in axes[-1]:
         ax.set_xlabel("$x/c$")
     return fig

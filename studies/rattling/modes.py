@@ -33,14 +33,10 @@ PRINTED = {
     "acceleration.rocker": "peak a rocker", "acceleration.rocker_middle": "peak a mid-point", "velocity.coupler": "v coupler",
 }  # fmt: skip
 """Claims in the printed table and the figure, with their headers; metrics.json has all claims."""
-SUMMARISED = ("force.coupler_rocker", "acceleration.rocker")
-"""Claims in the table of all cases."""
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """Numbers in metrics.json of the comparison of a set with the largest one."""
-
-FREE_SETS = tuple(name for name in SETS if name != "craig_bampton")
-"""Sets of free modes, which run by default."""
+FREE_SETS = tuple(name for name in SETS if name != "craig_bampton")  # they run by default
 
 
 @dataclass(frozen=True)
@@ -169,12 +165,12 @@ def _cell(metrics: Mapping[str, Metric], name: str, *formats: str) -> str:
 
 
 def _summary(metrics: Mapping[str, Metric], p: Parameters) -> Table:
-    """Tabulate all cases, a row for each set: the ratios in `SUMMARISED` to the rigid rocker, and their marks."""
-    rows = []
+    """Tabulate all cases, a row for each set: ratios of two claims to the rigid rocker, and their marks."""
+    rows, summarised = [], ("force.coupler_rocker", "acceleration.rocker")
     for name in [name for name in p.mode_sets if name != BASE]:
-        cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in SUMMARISED) for case in p.cases]
+        cells = [", ".join(_cell(metrics, f"{case}.{name}.{claim}", ".2f", ".2f") for claim in summarised) for case in p.cases]
         rows.append([SETS[name].label, *cells])
-    claims = ", ".join(PRINTED[claim] for claim in SUMMARISED)
+    claims = ", ".join(PRINTED[claim] for claim in summarised)
     heads = [f"{unit}, {1e3 * depth:g} mm: {claims}" for unit, depth in p.cases.values()]
     return Table(["modes", *heads], rows, "All cases: over the rigid rocker's")
 

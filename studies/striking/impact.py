@@ -145,7 +145,7 @@ class TurnReading(NamedTuple):
     rest_angle: float = nan  # crank angle at the onset of rest [rad], nan if the slider is off the stop at the dead centre
     release_angle: float = nan  # crank angle at the end of the last contact [rad]
     contact_time: float = 0.0  # time from the first contact to the end of the last [s]
-    settling_time: float = nan  # time from the first contact to the onset of rest [s]
+    settling_time: float = nan  # time from the first contact to the onset of rest [s], nan without rest
     impact_speed: float = nan  # speed of the slider at first contact [m/s]
     rebound_ratio: float = nan  # speed after the impact over `impact_speed`
     impact_peak: float = 0.0  # largest force of the impact [N]
@@ -158,11 +158,6 @@ class TurnReading(NamedTuple):
     shortening: float = nan  # largest end shortening over the length
     early_shortening: float = nan  # change of the end shortening before the first contact, over the length
     buckles_before_stop: bool = False  # the strip buckles before the slider meets the stop
-
-    @property
-    def is_settled(self) -> bool:
-        """True if the slider rests against the stop at the dead centre: `rest_angle` and `settling_time` are then numbers."""
-        return not isnan(self.settling_time)
 
 
 def read(run: ModelRun, turn: int = 0) -> TurnReading:
@@ -215,7 +210,7 @@ STATES: dict[str, Callable[[TurnReading], bool]] = {
     "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": lambda x: x.buckles_before_stop,
     "NO_CONTACT: the slider does not meet the stop": lambda x: x.contact_time == 0,
     "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": lambda x: (
-        not (x.is_settled or x.contact_time == 0)
+        isnan(x.settling_time) and x.contact_time > 0
     ),
     "NO_REBOUND: the force does not return to zero, so that impact and contact are one": lambda x: x.settling_time == 0,
 }

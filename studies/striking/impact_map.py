@@ -53,14 +53,10 @@ from .slider_crank import Parameters as Case
 
 REGIMES = {"late buckling": "o", "plateau": "s", "sagging": "^", "swing": "x"}
 """Regimes, and their marks in the figure."""
-BEFORE = np.radians(3.0)
-"""Crank angle from the start of the theory's integration to first contact [rad]; 1 to 10 degrees give peaks equal within 1e-3."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
-R = PAPER.crank
-"""Length of the crank [m]."""
-L = PAPER.coupler
-"""Length of the coupler [m]."""
+R, L = PAPER.crank, PAPER.coupler
+"""Lengths of crank and coupler [m]."""
 WAVE_NUMBERS = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
@@ -114,7 +110,8 @@ class SineStrip:
 
     def peak(self) -> float:
         """Integrate from shortly before the first contact to the end of the impact; return the largest force of the stop [N]."""
-        begin, longest = (CONTACT - BEFORE) / self.case.speed, BEFORE / self.case.speed + self.duration
+        before = np.radians(3.0)  # crank angle; 1 to 10 degrees give peaks equal within 1e-3
+        begin, longest = (CONTACT - before) / self.case.speed, before / self.case.speed + self.duration
 
         def distance(t: float, y: Array) -> float:
             """Return the distance of the slider from the face [m], negative in contact."""
@@ -122,7 +119,7 @@ class SineStrip:
 
         distance.terminal, distance.direction = True, 1.0  # type: ignore[attr-defined]  # the impact ends where it becomes positive
         run = solve_ivp(
-            self._rates, (begin, begin + longest), self._start(CONTACT - BEFORE), method="LSODA", rtol=1e-5, atol=1e-9,
+            self._rates, (begin, begin + longest), self._start(CONTACT - before), method="LSODA", rtol=1e-5, atol=1e-9,
             events=distance, max_step=longest / 300,  # short, because the peak is read off the steps
         )  # fmt: skip
         largest = max(self._stop_force(y) for y in run.y.T)

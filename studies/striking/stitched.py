@@ -32,9 +32,6 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 
 NEGLIGIBLE = 1e-2
 """Speed over that of the first impact below which rebounds are over: 1e-4 of its energy."""
-# in `held`, friction holds the slider off the stop after a rebound
-SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
-"""Samples in each mode of motion; ten times as many change the energies of a turn by 1e-5 of the drive's work at most."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -178,7 +175,9 @@ def _piece(mode: str, time: Array, position: ArrayLike, speed: ArrayLike = 0.0, 
 
 
 def _times(mode: str, start: float, end: float) -> Array:
-    return np.linspace(start, end, SAMPLES[mode])
+    # ten times as many samples change the energies of a turn by 1e-5 of the drive's work at most
+    samples = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
+    return np.linspace(start, end, samples[mode])
 
 
 def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:

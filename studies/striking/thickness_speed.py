@@ -37,8 +37,6 @@ STATES = {
 """States of a case: label, mark and colour in the figure."""
 STRUCK = ("pressed", "in the air")
 """States of a case whose slider strikes the stop before the strip buckles."""
-LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
-"""Line styles of the models."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +149,7 @@ def _check_cube(p: Parameters, metrics: Mapping[str, Metric]) -> list[str]:
 def figure(result: StudyResult) -> Figure:
     """Draw contact force over thickness, impact over speed, and the state of each case."""
     p, s = result.of(Parameters), result.signals
+    lines = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
     fig, (forces, impacts, states) = subplots(3, 1, height=200)
     for m, model in enumerate(p.models):
         force = np.where(s["state"][m] == "pressed", s["force"][m], nan)
@@ -159,14 +158,14 @@ def figure(result: StudyResult) -> Figure:
         for i, h in enumerate(p.thicknesses):
             is_struck = np.isin(s["state"][m, i, 1:], STRUCK)
             values, name = np.where(is_struck, s["impact"][m, i, 1:], nan), f"{1e3 * h:g} mm" if m == 0 else None
-            impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], label=name)
+            impacts.loglog(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=lines[model], label=name)
     forces.loglog(1e3 * np.array(p.thicknesses), s["exact"][0, :, 0], "k-", linewidth=0.7, label="elastica")
     for state, (name, mark, colour) in STATES.items():
         models, strips, speeds = np.nonzero(s["state"][..., 1:] == state)
         y = 1e3 * np.array(p.thicknesses)[strips] + 0.03 * models  # shifted, so that models do not cover each other
         states.semilogx(np.array(p.speeds)[speeds], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
     forces.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]")
-    impacts.set(xlabel="speed of the crank [rad/s]", ylabel=f"impact force [N]: {', '.join(map(' '.join, LINES.items()))}")
+    impacts.set(xlabel="speed of the crank [rad/s]", ylabel=f"impact force [N]: {', '.join(map(' '.join, lines.items()))}")
     states.set(xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")
     for axis in (forces.xaxis, impacts.xaxis, impacts.yaxis, states.xaxis):
         plain_ticks(axis)

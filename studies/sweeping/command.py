@@ -26,8 +26,6 @@ from .table import Axis, choose, figures, make_cases, parse, points, table, to_c
 
 OPTIONS = ("vary", "workers", "scheduler_file", "part", "store", "retry", "metrics")
 """Names of the options of a sweep. A parameter of the study with such a name has no option of its own; --vary can set it."""
-PATIENCE = 60.0
-"""Longest wait for the file of the Dask scheduler, and for a first worker [s]: jobs of a cluster start one after another."""
 
 
 class _Sweep(NamedTuple):
@@ -90,13 +88,14 @@ def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
         raise SweepError(f"a Dask cluster needs `pip install 'buckler[cluster]'`: {error}") from None
     for name in ("distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # the errors below say in one line what Dask logs with tracebacks
+    patience = 60.0  # [s], for the scheduler's file and for a first worker: jobs of a cluster start one after another
     try:
-        client: Any = distributed.Client(scheduler_file=scheduler_file, timeout=PATIENCE)
+        client: Any = distributed.Client(scheduler_file=scheduler_file, timeout=patience)
     except (OSError, ValueError) as error:
         raise SweepError(f"no Dask scheduler by {scheduler_file}: {' '.join(str(error).split())[:200]}") from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=patience)
         except TimeoutError:
             advice = f"start some with `dask worker --scheduler-file {scheduler_file}`"
             raise SweepError(f"the Dask cluster has no workers; {advice}") from None

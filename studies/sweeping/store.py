@@ -28,8 +28,7 @@ class Row:
     """Case that has ended: its number among the cases of the sweep, its parameters, and its result.
 
     The status is that of the study, ERROR after an exception, CRASHED if the process died. A SUSPECT case has ended, but a check
-    doubts its numbers; all but OK and SUSPECT have failed. `work` has counts such as steps. `wall_s` is the run time in the
-    worker [s]. `provenance` has versions, hash of the source files, host, and time of the end.
+    doubts its numbers; all but OK and SUSPECT have failed.
     """
 
     number: int
@@ -37,9 +36,9 @@ class Row:
     status: str
     message: str = ""
     metrics: Mapping[str, Metric] = field(default_factory=dict)
-    work: Mapping[str, Any] = field(default_factory=dict)
-    wall_s: float = math.nan
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    work: Mapping[str, Any] = field(default_factory=dict)  # counts, such as steps
+    wall_s: float = math.nan  # run time in the worker [s]
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # versions, hash of the source files, host, time of the end
 
     def value(self, metric: str) -> float:
         """Return the value of a metric, NaN if the case has no metric of that name."""

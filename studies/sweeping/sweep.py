@@ -34,8 +34,7 @@ START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() 
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
-_ENGINE_LOCK = threading.Lock()
-"""Lock for one run at a time in a process: the engine is not safe for threads."""
+_ENGINE_LOCK = threading.Lock()  # for one run at a time in a process: the engine is not safe for threads
 
 
 class SweepError(RuntimeError):

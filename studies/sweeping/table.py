@@ -31,10 +31,6 @@ MOST_CASES = 1_000_000
 """Largest number of cases: a larger one is probably a typing error."""
 VALID = ("OK", "SUSPECT")
 """Status of cases whose metrics are shown."""
-MOST_LINES = 100
-"""Most lines of the table in the terminal; the CSV has all."""
-MARKS = "os^vDP*Xhd"
-"""Marks of the curves of a figure, in order."""
 
 
 class Axis(NamedTuple):
@@ -166,15 +162,16 @@ def choose(found: Sequence[DesignPoint], wanted: Sequence[str]) -> dict[str, str
 
 def table(axes: Sequence[Axis], found: Sequence[DesignPoint], shown: Mapping[str, str]) -> Table:
     """Tabulate the metrics `shown`, a name with its unit, at the points of the sweep, and `status` where not all are OK."""
+    most = 100  # lines in the terminal; the CSV has all
     headers = [label_with_unit(axis.name, axis.unit) for axis in axes]
     headers += [label_with_unit(name, unit) for name, unit in shown.items()]
-    lines = [[*point.values, *(_cell(point.metric(name)) for name in shown)] for point in found[:MOST_LINES]]
+    lines = [[*point.values, *(_cell(point.metric(name)) for name in shown)] for point in found[:most]]
     if any(point.row.status != "OK" for point in found):
         headers.append("status")
         lines = [[*line, point.row.status] for line, point in zip(lines, found, strict=False)]
     notes = []
-    if len(found) > MOST_LINES:
-        notes.append(f"{len(found) - MOST_LINES} more lines: cases.csv has all of them.")
+    if len(found) > most:
+        notes.append(f"{len(found) - most} more lines: cases.csv has all of them.")
     if others := [name for name in _units([point.row for point in found]) if name not in shown]:
         notes.append(f"--metrics takes also: {', '.join(others)}")
     return Table(headers, lines, notes="\n".join(notes))
@@ -218,7 +215,7 @@ def _draw(axes: Sequence[Axis], found: Sequence[DesignPoint], metric: str, unit:
             ax.xaxis.set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
     status = np.array([point.row.status for point in found])
     line = "" if across is None else "-"
-    for label, mark, colour in zip(dict.fromkeys(labels.tolist()), cycle(MARKS), cycle(COLOURS), strict=False):
+    for label, mark, colour in zip(dict.fromkeys(labels.tolist()), cycle("os^vDP*Xhd"), cycle(COLOURS), strict=False):
         curve = np.flatnonzero(labels == label)
         curve = curve[np.argsort(x[curve], kind="stable")]
         bars = None if np.isnan(error[curve]).all() else np.nan_to_num(error[curve])
