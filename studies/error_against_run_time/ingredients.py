@@ -14,11 +14,6 @@ from buckler import mbs
 
 from .works import WORKS
 
-PACKAGES = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
-"""Packages that a run should load only if it needs them."""
-FOLDERS = ("engine", "spectral", "modal", "statics", "sensitivity")
-"""Folders of `buckler.mbs` that a run should load only if it needs them."""
-
 
 @dataclass(frozen=True)
 class Ingredients:
@@ -28,8 +23,9 @@ class Ingredients:
     objects: dict[str, int]  # number of objects by kind
     unknowns: int  # number of coordinates and multipliers
     kernels: list[str]  # compiled functions
-    packages: list[str]  # those of `PACKAGES` that the run has loaded
-    folders: list[str]  # those of `FOLDERS` that the run has loaded
+    # loaded packages and folders of `buckler.mbs`, of those that a run should load only if it needs them
+    packages: list[str]
+    folders: list[str]
 
     HEADERS: ClassVar[tuple[str, ...]] = ("objects", "unknowns", "kernels", "packages", "folders of mbs")
 
@@ -58,12 +54,14 @@ def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) ->
         summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
     totals = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")  # not kinds of objects
+    packages = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
+    folders = ("engine", "spectral", "modal", "statics", "sensitivity")
     loaded = sys.modules.keys() - {"buckler.mbs.modal.planar"}  # which every description of a mechanism loads
     return Ingredients(
         status=str(result.status), objects={kind: count for kind, count in summary.items() if kind not in totals},
         unknowns=summary["coordinates"] + summary["constraints"], kernels=_find_kernels(),
-        packages=[package for package in PACKAGES if package in loaded],
-        folders=[folder for folder in FOLDERS if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
+        packages=[package for package in packages if package in loaded],
+        folders=[folder for folder in folders if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
     )  # fmt: skip
 
 

@@ -1,7 +1,6 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series. The series `engine` is written for Exudyn by hand. The series `once` has single runs of the
-compiled solver, or Buckler's beams on Exudyn for the statics of a strip. Runs of the series `known` are asked for an accuracy.
+The runs of one code are a series; the module `error_against_run_time` describes `engine`, `once` and `known`.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -5,10 +5,8 @@ problem of the element's theory, for a chain of bars the solution of Lagrange's 
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
 the result, as the difference of the two.
 
-`hand` lists the settings of the series `engine`, from coarse to fine: `HandSetting(elements, steps, relative, absolute)` with the
-tolerances of Newton's method. `once` lists those of the compiled solver: `OnceSetting(tolerance, degree)`. All are chosen. `fine`
-has the settings of the two references. Runs of the series `known` are asked for an accuracy. For the statics of the strip the
-series `once` has Buckler's beams on Exudyn. `tuned` is the setting of `engine` with whose time other times are compared.
+`hand` lists the settings of the series `engine`, from coarse to fine, `once` those of the compiled solver, and `fine` those of
+the two references; all are chosen. `tuned` is the setting of `engine` with whose time other times are compared.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -85,8 +83,7 @@ def slider_work(
         from . import plain  # loads Exudyn
 
         cable = mbs.Cable(beam.section, setting.elements, imperfection=beam.imperfection)
-        _, *numbers = setting  # steps and tolerances
-        return plain.slider_crank(build(cable), motion.times, *numbers)[:, None]
+        return plain.slider_crank(build(cable), motion.times, setting.steps, setting.relative, setting.absolute)[:, None]
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-4)
     references = work.cross_references(partial(run_engine, fine[0]), partial(motion.run_compiled, *fine[1]))
@@ -139,8 +136,7 @@ def chain_work(
         """Compute the path [m], (times, 2)."""
         from . import plain  # loads Exudyn
 
-        elements, *numbers = setting
-        return plain.chain(build(elements), motion.times, *numbers)
+        return plain.chain(build(setting.elements), motion.times, setting.steps, setting.relative, setting.absolute)
 
     runs = work.engine_runs(run_engine, hand) | motion.compiled_runs(*once) | motion.accurate_runs(1e-3, 1e-5)
     if fine:

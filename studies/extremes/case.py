@@ -29,8 +29,6 @@ from ..kit.published import GRAVITY
 
 Measures = Mapping[str, Any]
 """Measures by name, each an array whose last axis may be that of `SAMPLES`."""
-MODEL_CHECKS = frozenset(("PENETRATION", "LINEAR"))
-"""Checks that find a law used beyond its range, which a reference with the same law cannot refute."""
 SAMPLES = np.linspace(0.02, 0.98, 49)
 """Times over the duration of the run at which places are compared."""
 TRIAL = 1e-6
@@ -45,8 +43,8 @@ class Verdict(StrEnum):
     """Verdict on a run by its status and its comparison with a reference.
 
     RIGHT: the status is OK, and no error is above the allowed one. SILENT: the status is OK, but an error is too large.
-    NO_REFERENCE: the status is OK, and nothing could be compared. FALSE_ALARM: the status is SUSPECT by a check that is not one
-    of `MODEL_CHECKS`, though all errors are allowed. NAMED: any other run that is refused, fails, runs out of time or is suspect.
+    NO_REFERENCE: the status is OK, and nothing could be compared. FALSE_ALARM: the status is SUSPECT by a check other than
+    PENETRATION and LINEAR, though all errors are allowed. NAMED: any other run that is refused, fails, is late or suspect.
     """
 
     RIGHT = "right"
@@ -62,7 +60,8 @@ def decide(status: str, message: str, error: float | None) -> Verdict:
     if status == Status.OK:
         return Verdict.NO_REFERENCE if error is None else Verdict.RIGHT if is_allowed else Verdict.SILENT
     checks = set(re.findall(r"(?:^|; )([A-Z]+): ", message))  # a message is "CHECK: text; CHECK: text"
-    is_beyond_model = checks and checks <= MODEL_CHECKS
+    # These two find a law used beyond its range, which a reference with the same law cannot refute.
+    is_beyond_model = checks and checks <= {"PENETRATION", "LINEAR"}
     return Verdict.FALSE_ALARM if status == Status.SUSPECT and is_allowed and not is_beyond_model else Verdict.NAMED
 
 

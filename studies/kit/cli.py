@@ -46,8 +46,6 @@ OPTIONS = {
     "--compile": ("compile the solver for this machine, so that no run waits for it", "own.statics:compile_solver"),
 }
 """Options in place of a command: help of each, and `module:name` of its function."""
-MECHANISM_SUFFIXES = (".toml", ".json")
-"""Suffixes of files of mechanisms."""
 EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 """Folder of the files that `new` copies."""
 

@@ -2,8 +2,7 @@
 
 A family is a linkage, chain, block or strip with random bodies, drives, clearances, stops, springs and loads. Its generator
 returns a mechanism and the duration of the run [s]. Numbers are in SI units. Points that are rotated or added are complex numbers
-x + i y; `place` makes them pairs, and `ray(angle)` is exp(i angle). The methods of `Dice` draw numbers and choices. The ranges of
-draws are a free choice. `PAPER` has the lengths of the published slider-crank.
+x + i y; `place` makes them pairs, and `ray(angle)` is exp(i angle). The ranges of draws are a free choice.
 """
 
 from collections.abc import Mapping, Sequence

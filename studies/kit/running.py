@@ -17,7 +17,7 @@ from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
 from . import registry
-from .cli import INTERRUPTED, MECHANISM_SUFFIXES, Parser, import_name, print_error
+from .cli import INTERRUPTED, Parser, import_name, print_error
 from .parameters import Repeated, StudyParameters
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
@@ -145,7 +145,7 @@ class Study:
 
 def find_study(name: str) -> Study:
     """Find a study by its name or file, or make one of a mechanism's file."""
-    return import_name("own.files:File")(Path(name)) if name.endswith(MECHANISM_SUFFIXES) else Study(name)
+    return import_name("own.files:File")(Path(name)) if name.endswith((".toml", ".json")) else Study(name)
 
 
 def make_parser(study: Study, prog: str, excluded: Collection[str] = ()) -> Parser:

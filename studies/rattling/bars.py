@@ -28,8 +28,7 @@ from .turns import Runs
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
-"""Mesh of the solid rocker: elements along its length, its depth in the plane, and its width. The study `modes` compares its
-frequencies with Timoshenko's."""
+"""Mesh of the solid rocker: elements along its length, its depth in the plane, and its width."""
 BENDING, AXIAL = "in-plane bending", "axial"
 """Kinds of modes in the plane."""
 

@@ -77,8 +77,7 @@ class Parameters(TestedRuns):
         for name in RANGES:
             if len(getattr(self, name)) > 2:
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in getattr(self, name))}: must be one number or two ends")
-        almost_one = np.nextafter(1.0, 0.0)  # 1 itself is beyond the last value
-        for x in (0.0, almost_one):
+        for x in (0.0, np.nextafter(1.0, 0.0)):  # 1 itself is beyond the last value
             self.case([x] * len(self.axes()))  # raises if there is no such mechanism
 
     def axes(self) -> dict[str, Sequence[Any]]:
@@ -87,8 +86,7 @@ class Parameters(TestedRuns):
         axes: dict[str, Sequence[Any]] = {name: getattr(self, name) for name in (*RANGES, *chosen)}
         for joint in JOINTS:
             bodies = [f"{joint}.{body}" for body in BODIES[joint]]
-            default = bodies[0]
-            axes[f"pin {joint}"] = [body for body in bodies if body in self.pin_on] or [default]
+            axes[f"pin {joint}"] = [body for body in bodies if body in self.pin_on] or bodies[:1]  # the default
         return axes
 
     def case(self, point: Sequence[float]) -> RockerParameters:

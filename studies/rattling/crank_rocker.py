@@ -1,10 +1,9 @@
 """Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: Figs 5 to 10 of a published paper.
 
-Authors and title of the paper are unknown; `kit.published` has its numbers. A run is one turn of the crank; the journals start
-centred. Both rockers are compared with rigid bars in ideal joints. If the largest contact damping is in N.s/m (`damping_unit`),
-the joints rattle and the motion is chaotic. In N.s/mm it is nearly repeatable. The numbers are means over
-`members` runs of successive seeds, with standard errors. The figures show one run, as the paper does, in front of the band in
-which two thirds of the runs lie.
+`kit.published` has the paper's numbers. A run is one turn of the crank; the journals start centred. Both rockers are compared
+with rigid bars in ideal joints. If the largest contact damping is in N.s/m (`damping_unit`), the joints rattle and the motion is
+chaotic. In N.s/mm it is nearly repeatable. The numbers are means over `members` runs of successive seeds, with standard errors.
+The figures show one run, as the paper does, in front of the band in which two thirds of the runs lie.
 """
 
 from collections.abc import Mapping, Sequence

@@ -24,8 +24,7 @@ from ..kit.published import GRAVITY, STRIP_WIDTH
 from ..kit.report import Metric, Table, relative
 
 MODELS = ("stitched", "strut", "beam")
-"""Models of the slider-crank: `stitched`, the published closed forms of three modes of motion, joined one after another; and
-simulations with a massless or a geometrically exact strip."""
+"""Models of the slider-crank, which the module `impact_models` describes."""
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 SETTLED_BY = np.radians(210.0)
 """Crank angle before which the onset of a contact counts [rad], chosen: a slider that still bounces there does not rest."""
