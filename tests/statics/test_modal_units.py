@@ -1,4 +1,4 @@
-"""Coordinates of modes are not angles: their extents in paths, and their changes in periodic motions."""
+"""Coordinates of modes are not angles: their extents in paths, and the coordinates whose whole turns do not count."""
 
 import numpy as np
 from exact.columns import LENGTH
@@ -7,7 +7,6 @@ from buckler.mbs import Link, Mechanism, Modal, Section, Weld
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.statics.problem import Problem
-from buckler.mbs.statics.shooting import Shooting
 
 
 def test_coordinates_of_modes_have_the_extents_of_their_units():
@@ -15,4 +14,4 @@ def test_coordinates_of_modes_have_the_extents_of_their_units():
     scene = CompiledScene.of(Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [Link("s", "A", "B", body)], [Weld("A", "s", "ground")]))
     modes = slice(3, scene.size)
     assert np.array_equal(Problem(scene).extents[modes], scene.units[modes])
-    assert np.flatnonzero(Shooting(scene, period=1.0).is_angle).tolist() == [2]
+    assert np.flatnonzero(scene.is_angle).tolist() == [2]
