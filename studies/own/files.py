@@ -36,8 +36,6 @@ VARIED_HELP = "the parameters of the file, or all its numbers that are neither z
 """Help text on the numbers of `varied_numbers`."""
 OPTIONS = {name: about for name, about in declarations(Parameters).items() if about.group}
 """Options of a run, which may also stand in a file's table [run]. In the help they have a heading, `group`."""
-SETTINGS = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
-"""Keys of a file's table [run]."""
 
 
 @contextmanager
@@ -58,10 +56,11 @@ def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     document = expand(read_document(path))
     document.pop("about", None)
     run = document.pop(RUN, {})
-    unknown = sorted(run.keys() - SETTINGS.keys()) if isinstance(run, dict) else [str(run)]
+    known = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
+    unknown = sorted(run.keys() - known.keys()) if isinstance(run, dict) else [str(run)]
     if unknown:
-        raise ValueError(f"{RUN}.{unknown[0]}: unknown key; known: {', '.join(SETTINGS)}")
-    return document, {name: SETTINGS[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
+        raise ValueError(f"{RUN}.{unknown[0]}: unknown key; known: {', '.join(known)}")
+    return document, {name: known[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
 
 
 class TomlValue(Spec):
@@ -213,9 +212,9 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
 
 def file_command(
     declare: Callable[[argparse.ArgumentParser], object], answer: Callable[[argparse.Namespace, FileContent], int],
-    has_duration: bool = True,
+    has_duration: bool = True, has_json: bool = False,
 ) -> Command:  # fmt: skip
-    """Make a command on a file: its own options, --set, --timeout and, if wanted, --duration; exit status 1 if a run fails."""
+    """Make a command on a file: its options, --set, --timeout; if wanted --duration, --json; exit status 1 if a run fails."""
 
     def declare_all(parser: argparse.ArgumentParser) -> None:
         """Declare the common options and the command's own."""
@@ -224,6 +223,8 @@ def file_command(
         if has_duration:
             parser.add_argument("--duration", metavar="s", help="duration [s]; default that of the file, or 1 s")
         parser.add_argument("--timeout", metavar="s", help="longest time of computing [s]; a search then shows its best so far")
+        if has_json:
+            parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
         declare(parser)
 
     def answer_all(options: argparse.Namespace) -> int:

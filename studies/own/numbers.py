@@ -31,13 +31,7 @@ from ..kit.style import house_style, subplots
 from .files import VARIED_HELP, FileContent, ask, file_command, read_quantities, read_range, varied_numbers
 
 
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the option --json."""
-    parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
-
-
 def _declare_sensitivity(parser: argparse.ArgumentParser) -> None:
-    add_json(parser)
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
     add_repeated(parser, "--by", "PATH[=SPREAD]", f"{about}; default {VARIED_HELP}")
     about = "a reading, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; default the measures of the file"
@@ -77,7 +71,6 @@ def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
 
 
 def _declare_fit(parser: argparse.ArgumentParser) -> None:
-    add_json(parser)
     parser.add_argument("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     add_repeated(parser, "--signal", "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is fitted")
@@ -111,7 +104,6 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
 
 
 def _declare_optimise(parser: argparse.ArgumentParser) -> None:
-    add_json(parser)
     add_repeated(parser, "--free", "PATH=LOW:HIGH", "a number that is chosen")
     add = parser.add_argument
     add("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
@@ -142,7 +134,6 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
 
 
 def _declare_ensemble(parser: argparse.ArgumentParser) -> None:
-    add_json(parser)
     add = parser.add_argument
     add("--members", type=int, default=1000, help="runs, of each combination of lists; default 1000")
     about = "a number that varies: uniform between LOW and HIGH, or PATH=A,B,C, a list; all combinations of lists are run"
@@ -237,7 +228,7 @@ def _write(found: Ensemble, out: Path) -> None:
             fig.savefig(out / f"{name}.png", dpi=150)
 
 
-sensitivity = file_command(_declare_sensitivity, _sensitivity)
-fit = file_command(_declare_fit, _fit, has_duration=False)
-optimise = file_command(_declare_optimise, _optimise)
-ensemble = file_command(_declare_ensemble, _ensemble)
+sensitivity = file_command(_declare_sensitivity, _sensitivity, has_json=True)
+fit = file_command(_declare_fit, _fit, has_duration=False, has_json=True)
+optimise = file_command(_declare_optimise, _optimise, has_json=True)
+ensemble = file_command(_declare_ensemble, _ensemble, has_json=True)
