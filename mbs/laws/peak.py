@@ -6,12 +6,12 @@ d' = w v0 and the force F = f S. Then
     x dx = -w dw/(1 + chi w),     f = x (1 + chi w).                                (1)
 
 The force is largest where df = 0, at w = chi x^2. The integral of (1) from w = 1 is x^2 = 2 E(w), with E(w) the integral of
-s/(1 + chi s) ds from w to 1. With y = 1 + chi w these two equations give (2).
+s/(1 + chi s) ds from w to 1. With y = 1 + chi w these two equations give
 
-    ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)).        (2)
+    3 y/2 - ln y = 3/2 + chi - ln(1 + chi).                                         (2)
 
-Here W is the lower branch of Lambert's function (Corless et al., doi 10.1007/BF02124750). A constant force Q on the mass,
-towards the stop, adds (Q/S) dx/(1 + chi w) to the right side of (1). To first order in Q it increases x^2/2 by I Q/S, with I the
+The left side is convex, so Newton's method from y = 1 + chi falls onto the root. A constant force Q on the mass, towards the
+stop, adds (Q/S) dx/(1 + chi w) to the right side of (1). To first order in Q it increases x^2/2 by I Q/S, with I the
 integral of s/((1 + chi s)^2 x(s)) ds from w to 1. As f is stationary in w, the largest force follows from x and y at the peak:
 
     F = c0 S + c1 Q,     c0 = x y,     c1 = y I/x.                                  (3)
@@ -39,12 +39,12 @@ _GAUSS = [((node + 1.0) / 2.0, weight / 2.0) for node, weight in zip(*np.polynom
 
 def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
     """Return c0 and c1 of equation (4) for the largest force on a linear stop, for chi >= 0 [1]; ValueError for others."""
-    from scipy.special import lambertw
-
     chi = np.asarray(chi, dtype=float)
     if not np.all((chi >= 0.0) & (chi < np.inf)):
         raise ValueError(f"chi = {chi[~((chi >= 0.0) & (chi < np.inf))].flat[0]}: must lie in [0, inf) (hysteresis factor)")
-    y = -lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
+    y, right_side = 1.0 + chi, 1.5 + chi - np.log1p(chi)
+    for _ in range(8):  # each doubles the number of right digits; six are enough for chi of 0 to 1e15
+        y = y - (1.5 * y - np.log(y) - right_side) / (1.5 - 1.0 / y)
     w = np.where(chi > _ELASTIC, (y - 1.0) / np.maximum(chi, _ELASTIC), chi)
     x = _depth(w, chi)
     c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _load_integral(w, chi) / x

@@ -50,6 +50,15 @@ def test_elastic_limit_of_the_factors():
     assert c0[-1] == pytest.approx(1 - 1e-4 / 3, abs=1e-8)
 
 
+@pytest.mark.parametrize("chi", [500.0, 1e3, 1e6])
+def test_stops_that_lose_nearly_all_energy(chi):
+    c0, c1 = peak_factors(chi)
+    y = 2 / 3 * (1.5 + chi - np.log1p(chi) + np.log(2 / 3 * chi))  # equation (2), ln y to leading order
+    w = (y - 1) / chi
+    assert c0 == pytest.approx(y * np.sqrt(w / chi), rel=1e-2)  # w = chi x^2 at the peak
+    assert c1 == pytest.approx(peak_factors(500.0)[1], rel=1e-3)
+
+
 @pytest.mark.parametrize("chi", [-1e-3, float("nan"), float("inf")])
 def test_factors_refuse_what_is_no_hysteresis(chi):
     with pytest.raises(ValueError, match=r"chi = .*must lie in"):
