@@ -67,12 +67,16 @@ def equilibrium(
     problem = Problem(scene, loads_of(scene))
     watching.get().best = None  # later (problem, state, error, message) of the best state: arguments of `_answer`
     try:
-        rest, message = find_equilibrium(problem, load)
-        return _answer(*_refine(problem, rest, degree is not None), message)
-    except SEARCH_STOPS as error:  # a failure, the time limit or Ctrl-C
-        if isinstance(error, StaticsError) or watching.get().best is None:
-            return _make_failure(problem, error, load)
-        return _answer(*watching.get().best)
+        try:
+            rest, message = find_equilibrium(problem, load)
+            found = *_refine(problem, rest, degree is not None), message
+        except USER_STOPS:
+            found = watching.get().best
+            if found is None:
+                raise
+        return _answer(*found)
+    except SEARCH_STOPS as error:  # a failure, also of the best state, or a stop before there is one
+        return _make_failure(problem, error, load)
     finally:
         problem.set_parameter(1.0)  # the scene, which results have, is then that of the mechanism as given
 

@@ -5,6 +5,8 @@ import pytest
 
 from buckler import mbs
 from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.progress import TimeUpError, watching
+from buckler.mbs.statics import rest as rest_module
 
 BAR, LENGTH, GRAVITY = mbs.Section(0.03, 0.005), 0.3, 9.81
 TURNS = np.linspace(-np.pi, np.pi, 17) + 0.05
@@ -131,6 +133,16 @@ def hung(*loads):
         [mbs.Slider("B", "one", "ground", along=(0, 1)), mbs.Slider("C", "two", "ground", along=(0, 1))],
         couplings=[mbs.Rope("one:B", "two:C", over=("ground:E", "ground:D"))], loads=loads, gravity=(0.0, -GRAVITY),
     )  # fmt: skip
+
+
+def test_a_slack_rope_is_named_at_the_time_limit_too(monkeypatch):
+    def run_out_of_time(problem, found, _keeps_degree):
+        watching.get().best = problem, found, 0.0, ""
+        raise TimeUpError("timeout = 1 s is over")
+
+    monkeypatch.setattr(rest_module, "_refine", run_out_of_time)
+    below = mbs.Spring("B", "ground:S", stiffness=1000.0, free_length=0.4)
+    assert mbs.equilibrium(hung(below, mbs.Force("C", (0.0, 40.0)))).status == "SLACK"
 
 
 def test_a_rope_pulls_and_ends_at_its_pulleys():
