@@ -267,9 +267,9 @@ def apply_force(tables, work, k, now, f):
         _add_along(tables, work, k, now, f)
 
 
-@kernel_function
+@inline
 def add_forces(tables, work, now, f):
-    """Add all forces between markers at an instant to f. Markers are placed."""
+    """Add all forces between markers at an instant to f. Markers are placed. Inlined: a call takes a tenth of a rattling run."""
     for k in range(tables.forces.shape[0]):
         apply_force(tables, work, k, now, f)
 

@@ -132,56 +132,48 @@ def _swap_rows(factors, at, size, c, p):
 
 @kernel_function
 def solve(order, factors, swaps, x, front):
-    """Solve for x (unknowns,) in place; `front` is a work array of the size of the largest front."""
-    for f in range(order.fronts.shape[0]):
-        _solve_forward(order, factors, swaps, x, front, f)
-    for f in range(order.fronts.shape[0] - 1, -1, -1):
-        _solve_backward(order, factors, swaps, x, front, f)
-
-
-@kernel_function
-def _solve_forward(order, factors, swaps, x, front, f):
-    """Multiply the right side x by L^-1 at the pivots of front f; subtract W R^-1 times this from its later unknowns."""
-    pivots, size, first, at, _, _, _ = order.fronts[f]
-    unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
-    if pivots == 1:  # most fronts of rigid bodies
+    """Solve for x (unknowns,) in place; `front` is work of the largest front's size. Calls for each front would take long."""
+    single = 0  # fronts of one unknown that meets no other come first
+    while single < order.fronts.shape[0] and order.fronts[single, FrontColumn.SIZE] == 1:
+        x[order.unknowns[order.fronts[single, FrontColumn.UNKNOWNS]]] *= factors[order.fronts[single, FrontColumn.ENTRIES]]
+        single += 1
+    for f in range(single, order.fronts.shape[0]):
+        pivots, size, first, at, _, _, _ = order.fronts[f]
+        unknowns, swap = view(order.unknowns, first, size), view(swaps, first, pivots)
+        if pivots == 1:  # most fronts of rigid bodies
+            for i in range(1, size):
+                x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
+            continue
+        for i in range(size):
+            front[i] = x[unknowns[i]]
+        for c in range(pivots):
+            r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)  # constraint, then row exchanged with c
+            front[c], front[r] = front[r], front[c]
+            front[c], front[p] = front[p], front[c]
         for i in range(1, size):
-            x[unknowns[i]] -= factors[at + i * size] * x[unknowns[0]]
-        return
-    for i in range(size):
-        front[i] = x[unknowns[i]]
-    for c in range(pivots):
-        r, p = swap[c] >> BITS, swap[c] & ((1 << BITS) - 1)  # constraint, then row exchanged with c
-        front[c], front[r] = front[r], front[c]
-        front[c], front[p] = front[p], front[c]
-    for i in range(1, size):
-        row, total = view(factors, at + i * size, size), front[i]
-        for c in range(min(i, pivots)):  # columns of L in a row of pivots, all columns of W in the others
-            total -= row[c] * front[c]
-        front[i] = total
-    for i in range(size):
-        x[unknowns[i]] = front[i]
-
-
-@kernel_function
-def _solve_backward(order, factors, swaps, x, front, f):
-    """Solve for the pivots of front f, R x = right side less U times its later unknowns, which are known."""
-    pivots, size, first, at, _, _, _ = order.fronts[f]
-    unknowns = view(order.unknowns, first, size)
-    if pivots == 1:
-        for j in range(1, size):
-            x[unknowns[0]] -= factors[at + j] * x[unknowns[j]]
-        x[unknowns[0]] *= factors[at]
-        return
-    for i in range(size):
-        front[i] = x[unknowns[i]]
-    for c in range(pivots - 1, -1, -1):
-        row, total = view(factors, at + c * size, size), front[c]
-        for j in range(c + 1, size):
-            total -= row[j] * front[j]
-        front[c] = total * row[c]
-    for c in range(pivots - 1, -1, -1):  # exchanging constraints exchanged columns too, so their multipliers change places
-        r = swaps[first + c] >> BITS
-        front[c], front[r] = front[r], front[c]
-    for c in range(pivots):
-        x[unknowns[c]] = front[c]
+            row, total = view(factors, at + i * size, size), front[i]
+            for c in range(min(i, pivots)):  # columns of L in a row of pivots, all columns of W in the others
+                total -= row[c] * front[c]
+            front[i] = total
+        for i in range(size):
+            x[unknowns[i]] = front[i]
+    for f in range(order.fronts.shape[0] - 1, single - 1, -1):
+        pivots, size, first, at, _, _, _ = order.fronts[f]
+        unknowns = view(order.unknowns, first, size)
+        if pivots == 1:
+            for j in range(1, size):
+                x[unknowns[0]] -= factors[at + j] * x[unknowns[j]]
+            x[unknowns[0]] *= factors[at]
+            continue
+        for i in range(size):
+            front[i] = x[unknowns[i]]
+        for c in range(pivots - 1, -1, -1):
+            row, total = view(factors, at + c * size, size), front[c]
+            for j in range(c + 1, size):
+                total -= row[j] * front[j]
+            front[c] = total * row[c]
+        for c in range(pivots - 1, -1, -1):  # exchanges of constraints exchanged columns, too, and with them unknowns
+            r = swaps[first + c] >> BITS
+            front[c], front[r] = front[r], front[c]
+        for c in range(pivots):
+            x[unknowns[c]] = front[c]

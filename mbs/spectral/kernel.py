@@ -173,7 +173,7 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         markers.add_entries(tables, _find_block(tables, row), work.block_stiffness, stiff)
 
 
-@kernel_function
+@inline
 def compute_forces(tables, work, now, f):
     """Place the markers, and fill f with all forces but those of constraints."""
     markers.place_markers(tables, work, now.q, now.v)
@@ -182,7 +182,8 @@ def compute_forces(tables, work, now, f):
         f[i] = gravity * tables.weight[i]
     if tables.strips.shape[0] > 0:  # else a rigid mechanism would allocate their work arrays at each call
         add_strips(tables, work, now.q, now.v, f)
-    add_modal(tables, now.q, now.v, f)
+    if tables.modal.shape[0] > 0:
+        add_modal(tables, now.q, now.v, f)
     add_forces(tables, work, now, f)
 
 
