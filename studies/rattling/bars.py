@@ -29,8 +29,10 @@ LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
 """Mesh of the solid rocker: elements along its length, its depth in the plane, and its width."""
-BENDING, AXIAL = "in-plane bending", "axial"
-"""Kinds of modes in the plane."""
+BENDING = "in-plane bending"
+"""Name of the modes that bend the bar in the plane."""
+AXIAL = "axial"
+"""Name of the modes along the bar."""
 
 
 class ModeSet(NamedTuple):

@@ -55,8 +55,10 @@ REGIMES = {"late buckling": "o", "plateau": "s", "sagging": "^", "swing": "x"}
 """Regimes, and their marks in the figure."""
 N = np.arange(1, 11)
 """Numbers n of the modes."""
-R, L = PAPER.crank, PAPER.coupler
-"""Lengths of crank and coupler [m]."""
+R = PAPER.crank
+"""Length of the crank [m]."""
+L = PAPER.coupler
+"""Length of the coupler [m]."""
 WAVE_NUMBERS = N * np.pi / L
 """Wave numbers k of the modes [1/m]."""
 
