@@ -175,14 +175,14 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
 
 @inline
 def compute_forces(tables, work, now, f):
-    """Place the markers, and fill f with all forces but those of constraints."""
+    """Place the markers, and fill f with all forces but those of constraints; inlined, as rattling runs call it most."""
     markers.place_markers(tables, work, now.q, now.v)
     gravity = tables.factors[-1]  # factor of gravity
     for i in range(f.size):
         f[i] = gravity * tables.weight[i]
     if tables.strips.shape[0] > 0:  # else a rigid mechanism would allocate their work arrays at each call
         add_strips(tables, work, now.q, now.v, f)
-    if tables.modal.shape[0] > 0:
+    if tables.modal.shape[0] > 0:  # else a call for nothing
         add_modal(tables, now.q, now.v, f)
     add_forces(tables, work, now, f)
 
