@@ -20,7 +20,7 @@ LONG = {
     "Exudyn": lambda: simulate(pendulum(2.0), HOURS, solver=Exudyn()),
     "compiled": lambda: simulate(pendulum(2.0), HOURS, solver=Spectral()),
     "closure": lambda: simulate(crank_rocker(BAR, speed=30.0), HOURS),
-    "itself": lambda: simulate(pendulum(0.1), 1000.0),
+    "itself": lambda: simulate(pendulum(2.0), HOURS),
     "accuracy": lambda: simulate(pendulum(2.0), HOURS, 1e-4),
 }
 
