@@ -89,15 +89,12 @@ def beside(name, key):
     return [b if a == key else a for a, b in pairs if key in (a, b) and {a, b} <= fields]
 
 
-def test_every_kind_is_looked_at():
-    assert {name for name, _ in NUMBERS} | ASIDE >= {
-        name for name, kind in known_kinds().items() if any(map(number, declarations(kind).values()))
-    }
-    assert len(NUMBERS) > 90
+def test_most_kinds_have_numbers():
+    assert len(NUMBERS) > 90  # or the next test looks at nothing
 
 
 @pytest.mark.parametrize(("name", "key"), NUMBERS)
-def test_what_is_declared_is_what_is_refused(name, key):
+def test_what_is_declared_is_what_is_refused_and_written(name, key):
     kind, given, field = known_kinds()[name], sound(name), number(declarations(known_kinds()[name])[key])
     others = beside(name, key)
     for x in TRIED:
@@ -107,28 +104,19 @@ def test_what_is_declared_is_what_is_refused(name, key):
         if x == 0 and (field.nonzero or key == "restitution"):
             continue
         try:
-            kind(**given | {key: float(x)})
+            made = kind(**given | {key: float(x)})
         except ValueError as error:
             assert not (inside and not others), f"{name}.{key} = {x:g} is refused, though nothing declares it: {error}"
             assert re.search(rf"\b{key}\b", str(error)) or others, error
         else:
             assert inside, f"{name}.{key} = {x:g} is taken, though [{field.low}, {field.high}] is declared"
-    with pytest.raises(ValueError):
+            assert build("", fields_written("", made), {name: kind}) == made
+    with pytest.raises(ValueError) as refused:
         kind(**given | {key: float("nan")})
-
-
-@pytest.mark.parametrize(("name", "key"), NUMBERS)
-def test_the_unit_of_a_refusal_is_the_declared_one(name, key):
-    """A number in another unit is refused with the declared one in the message."""
-    field = number(declarations(known_kinds()[name])[key])
     for unit in field.unit.split(" or "):
         parse_unit(unit.replace("^n", "^1.5"))
-    try:
-        known_kinds()[name](**sound(name) | {key: float("nan")})
-    except ValueError as error:
-        said = str(error)
-    if field.unit not in ("", "1") and "must lie in" in said:
-        assert said.endswith(f"{field.unit}; {field.hint}" if field.hint else field.unit), said
+    if field.unit not in ("", "1") and "must lie in" in str(refused.value):
+        assert str(refused.value).endswith(f"{field.unit}; {field.hint}" if field.hint else field.unit)
 
 
 def test_the_schema_has_the_declared_ranges():

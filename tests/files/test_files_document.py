@@ -6,15 +6,17 @@ import pickle
 
 import numpy as np
 import pytest
-from files.mechanisms import mechanisms
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from buckler import mbs
+from buckler.elastica import law
 from buckler.mbs import Beam, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
 from buckler.mbs.declare import known_kinds, register
 from buckler.mbs.documents.document import change, read
-from buckler.mbs.functions import Expression
+from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.laws import CarvalhoMartins, Impact
+from buckler.studies.kit.drawn import EVERYTHING, draw
 
 CALM = {"deadline": None, "suppress_health_check": list(HealthCheck), "derandomize": True, "database": None}
 
@@ -46,12 +48,35 @@ def there_and_back(mechanism, folder):
     assert pickle.loads(pickle.dumps(mechanism)) == mechanism
 
 
-MANY = pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("family", EVERYTHING)
+def test_drawn_mechanisms_survive_a_file(family, tmp_path):
+    for k in range(10):
+        there_and_back(draw(3, k, (family,)).mechanism, tmp_path)
 
 
-@MANY
-def test_generated_mechanisms_survive_a_file(count, tmp_path):
-    settings(max_examples=count, **CALM)(given(mechanisms())(lambda mechanism: there_and_back(mechanism, tmp_path)))()
+def named_oddly():
+    """A chain whose names need quotes in a file, with functions of every form, shapes, a material, modes of a solid."""
+    bar, soft = Section(0.02, 1 / 300), Section(0.03, 3e-4, mbs.Material(modulus=7e10, density=2700.0, poisson=-0.2))
+    formula, table = Expression("0.1*sin(pi*s)"), Table((0, 1, 2.5), (0.0, -3.0, 2.0), smooth=True)
+    solid = mbs.Modal(bar, mbs.modal.FreeModes((1, 2), "free"), (0.1, 0.2), mbs.modal.Box((9, 2, 1)), mbs.modal.PinHole(0.005))
+    bodies = {
+        'q"uote': Rigid(bar), "link 2": Beam(soft, shape=Components((Expression("s"), formula))), "Schwinge κ": solid,
+        "a-b": mbs.Cable(soft, shape=[(0, 0), (0.5, 0.1), (1, 0)]), "=": Strut(soft, law.quartic),
+    }  # fmt: skip
+    names = list(bodies)
+    links = [Link(name, f"P{k}", f"P{k + 1}", body) for k, (name, body) in enumerate(bodies.items())]
+    joints = [Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)]
+    loads = [
+        mbs.Force("P2", Components((table, 1.5))), mbs.Torque(names[0], Expression("2")),
+        mbs.Spring("P3", "ground:P0", 0.0, law=Expression("50*x + 2*v")),
+    ]  # fmt: skip
+    drive = Drive(names[0], Motion(Expression("t**2"), Expression("2*t")))
+    points = {f"P{k}": (k + 1 / 3, 0.1 * k) for k in range(6)}
+    return Mechanism(points, links, joints, drives=[drive], loads=loads, velocities={"P5": (0.1, -2.0)}, gravity=(-np.pi, 1e-9))
+
+
+def test_names_in_quotes_functions_and_modes_survive_a_file(tmp_path):
+    there_and_back(named_oddly(), tmp_path)
 
 
 def test_a_link_with_points_by_name_and_by_fraction_survives_a_file(tmp_path):
@@ -251,7 +276,7 @@ def one_clear_line(data):
         assert top in {*content, *EXAMPLE, "mechanism"} or message.startswith("lacks '"), message
 
 
-@MANY
+@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_mutilated_documents_give_one_line_with_the_place(count):
     settings(max_examples=2 * count, **CALM)(given(st.data())(one_clear_line))()
 
