@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from buckler import mbs
 from buckler.elastica import law
 from buckler.mbs import Beam, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
-from buckler.mbs.declare import known_kinds, register
-from buckler.mbs.documents.document import change, read
+from buckler.mbs.declare import register
+from buckler.mbs.documents.document import change
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.laws import CarvalhoMartins, Impact
 from buckler.studies.kit.drawn import EVERYTHING, draw
@@ -110,14 +110,12 @@ def test_a_material_by_its_name():
     made = Mechanism.from_dict(arm(**{"links.arm.body": bar})).link("arm").body.section
     assert made.mass_per_length * 0.140 == pytest.approx(0.02604)
     section = {"width": "30 mm", "thickness": "5 mm"}
-    usual = arm(**{"links.arm.body": {"kind": "Rigid", "section": section}}) | {
-        "defaults": {"section": {"material": "aluminium"}}
-    }
+    usual = arm(**{"links.arm.body": {"kind": "Rigid", "section": section}})
+    usual["defaults"] = {"section": {"material": "aluminium"}}
     assert Mechanism.from_dict(usual).link("arm").body.section.material.modulus == 70e9
     wrong = arm(**{"links.arm.body": {**bar, "section": {**section, "material": "stel"}}})
-    assert refused(wrong).startswith(
-        "links.arm.body.section.material = 'stel': unknown material, did you mean 'steel'?; known: steel,"
-    )
+    said = "links.arm.body.section.material = 'stel': unknown material, did you mean 'steel'?; known: steel,"
+    assert refused(wrong).startswith(said)
 
 
 def test_speeds_by_formula_and_table():
@@ -201,11 +199,7 @@ def test_an_error_begins_with_its_place(changes, message):
     ("name", "content", "message"),
     [
         ("m.toml", "points = [", "m.toml: no valid TOML"),
-        (
-            "m.toml",
-            "x = 0.3mm",
-            "m.toml: no valid TOML: Expected newline or end of document after a statement (at line 1, column 8); a nu",
-        ),
+        ("m.toml", "x = 0.3mm", "m.toml: no valid TOML: Expected newline or end of document after a statement (at line 1, col"),
         ("m.json", "{", "m.json: no valid JSON"),
         ("m.json", '{"a": 1, "a": 2}', "m.json: no valid JSON: the key 'a' stands twice"),
         ("m.json", "[1]", "m.json: must be a table, not a list"),
@@ -227,7 +221,7 @@ def test_files_that_are_none(tmp_path, monkeypatch, name, content, message):
 EXAMPLE = slider_crank(
     Beam(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=Expression("1.25*(1-exp(-t/0.2))")
 ).to_dict() | {"gravity": [0.0, -9.81]}
-EXAMPLE["joints"][1] = Mechanism.from_dict(EXAMPLE | {"joints": [EXAMPLE["joints"][0]]}) and {
+EXAMPLE["joints"][1] = {
     "kind": "Clearance", "point": "A", "first": "crank", "second": "coupler", "pin": 5e-3, "gap": 1e-4,
     "law": {"kind": "Impact", "stiffness": 1e6, "damping": 10.0, "damping_depth": 1e-4},
 }  # fmt: skip
@@ -279,22 +273,3 @@ def one_clear_line(data):
 @pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_mutilated_documents_give_one_line_with_the_place(count):
     settings(max_examples=2 * count, **CALM)(given(st.data())(one_clear_line))()
-
-
-# --- TOML and places ------------------------------------------------------------------------------------------------------
-
-
-def test_every_example_of_new_is_a_mechanism():
-    from buckler.studies.kit.cli import EXAMPLES
-
-    names = set()
-    for path in EXAMPLES.glob("*.toml"):
-        Mechanism.load(path)
-        names.add(path.stem)
-        assert read(path)["run"]["duration"]
-    assert {"slider-crank", "crank-rocker", "pendulum"} <= names
-
-
-def test_all_laws_and_bodies_have_a_name():
-    assert {"Beam", "Rigid", "Impact", "LuGre", "Ramp", "Table", "Expression", "EndFace"} <= set(known_kinds())
-    assert not {"Curve", "End", "Kernel", "HysteresisLaw"} & set(known_kinds())

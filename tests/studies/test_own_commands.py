@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from own_file import metrics
 
+from buckler.mbs.documents.document import read as read_document
 from buckler.studies.kit.cli import main
 from buckler.studies.sweeping.sweep import read
 
@@ -23,6 +24,7 @@ def test_new_show_and_the_names_of_examples(tmp_path, monkeypatch, capsys):
         assert main(argv=["show", f"{name}.toml", "--out", f"{name}.png"]) == 0
         out = capsys.readouterr().out
         assert re.search(r"mobility [0-3]", out) and "ground" in out and f"drawn in {name}.png" in out
+        assert read_document(Path(f"{name}.toml"))["run"]["duration"]
         assert "lowest frequencies" in out or name in ("pendulum", "crank-rocker", "stephenson")
     assert main(argv=["new", "pendulum"]) == 2
     assert capsys.readouterr().err == "error: pendulum.toml is there already; name another with --out\n"
