@@ -41,20 +41,13 @@ def tree(request, tmp_path_factory):
     return copy
 
 
-def sources(tree):
-    return {f"buckler/{path.relative_to(tree).as_posix()}" for name in PACKAGES for path in (tree / name).rglob("*.py")}
-
-
-def test_a_wheel_holds_all_modules_and_data(tree, tmp_path):
-    names = set(zipfile.ZipFile(built(tree, "build_wheel", tmp_path / "wheel")).namelist())
-    assert sources(tree) <= names
-    assert {"buckler/mbs/py.typed", "buckler/studies/own/examples/six-bar.toml", "buckler/mbs/view/page/report.html"} <= names
-
-
-def test_a_wheel_is_built_from_an_archive_of_the_source(tree, tmp_path):
-    with tarfile.open(built(tree, "build_sdist", tmp_path / "archive")) as archive:
-        archive.extractall(tmp_path, filter="data")
-    (unpacked,) = (path for path in tmp_path.iterdir() if path.name.startswith("buckler-"))
-    names = set(zipfile.ZipFile(built(unpacked, "build_wheel", tmp_path / "wheel")).namelist())
-    assert sources(tree) <= names
-    assert {"buckler/mbs/py.typed", "buckler/studies/own/examples/six-bar.toml", "buckler/mbs/view/page/report.html"} <= names
+@pytest.mark.parametrize("by", ["tree", "archive of the source"])
+def test_a_wheel_holds_all_modules_and_data(tree, by, tmp_path):
+    if by != "tree":
+        with tarfile.open(built(tree, "build_sdist", tmp_path / "archive")) as archive:
+            archive.extractall(tmp_path, filter="data")
+    start = tree if by == "tree" else next(path for path in tmp_path.iterdir() if path.name.startswith("buckler-"))
+    names = set(zipfile.ZipFile(built(start, "build_wheel", tmp_path / "wheel")).namelist())
+    modules = {f"buckler/{path.relative_to(tree).as_posix()}" for name in PACKAGES for path in (tree / name).rglob("*.py")}
+    data = {"buckler/mbs/py.typed", "buckler/studies/own/examples/six-bar.toml", "buckler/mbs/view/page/report.html"}
+    assert modules | data <= names

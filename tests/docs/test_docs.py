@@ -50,7 +50,7 @@ def test_blocks_run_and_end_well(page, tmp_path, monkeypatch):
         assert left["result"].energy_balance < 6e-2  # 1 %, and a twentieth that the check grants vibrations nobody sees
 
 
-TREE = re.compile(r"\b(?:mbs|studies|elastica|tests)/[\w/.-]+\.py\b")
+TREE = re.compile(r"\b(?:mbs|studies|elastica|tests)/[\w/.-]+\.py\b|(?<=`)(?:mbs|studies|elastica|tests)/[\w./-]+(?=`)")
 DOTTED = re.compile(r"\bbuckler((?:\.[A-Za-z_]\w*)+)")
 TO_COME = "euler_load"
 """The study that its reader writes."""

@@ -1,10 +1,9 @@
 """The picture of the rooms in docs/architecture.md is true: imports go down in it."""
 
-import ast
 import re
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from imported import ROOT, imports, sources
+
 PICTURE = re.search(r"```text\n(.*?)```", (ROOT / "docs/architecture.md").read_text(encoding="utf-8"), re.DOTALL)[1]
 FLOORS = [re.split(r"[ ,]+", re.split(r"(?<=\S) {4,}", line)[0].strip()) for line in PICTURE.splitlines()]
 TOOLS = {"process", "progress", "units"}
@@ -19,26 +18,12 @@ def floors():
 def needs():
     """Pairs of rooms of which the first imports the second, wherever in a file, what types alone need left out."""
     found = {}
-    for path in (ROOT / "mbs").rglob("*.py"):
+    for path in sources("mbs"):
         parts = path.relative_to(ROOT / "mbs").parts
         here = parts[0].removesuffix(".py") if parts != ("__init__.py",) else "door"
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        only_types = {
-            id(inner)
-            for node in ast.walk(tree)
-            if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
-            for inner in ast.walk(node)
-        }
-        below = ["buckler", "mbs", *parts[:-1]]
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.ImportFrom) or id(node) in only_types:
-                continue
-            base = below[: len(below) - node.level + 1] if node.level else []
-            module = [*base, *(node.module or "").split(".")] if node.module else base
-            if module[:2] == ["buckler", "mbs"]:
-                inner = module[2:]
-                for name in [inner[0]] if inner else [alias.name for alias in node.names]:
-                    found.setdefault((here, name), path.relative_to(ROOT).as_posix())
+        for name in imports(path, with_types=False):
+            if name.startswith("buckler.mbs."):
+                found[here, name.split(".")[2]] = path.relative_to(ROOT).as_posix()
     return {pair: where for pair, where in found.items() if pair[0] != pair[1]}
 
 
@@ -50,12 +35,7 @@ def test_every_room_is_in_the_picture():
 
 def test_rooms_import_rooms_below_them_only():
     height = {**floors(), **dict.fromkeys(TOOLS, 0)}
-    assert len(needs()) > 50  # or the above reads nothing
-    up = {pair: where for pair, where in needs().items() if pair[0] not in TOOLS and height[pair[0]] <= height.get(pair[1], 0)}
+    found = needs()
+    assert len(found) > 50  # or the above reads nothing
+    up = {pair: where for pair, where in found.items() if pair[0] not in TOOLS and height[pair[0]] <= height.get(pair[1], 0)}
     assert not up
-
-
-def test_files_of_the_page_are_there():
-    text = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
-    paths = set(re.findall(r"`((?:mbs|studies|tests|elastica)/[\w./-]+)`", text))
-    assert paths and [path for path in paths if not (ROOT / path).exists()] == []
