@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from closures import BAR, crank_rocker
-from simulations import closed, parallelogram
+from simulations import BAR, closed, parallelogram
 
-from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute
+from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute, crank_rocker
 from buckler.mbs.library import PAPER
 from buckler.mbs.scene.linkage import KinematicsError, Linkage
 from buckler.mbs.scene.scene import Scene
@@ -78,7 +77,7 @@ GROUNDED = {"O": (0.0, 0.0), "A": (1.0, 0.2), "B": (2.0, 0.0)}
 @pytest.mark.parametrize(
     ("mechanism", "free"),
     [
-        (crank_rocker(), 0),
+        (crank_rocker(BAR, speed=1.0), 0),
         (slider_driven(1.0, 0.1), 0),
         (parallelogram([Drive("a", 1.0)], third_bar=False), 0),
         (parallelogram([Drive("a", 1.0)], third_bar=True), 0),  # one bar too many, counted as -1 by Gruebler's rule

@@ -34,7 +34,7 @@ def made(seed=0, noise=2e-4):
 
 
 def test_made_data_give_their_numbers_back_within_their_intervals():
-    found = fit(block(), made(), free=FREE, starts=2, profiles=[K])
+    found = fit(block(), made(), free=FREE, starts=2)
     for name, true in ((K, 200.0), (C, 2.0)):
         low, high = found.intervals[name]
         assert low < true < high and high - low < 0.1 * true
@@ -44,9 +44,6 @@ def test_made_data_give_their_numbers_back_within_their_intervals():
     j = np.column_stack([(exact(time, 200 * (1 + h)) - exact(time)) / (200 * h), (exact(time, 200, 2 + h) - exact(time)) / h])
     deviation = found.rms["O.x"] * np.sqrt(np.linalg.inv(j.T @ j)[0, 0])
     assert found.intervals[K].high - found.values[K] == pytest.approx(1.984 * deviation, rel=0.05)
-    profile = found.profiles[K]  # where the profile reaches its level, the interval ends
-    ends = np.interp(profile.level, profile.cost[profile.at >= found.values[K]], profile.at[profile.at >= found.values[K]])
-    assert ends - found.values[K] == pytest.approx(1.984 * deviation, rel=0.15)
 
 
 def test_a_profile_gives_the_interval_where_it_is_asked_for():
@@ -65,14 +62,15 @@ def test_profiles_with_known_errors_are_as_wide_as_these_say():
     assert high - low == pytest.approx(2 * 1.96 * 2e-4 / np.linalg.norm(slope), rel=0.05)
 
 
+def limited(stiffness, damping=2.0):
+    """No mechanism can be made above the true stiffness."""
+    if stiffness > 200.0:
+        raise ValueError("too stiff")
+    return block(stiffness=stiffness, damping=damping)
+
+
 def test_a_run_that_fails_beside_the_best_point_does_not_end_the_fit():
-    """Beyond the true number no mechanism can be made: the difference is that to the other side."""
-
-    def limited(stiffness):
-        if stiffness > 200.0:
-            raise ValueError("too stiff")
-        return block(stiffness=stiffness)
-
+    """The difference is that to the other side."""
     found = fit(limited, made(noise=1e-6), free={"stiffness": (100.0, 300.0)}, starts=3)
     assert found.values["stiffness"] == pytest.approx(200.0, rel=1e-3)
     assert found.intervals["stiffness"].high - found.values["stiffness"] < 0.5
@@ -90,13 +88,7 @@ def test_each_experiment_has_its_own_error(order):
 
 @pytest.mark.parametrize("free", [{"stiffness": (100.0, 300.0)}, {"stiffness": (100.0, 300.0), "damping": (0.0, 10.0)}])
 def test_a_profile_ends_where_runs_fail(free):
-    """Above the true number no mechanism can be made: the interval has no upper end."""
-
-    def limited(stiffness, damping=2.0):
-        if stiffness > 200.0:
-            raise ValueError("too stiff")
-        return block(stiffness=stiffness, damping=damping)
-
+    """The interval has no upper end."""
     interval = fit(limited, made(), free=free, starts=3, profiles=["stiffness"]).intervals["stiffness"]
     assert 195.0 < interval.low < 200.0 and interval.high == np.inf
 

@@ -53,11 +53,7 @@ def test_a_spell_begins_and_ends_between_samples():
 
 
 TIME = np.array([0.0, 1.0, 3.0])
-
-
-SIGNALS = {"B.x": np.array([0.0, 2.0, 2.0]), "A.crank-coupler.fx": np.array([1.0, -5.0, 2.0]), "B.vx": np.array([1.0, 1.0, 1.0])}
-
-
+SIGNALS = {"B.x": np.array([0.0, 2.0, 2.0]), "A.crank-coupler.fx": np.array([1.0, -5.0, 2.0]), "B.vx": np.ones(3)}
 UNITS = {"B.x": "m", "A.crank-coupler.fx": "N", "B.vx": "m/s"}
 
 
