@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from buckler.mbs.declare import Declaration, Quantity, Spec, Whole, declarations
+from buckler.mbs.declare import Declaration, Quantity, Spec, declarations
 from buckler.mbs.documents.document import change
 from buckler.mbs.documents.document import read as read_document
 from buckler.mbs.documents.shorthand import expand, free_parameters
@@ -32,7 +32,7 @@ from .study import Parameters, solver_options, target_signals
 
 T = TypeVar("T")
 
-VARIED_HELP = "the parameters of the file, or all its numbers that are neither zero nor coordinates"
+VARIED_HELP = "the parameters of the file, or else its nonzero numbers but counts, places, first velocities and gravity"
 """Help text on the numbers of `varied_numbers`."""
 OPTIONS = {name: about for name, about in declarations(Parameters).items() if about.group}
 """Options of a run, which may also stand in a file's table [run]. In the help they have a heading, `group`."""
@@ -54,7 +54,7 @@ def name_errors(path: Path) -> Iterator[None]:
 def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the document of a file, with its short forms expanded, and its table [run]."""
     document = expand(read_document(path))
-    document.pop("about", None)
+    document.pop("about", None)  # a text for readers
     run = document.pop(RUN, {})
     known = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
     unknown = sorted(run.keys() - known.keys()) if isinstance(run, dict) else [str(run)]
@@ -96,18 +96,16 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
 def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     """Declare the entry at a path of a document: a count, a number with its unit, or a word; a ValueError for an unknown path."""
     declared, now, unit = find_entry(document, path)
-    is_count = isinstance(now, int) and Whole().fits(now)
-    is_omitted = now is None and bool(unit)  # an optional number that the file does not have
     spec: Spec = TomlValue()
-    if declared and is_count and not declared.unit:  # a whole number with a unit, as 2 for 2 m, is a quantity
+    if declared and type(now) is int and not declared.unit:  # a count; with a unit, as 2 for 2 m, it is a quantity
         spec = declared.spec
-    elif Quantity(unit).fits(now) or (declared and is_omitted):
+    elif Quantity(unit).fits(now) or (unit and now is None):  # None: an optional number that the file does not have
         spec = Quantity(unit)
     return Declaration(spec, declared.doc if declared else path, bounds={}, required=True, default=None)
 
 
 class File(Study):
-    """Mechanism of a file, as a study."""
+    """Mechanism of a file, as a study: the module `study` has its `Parameters`, `run` and `figure`."""
 
     module, description = study, "Simulate the mechanism of a file. Options that are not given are those of its table [run]."
 
@@ -115,7 +113,7 @@ class File(Study):
         self.path, self.title = path, path.stem
 
     def declare(self, parser: Parser, excluded: Collection[str] = ()) -> None:
-        """Declare the options of the run and of the solver, and `--set`; no name of them is among `excluded`."""
+        """Declare the options of the run and of the solver, and `--set`; a sweep's own options, `excluded`, have other names."""
         add_options(parser, OPTIONS)
         text = "another value of an entry of the file, as links.coupler.body.section.thickness=0.2mm"
         add_repeated(parser, "--set", "PATH=VALUE", text, dest="changes")
@@ -130,7 +128,7 @@ class File(Study):
         return parameters
 
     def find_case_maker(self, options: argparse.Namespace, excluded: Collection[str]) -> CaseMaker:
-        """Return the maker of the cases of a sweep over the paths of `--vary`; all other values are in it, so none is shared."""
+        """Return the maker of the cases of a sweep over the paths of `--vary`. It has all other values: none is left to share."""
         with name_errors(self.path):
             base, changes = self._settings(options)
             document = change(json.loads(base["document"]), changes)
@@ -154,7 +152,7 @@ class File(Study):
                     reading.check_reading(text, result.signals)
 
     def stored_name(self, parameters: Any) -> str:
-        """Return name and hash of the file's document; the changes are parameters of each case."""
+        """Return name and hash of the file's document, as `Parameters.plain` writes them; each case has its changes."""
         return str(parameters.plain()["mechanism"])
 
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -163,21 +161,21 @@ class File(Study):
         `--accuracy`, or another kind of solver, replaces all settings of the file's solver. An option of the solver replaces the
         file's accuracy and `of`, the signals that the accuracy is asked of.
         """
-        document, run = read_file(self.path)
+        document, of_file = read_file(self.path)
         Mechanism.from_dict(document)
         changes = read_changes(document, options.changes)
-        solver = dict(run.pop("solver", ()))
-        given = _read_options(options, solver_options())
-        if "solver" in given:
-            given["kind"] = given.pop("solver")
-        is_other_kind = {"kind"} <= solver.keys() & given.keys() and solver["kind"] != given["kind"]
-        if options.accuracy is not None or is_other_kind:
-            solver = {}
-        if given:
-            run = {name: value for name, value in run.items() if name not in ("accuracy", "of")}
-        run |= _read_options(options, OPTIONS)
+        solver_of_file = dict(of_file.pop("solver", ()))
+        run, solver = _read_options(options, OPTIONS), _read_options(options, solver_options())
+        if "solver" in solver:
+            solver["kind"] = solver.pop("solver")  # the option and the key in a file
+        if solver:
+            of_file.pop("accuracy", None)
+            of_file.pop("of", None)
+        kinds = {settings["kind"] for settings in (solver_of_file, solver) if "kind" in settings}
+        if "accuracy" not in run and len(kinds) < 2:
+            solver = solver_of_file | solver
         text = json.dumps(document, ensure_ascii=False)
-        return {**run, "name": self.title, "document": text, "solver": tuple((solver | given).items())}, changes
+        return {**of_file, **run, "name": self.title, "document": text, "solver": tuple(solver.items())}, changes
 
 
 def _read_options(options: argparse.Namespace, declared: Mapping[str, Declaration]) -> dict[str, Any]:

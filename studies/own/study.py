@@ -48,39 +48,29 @@ SOLVER_NAME = Declaration(
 
 
 class SolverSetting(NamedTuple):
-    """Setting of a solver: the classes of solvers or steps that have it, the name of its field, its declaration."""
+    """Setting of a solver: the class of solvers or steps that has it, the name of its field, its declaration."""
 
-    classes: tuple[type, ...]
+    owner: type
     field: str
     about: Declaration
-
-    @property
-    def solvers(self) -> list[str]:
-        """Names of the solvers that have this setting; none if it belongs to a class of steps."""
-        return [name for name, kind in SOLVERS.items() if kind in self.classes]
 
 
 @cache
 def settings() -> dict[str, SolverSetting]:
     """Collect the settings of all solvers and steps by their names in files; an option has hyphens for underscores."""
     found: dict[str, SolverSetting] = {}
-    for kind in (Controlled, Equal, *SOLVERS.values()):
-        for key, about in declarations(kind).items():
+    for owner in (Controlled, Equal, *SOLVERS.values()):
+        ending = "".join(f"; of {name}" for name, kind in SOLVERS.items() if kind is owner)  # none for settings of steps
+        for key, about in declarations(owner).items():
             if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
                 name = {"count": "steps", "method": "integrator"}.get(key, key)  # clear without its class, as `Equal.count`
-                others = found[name].classes if name in found else ()
-                found[name] = SolverSetting((*others, kind), key, about._replace(group=SOLVER_GROUP))
+                found[name] = SolverSetting(owner, key, about._replace(group=SOLVER_GROUP, doc=about.doc + ending))
     return found
 
 
-@cache
 def solver_options() -> dict[str, Declaration]:
-    """Collect the declarations of the option `solver` and of all settings."""
-    found = {"solver": SOLVER_NAME}
-    for name, setting in settings().items():
-        about, solvers = setting.about, setting.solvers
-        found[name] = about._replace(doc=f"{about.doc}; of {solvers[0]}") if len(solvers) == 1 else about
-    return found
+    """Return the declarations of the option `solver` and of all settings."""
+    return {"solver": SOLVER_NAME} | {name: setting.about for name, setting in settings().items()}
 
 
 class Settings(Spec):
@@ -107,21 +97,20 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
     if not given:
         return None
     rest = {key: value for key, value in given.items() if key != "kind"}
-    closure_classes = {Closure, Controlled, Equal}  # classes with settings of this solver: its own and those of its steps
-    suits_closure = all(closure_classes.intersection(settings()[key].classes) for key in rest)
+    suits_closure = all(settings()[key].owner in (Controlled, Equal) for key in rest)  # it has no settings but its steps
     name = given.get("kind", "closure" if suits_closure and Scene.of(mechanism).is_kinematic else "exudyn")
-    if SOLVERS[name] is Spectral and find_spec("numba") is None:
-        raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled
+    if kind is Spectral and find_spec("numba") is None:
+        raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     values: dict[type, dict[str, Any]] = {kind: {}, steps: {}}
     for key, value in rest.items():
-        setting = settings()[key]
-        owner = next((each for each in setting.classes if each in values), None)
-        if owner is None:
-            needs = "equal steps: give steps" if Equal in setting.classes else "controlled steps: leave out steps"
-            other = f"{key} is a setting of {' and '.join(setting.solvers)}, not of {name}"
-            raise ValueError(f"solver: {other if setting.solvers else f'{key} is for {needs}'}")
-        values[owner][setting.field] = value
+        owner, field_name, _ = settings()[key]
+        if owner is Controlled and steps is Equal:
+            raise ValueError(f"solver: {key} is for controlled steps: leave out steps")
+        if owner not in values:
+            of = next(each for each, other in SOLVERS.items() if other is owner)
+            raise ValueError(f"solver: {key} is a setting of {of}, not of {name}")
+        values[owner][field_name] = value
     # Each solver has defaults of its own for controlled steps; equal steps have none.
     chosen = Equal(**values[Equal]) if steps is Equal else replace(kind().steps, **values[Controlled])
     return kind(steps=chosen, **values[kind])
@@ -230,10 +219,9 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
     for each in list_readings(result, parameters.measure):
-        if not isnan(each.relative):
-            found[each.name] = Metric(each.value, each.unit, error=each.relative)
-        else:  # of a value of zero only the absolute error may be known
-            found[each.name] = Metric(each.value, each.unit, absolute=None if isnan(each.error) else each.error)
+        error, absolute = (None if isnan(x) else x for x in (each.relative, each.error))
+        # of a value of zero only the absolute error may be known
+        found[each.name] = Metric(each.value, each.unit, error=error, absolute=absolute if error is None else None)
     if not result.status.finished:
         return found
     if parameters.accuracy is not None:
