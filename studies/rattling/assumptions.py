@@ -12,7 +12,7 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal import AdamsDamping
 
-from ..kit.parameters import Gravity, choice, choices, integer, quantity
+from ..kit.parameters import Gravity, choice, choices, quantity
 
 JOINTS = "OABC"
 """Points of the joints, in the order of the mechanism."""
@@ -38,13 +38,13 @@ DAMPINGS: dict[str, Callable[[Array, float], Array]] = {
 }
 """Damping ratios of modes as functions of their frequencies [Hz] and of a ratio, which the default of ADAMS ignores."""
 KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
-"""Kinds of modes. "free" and "Euler-Bernoulli" are those of the free rocker, by Timoshenko's and by Euler and Bernoulli's beam
-theory. "Craig-Bampton" are those of ADAMS, which add static shapes; `bending` and `axial` do not act on them."""
+"""Kinds of modes. "free" and "Euler-Bernoulli" are both of the free rocker: "free" means Timoshenko's beam theory, the other
+Euler and Bernoulli's. "Craig-Bampton" are those of ADAMS, which add static shapes; `bending` and `axial` do not act on them."""
 
 
 @dataclass(frozen=True)
 class JointAssumptions(Gravity):
-    """Assumptions about the joints and their surroundings; the last two texts of a parameter are its help and its heading."""
+    """Assumptions about the joints and gravity; the last text of a parameter, as "left open", is its heading in the help."""
 
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(
@@ -86,25 +86,3 @@ class Assumptions(JointAssumptions):
         """Return the assumptions as a sentence for a table."""
         ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
         return f"{super().describe()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
-
-
-@dataclass(frozen=True)
-class ModalAssumptions(Assumptions):
-    """Assumptions of studies that choose the modes of the flexible rocker."""
-
-    bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
-    axial: int = integer(1, 0, 8, "axial modes of a free rocker", "left open")
-    frequency_factor: float = quantity(
-        1.0, "1", 0.5, 2, "factor on the frequencies of a plain bar, because the real rocker has ends with holes", "left open"
-    )
-
-    def agree(self) -> None:
-        """Check that the flexible rocker has a mode."""
-        super().agree()
-        if self.bending + self.axial == 0:
-            raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
-
-    def describe(self) -> str:
-        """Return the assumptions as a sentence for a table."""
-        number = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
-        return f"{super().describe()}{number}, frequencies × {self.frequency_factor:g}"

@@ -20,9 +20,9 @@ from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import BAR, JOINT_STIFFNESS, STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 
-from ..kit.parameters import choice, quantity
+from ..kit.parameters import choice, integer, quantity
 from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, STEEL
-from .assumptions import DAMPINGS, JOINTS, JointAssumptions, ModalAssumptions
+from .assumptions import DAMPINGS, JOINTS, Assumptions, JointAssumptions
 from .turns import Runs
 
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -120,14 +120,7 @@ class PlayParameters(JointAssumptions):
     damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
     static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
     dynamic_friction: float = quantity(0.1, "1", 0, 2, "dynamic Coulomb coefficient", "contact")
-    stiction_speed: float = quantity(0.1, "m/s", 1e-5, 10, "sliding speed at which friction is static", "contact")
-    friction_speed: float = quantity(1.0, "m/s", 2e-5, 100, "sliding speed from which friction is dynamic", "contact")
     speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
-
-    @property
-    def thresholds(self) -> tuple[float, float]:
-        """Sliding speeds [m/s] at which friction is static, and from which it is dynamic; `friction_thresholds` is a factor."""
-        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
     def bars(
         self, *, gap: float | None = None, speed: float | None = None, rocker: Body | None = None, joints: str = JOINTS,
@@ -155,29 +148,26 @@ class PlayParameters(JointAssumptions):
 
 
 @dataclass(frozen=True)
-class FourBarParameters(PlayParameters, Runs):
-    """Parameters of studies on the compiled solver."""
-
-    def agree(self) -> None:
-        """Check parameters against each other, by making the mechanism."""
-        super().agree()
-        self.bars(rocker=None)  # a rigid rocker, so that no subclass computes modes for this check
-
-
-@dataclass(frozen=True)
-class RockerParameters(FourBarParameters, ModalAssumptions):
-    """Parameters of studies whose rocker is rigid or modal."""
+class RockerParameters(PlayParameters, Assumptions, Runs):
+    """Parameters of studies on the compiled solver, whose rocker is rigid or modal."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
+    bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
+    axial: int = integer(1, 0, 8, "axial modes of a free rocker", "left open")
+    frequency_factor: float = quantity(
+        1.0, "1", 0.5, 2, "factor on the frequencies of a plain bar, because the real rocker has ends with holes", "left open"
+    )
 
     def agree(self) -> None:
-        """Check that parameters of modes are given to a modal rocker only."""
+        """Check that only a modal rocker is given modes, and that it has one; check the other numbers by making the mechanism."""
         kind = type(self)  # whose attributes are the defaults
         names = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
         changed = [f"{name} = {getattr(self, name)}" for name in names if getattr(self, name) != getattr(kind, name)]
         if self.rocker == "rigid" and changed:
             raise ValueError(f"{', '.join(changed)}: only a rocker of modes can have them; choose rocker = modal")
-        super().agree()
+        if self.bending + self.axial == 0 and self.modes_of != "Craig-Bampton":
+            raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
+        self.bars(rocker=None)  # a rigid rocker, so that this check computes no modes
 
     def bars(self, **changes: Any) -> Mechanism:
         """Make the crank-rocker; `changes` are arguments of the base's `bars`, and the default rocker is the study's."""
@@ -187,7 +177,10 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
-        return ModalAssumptions.describe(self) if self.rocker == "modal" else f"{JointAssumptions.describe(self)}; rocker rigid"
+        if self.rocker == "rigid":
+            return f"{JointAssumptions.describe(self)}; rocker rigid"
+        number = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
+        return f"{Assumptions.describe(self)}{number}, frequencies × {self.frequency_factor:g}"
 
 
 def make_modal_rocker(p: RockerParameters) -> Modal:

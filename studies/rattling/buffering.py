@@ -5,9 +5,10 @@ may have, or the two ends of its range. A sample draws a value of each assumptio
 logarithm of the value is uniform. A cell is a pair of a unit of c_max (the largest contact damping) and a gravity. Every sample
 runs in every cell, with a rigid and a flexible rocker; the journals start at random places.
 
-A claim holds in a sample if its number is lower with the flexible rocker by `margin` at least. The ratio flexible over rigid has
-two errors. The sampling error is its standard error, from the scatter of the runs; the model error is the scatter over samples
-beyond that. With Student's t distribution the sampling error gives each ratio a 95 % interval.
+A claim holds in a sample if the mean of its reading is lower with the flexible rocker than with the rigid one, by the share
+`margin` at least. The ratio flexible over rigid has two errors. The sampling error is its standard error, from the scatter of the
+runs; the model error is the scatter over samples beyond that. With Student's t distribution the sampling error gives each ratio a
+95 % interval.
 
 The share of samples in which a claim holds has an interval, too. In a sample it surely holds if the whole 95 % interval is below
 1 - `margin`, and possibly if the lower end is. The lower end of Wilson's interval for the share of sure samples, and the upper
@@ -50,7 +51,7 @@ OPEN = "left open"
 
 @dataclass(frozen=True)
 class Parameters(TestedRuns):
-    """Parameters of the study: values of each assumption, and the number of samples; numbers of runs are those of the base."""
+    """Parameters of the study: values of each assumption, and the number of samples. `TestedRuns` has those of the runs."""
 
     gravity: tuple[float, ...] = quantities((0.0, GRAVITY), "m/s^2", 0, 100, "gravity in the plane: each in turn", OPEN)
     gravity_angle: tuple[float, ...] = quantities((-pi / 2, pi / 2, pi, 0.0), "rad", -7, 7, "its angles to the x axis", OPEN)
@@ -90,7 +91,10 @@ class Parameters(TestedRuns):
         return axes
 
     def case(self, point: Sequence[float]) -> RockerParameters:
-        """Return the assumptions at a point of the unit cube, in the order of the `axes`; a cell replaces two of them."""
+        """Return the assumptions at a point of the unit cube, in the order of the `axes`.
+
+        Unit of c_max and gravity, which make a cell and are no axes, have their defaults.
+        """
         values: dict[str, Any] = {}
         for x, (name, options) in zip(point, self.axes().items(), strict=True):
             is_range = name in RANGES and len(options) > 1
@@ -116,7 +120,7 @@ def cell_name(unit: str, gravity: float) -> str:
 class Ratios(NamedTuple):
     """Ratios of means, flexible over rigid rocker, in a cell or with the cells as first axis; nan after a failed run."""
 
-    value: Array  # (samples, claims)
+    ratio: Array  # (samples, claims)
     error: Array  # standard error
     half_width: Array  # of the 95 % interval
 
@@ -190,13 +194,13 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     ]
     found = Ratios(*map(np.stack, zip(*by_cell, strict=True)))
     metrics = judge_claims(p, found)
-    is_unsound = np.isnan(found.value[:, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
+    is_unsound = np.isnan(found.ratio[:, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
     metrics["unsound"] = Metric(int(is_unsound.sum()), "1")
     return StudyResult(
         parameters=p,
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
-        signals={"ratio": found.value, "error": found.error, "reach": found.half_width},
+        signals=found._asdict(),
         work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
@@ -213,7 +217,7 @@ def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
             judgement = judge(values, errors, half_widths, p.margin, level)
             metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
             metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
-    holds = np.where(np.isnan(found.value), np.nan, found.value < 1 - p.margin)  # (cells, samples, claims), cells by unit
+    holds = np.where(np.isnan(found.ratio), np.nan, found.ratio < 1 - p.margin)  # (cells, samples, claims), cells by unit
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):
@@ -270,7 +274,7 @@ def figure(result: StudyResult) -> Figure:
         ax.axvline(1 - p.margin, color="#999999", linewidth=0.8)
         ax.set(xscale="log", xlabel="flexible/rigid", title=f"{unit}, {gravity:g} m/s²")
         ax.title.set_fontsize(8)
-        plain_ticks(ax.xaxis, (1, 3))
+        plain_ticks(ax.xaxis, subs=(1, 3))
     axes[0][0].set_yticks(heights, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
     for verdict, colour in colours.items():
         axes[0][0].plot([], [], ".", color=colour, label=verdict)

@@ -267,8 +267,7 @@ def _orbits(result: StudyResult) -> Figure:
     """Draw the paths of the pins' centres in their bushes, over the clearance; inside the unit circle there is no contact."""
     s, variants = result.signals, _variants(result)
     p = result.of(Parameters)
-    names = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
-    joints = [joint for joint in names if joint in p.with_play]
+    joints = [joint for joint in BODIES if joint in p.with_play]
     shared = {"squeeze": False, "sharex": True, "sharey": True}
     fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)  # [mm]
     turn = np.linspace(0, 2 * np.pi, 181)
@@ -281,7 +280,7 @@ def _orbits(result: StudyResult) -> Figure:
             ax.label_outer()
         line[0].set_ylabel(f"{LABELS[variant]}\n$y/c$")
     for ax, joint in zip(axes[0], joints, strict=True):
-        ax.set_title(f"{joint}: {names[joint]}")
+        ax.set_title(f"{joint}: {'–'.join(BODIES[joint])}")
     for ax in axes[-1]:
         ax.set_xlabel("$x/c$")
     return fig

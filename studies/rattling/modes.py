@@ -20,7 +20,7 @@ from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from .assumptions import Assumptions
-from .bars import BENDING, SETS, FourBarParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
+from .bars import BENDING, SETS, PlayParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .turns import TestedRuns, Turns, run_turns
 
@@ -69,15 +69,15 @@ class Parameters(Assumptions, TestedRuns):
 
     def crank_rocker(self, unit: str, depth: float, rocker: Modal | None = None) -> Mechanism:
         """Make the crank-rocker of a case, by default with the rigid rocker."""
-        values = self.share(FourBarParameters) | {"damping_unit": unit, "in_plane_depth": depth}
-        return FourBarParameters(**values).bars(rocker=rocker)
+        values = self.share(PlayParameters) | {"damping_unit": unit, "in_plane_depth": depth}
+        return PlayParameters(**values).bars(rocker=rocker)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compute the frequencies of the modes, run every set in every case, and compare the sets."""
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _frequencies(depth).items()}
     wrong: list[str] = []
-    ideal = ideal_motion(FourBarParameters().speed)
+    ideal = ideal_motion(PlayParameters().speed)
     for batch, (name, (unit, depth)) in enumerate(progress(list(p.cases.items()), label="cases")):
         rockers = [make_rocker_of_set(depth, modes, p.rocker_damping) for modes in p.mode_sets]  # None is rigid
         damped = [rocker and set_damping(rocker, p.modal_damping, p.rocker_damping) for rocker in rockers]

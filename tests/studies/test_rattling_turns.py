@@ -6,14 +6,14 @@ import pytest
 pytest.importorskip("numba")
 
 from buckler.mbs import Controlled, Spectral, simulate
-from buckler.studies.rattling.bars import FourBarParameters, PlayParameters
+from buckler.studies.rattling.bars import PlayParameters, RockerParameters
 from buckler.studies.rattling.turns import DEPTHS, FORCE, period, run_turns, solver
 
 READINGS = (FORCE.format(place="B"), "rms(coupler.ax)", "onsets(B.normal_force)")
 
 
 def found(batch=0, **given):
-    p = FourBarParameters(**given)
+    p = RockerParameters(**given)
     return run_turns(p, [p.bars()], READINGS, batch)[0]
 
 
@@ -42,7 +42,7 @@ def test_closed_joints_repeat_themselves():
 def test_a_pin_deeper_than_its_clearance_and_a_run_that_fails_have_names(monkeypatch):
     deep = found(clearance=5e-6, members=2, cycles=1, settle=0)
     assert deep.depth > 1 and deep.notes[0].startswith("PENETRATION: a pin")
-    p = FourBarParameters(members=2, cycles=1, settle=0)
+    p = RockerParameters(members=2, cycles=1, settle=0)
     monkeypatch.setattr("buckler.studies.rattling.turns.solver", lambda *_: Spectral(Controlled(1e-6, max_steps=10)))
     (failed,) = run_turns(p, [p.bars()], READINGS)
     assert failed.notes[0].startswith("FAILED: 2 of 2 runs, one by TOO_MANY_STEPS") and np.isnan(failed.depth)
@@ -51,7 +51,7 @@ def test_a_pin_deeper_than_its_clearance_and_a_run_that_fails_have_names(monkeyp
 @pytest.mark.parametrize(("unit", "bound"), [("N.s/m", 1e-3), ("N.s/mm", 2e-3)])
 def test_energies_balance_at_the_tolerance_of_studies(unit, bound):
     """Of closed joints the ledger sees the ends of steps only, which go over a part of each impact."""
-    p = FourBarParameters(damping_unit=unit)
+    p = RockerParameters(damping_unit=unit)
     made = p.bars()
     assert simulate(made, period(made) / 4, solver=solver(made, p.tolerance), ledger=True).energy_balance < bound
 

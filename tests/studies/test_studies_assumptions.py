@@ -21,7 +21,7 @@ from buckler.studies.rattling import (
     modes,
 )
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
-from buckler.studies.rattling.bars import LENGTH, FourBarParameters, RockerParameters, make_modal_rocker, set_damping
+from buckler.studies.rattling.bars import LENGTH, RockerParameters, make_modal_rocker, set_damping
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.turns import solver
 
@@ -65,7 +65,7 @@ def test_engine_and_reference_agree_on_either_body(pins):
     given = {"pin_on": pins, "gravity": 9.81, "friction_thresholds": 0.1, "clearance": 2.5e-4}
     p = crank_rocker.Parameters(**given, rocker=("rigid",), start_angle=0.0, duration=8e-3, settle=0.0, tolerance=1e-6)
     made = on_engine(p, "rigid", "OABC")
-    q = FourBarParameters(**given)
+    q = RockerParameters(**given)
     assert q.reversed_joints == ("OABC" if pins == OTHER else "") and q.gravity_vector[1] == pytest.approx(-9.81)
 
     def compiled(case):
@@ -79,7 +79,7 @@ def test_engine_and_reference_agree_on_either_body(pins):
 
 
 def test_a_joint_has_one_pin():
-    assert FourBarParameters(pin_on="B.rocker").reversed_joints == "B" and len(PINS) == 8
+    assert RockerParameters(pin_on="B.rocker").reversed_joints == "B" and len(PINS) == 8
 
 
 # --- the rest ---------------------------------------------------------------------------------------------------------
@@ -94,8 +94,10 @@ def test_every_study_has_them_and_its_defaults_are_what_was(study):
 
 
 def test_thresholds_of_the_friction_follow_the_factor():
-    p = FourBarParameters(friction_thresholds=0.1, stiction_speed=0.2)
-    assert p.thresholds == pytest.approx((0.02, 0.1))
+    p = RockerParameters(friction_thresholds=0.2)
+    assert p.thresholds == pytest.approx((0.02, 0.2))
+    friction = p.bars().joints[0].friction
+    assert (friction.v_s, friction.v_d) == p.thresholds
 
 
 def test_damping_ratios_by_frequency():
@@ -128,7 +130,6 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
 @pytest.mark.parametrize(("study", "wrong", "message"), [
     (crank_rocker, {"settle": 1.0}, "settle = 1 s: must be less than duration = 0.2 s"),
     (crank_rocker, {"dynamic_friction": 0.4}, "static = 0.3"),
-    (crank_rocker, {"friction_speed": 0.05}, "v_d = 0.05"),
     (crank_rocker, {"damping_unit": "N"}, "damping_unit = 'N': must be one of 'N.s/m'"),
     (crank_rocker, {"clearance": 0.0}, r"clearance = 0.0 m: must lie in \[1e-07, 0.002\] m"),
     (crank_rocker, {"clearance_joints": 5}, r"clearance_joints = 5: must be a whole number in \[0, 4\]"),
@@ -140,6 +141,7 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
     (clearance_speed, {"clearances": "5mm"}, r"clearances\[0\] = 5mm: must lie in \[1e-06, 0.002\] m"),
     (clearance_speed, {"members": 1}, r"members = 1: must be a whole number in \[2, 10000\]"),
     (clearance_speed, {"frequency_factor": 1.1}, r"frequency_factor = 1\.1: only a rocker of modes"),
+    (clearance_speed, {"rocker": "modal", "bending": 0, "axial": 0}, "the flexible rocker needs one mode at least"),
     (buffering, {"clearance": "1mm,0.5mm,0.1mm"}, r"clearance = 0.001,0.0005,0.0001: must be one number or two ends"),
     (buffering, {"members": 1}, "members = 1"),
 ])  # fmt: skip

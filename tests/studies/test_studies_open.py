@@ -52,6 +52,10 @@ def test_modes_need_a_rocker_that_has_them():
     p = clearance_speed.Parameters(rocker="modal", modal_damping="ADAMS", modes_of="Craig-Bampton")
     assert min(p.bars().link("rocker").body.damping) >= 0.01
     assert "modes of the rocker Craig-Bampton, damping ratio ADAMS" in p.describe()
+    without_free = clearance_speed.Parameters(
+        rocker="modal", modes_of="Craig-Bampton", bending=0, axial=0
+    )  # it has no free modes
+    assert "modes of the rocker Craig-Bampton" in without_free.describe()
     plain = clearance_speed.Parameters()
     assert "rocker rigid" in plain.describe() and not plain.bars().link("rocker").body.flexible
 
