@@ -96,19 +96,21 @@ class SineStrip:
         # Stress-free amplitudes b_n [m], positive to the left when looking from A to B; a positive bow is to the right.
         self.stress_free: Array = np.where(N == 1, -case.imperfection * L, 0.0)
         self.bending: Array = case.section.bending_stiffness * WAVE_NUMBERS**4  # stiffness E I k^4 of the modes [N/m^2]
-        self.impact_speed = -float(PAPER.slider_rate(CONTACT)) * case.speed  # v, at first contact [m/s]
+        self.impact_speed = -float(PAPER.slider_rate(CONTACT)) * case.speed  # v [m/s], at CONTACT, the crank angle of first contact
 
     @property
     def duration(self) -> float:
-        """Time after first contact by which the impact is over [s]: a period on the stop, and the strip's time to buckle."""
+        """Time after first contact by which the impact is over [s].
+
+        It is a period on the stop and the strip's time to buckle, at most 25 degrees of crank angle: 12 to 50 give the same peaks.
+        """
         # With t from P = P_E, where P rises at the rate s, equation (2) of the first mode is a'' = s w1^3 t a. This Airy equation
         # lets a grow 1e4-fold until w1 t = 6/s^(1/3). Half a vibration, w1 t = 3, is added, by convention.
         p = self.case
         # s with the stiffness of the stop alone, and cos phi = 1
         rigid_rate = p.stop_stiffness * self.impact_speed / (p.section.euler_load(L) * self.frequency)
         on_stop, buckling = 2 * np.pi * np.sqrt(p.mass / p.stop_stiffness), 3 + 6 / np.cbrt(rigid_rate)
-        latest = np.radians(25.0) / p.speed  # 12 to 50 degrees of crank angle give the same peaks
-        return float(min(latest, on_stop + buckling / self.frequency))
+        return float(min(np.radians(25.0) / p.speed, on_stop + buckling / self.frequency))
 
     def peak(self) -> float:
         """Integrate from shortly before the first contact to the end of the impact; return the largest force of the stop [N]."""
@@ -213,7 +215,7 @@ class MapPoint(NamedTuple):
         strip, euler = SineStrip(case), case.section.euler_load(L)
         peak, compression, early = (row.value(f"beam.{name}") for name in ("impact_peak", "impact_push", "early_shortening"))
         failure = "" if row.status in ("OK", "SUSPECT") else f"{case.speed:g} rad/s, bow {case.imperfection:g}: {row.status}"
-        cosine = float(PAPER.lean_cosine(CONTACT, PAPER_STOP))
+        cosine = float(PAPER.lean_cosine(CONTACT, PAPER_STOP))  # of phi at first contact
         stiffness = 1 / (1 / case.stop_stiffness + cosine**2 * L / case.section.axial_stiffness)
         rate = stiffness * strip.impact_speed / (euler * strip.frequency * cosine)
         amplitudes, _ = strip.balance(CONTACT)

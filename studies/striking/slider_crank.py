@@ -11,7 +11,7 @@ under gravity, and on a DC motor; each predicts the forces. With `ramp` and `vol
 impact of 27 N at 1.25 rad/s. Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, isnan, nan, pi, sqrt
 
@@ -94,21 +94,21 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _result(
-    p: Parameters, runs: Sequence[ModelRun], notes: Sequence[str], metrics: Mapping[str, Mapping[str, Metric]],
+    p: Parameters, runs: Mapping[str, ModelRun], notes: Sequence[str], metrics: Mapping[str, Mapping[str, Metric]],
     signals: Mapping[str, Array],
 ) -> StudyResult:  # fmt: skip
-    """Make the result: status of the worst run, metrics by case, and their table."""
+    """Make the result from runs by name: status of the worst, work of each, metrics by case, and their table."""
     return StudyResult(
-        parameters=p, **worst([(run.model, run) for run in runs], notes),  # status and message
+        parameters=p, **worst(runs.items(), notes),  # status and message
         metrics=by_case(metrics), signals=signals,
-        work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
+        work={f"{key}.{name}": value for key, run in runs.items() for name, value in run.work.items()},
         tables=[compare(metrics, f"Slider-crank, drive by {p.drive}", [NOTES[p.drive], f"{p.describe()}.", *notes])],
     )  # fmt: skip
 
 
-def _signals(runs: Iterable[ModelRun]) -> dict[str, Array]:
+def _signals(runs: Mapping[str, ModelRun]) -> dict[str, Array]:
     names = ("time", "angle", "force", "speed", "shortening")
-    return {f"{run.model}.{name}": getattr(run, name) for run in runs for name in names}
+    return {f"{model}.{name}": getattr(run, name) for model, run in runs.items() for name in names}
 
 
 def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
@@ -116,19 +116,18 @@ def _run_turn(p: Parameters, progress: Progress) -> StudyResult:
     # the stop is set by the duration of an impact [s] or by its stiffness [N/m]
     stop_settings = {model: p.impact_duration if model == "stitched" else p.stop_stiffness for model in p.models}
     duration = p.extend_for_motor(p.until / p.speed)  # [s], longer with a motor, which turns more slowly
-    runs = [run_model(model, p, stop_settings[model], p.speed, duration) for model in progress(p.models, label="models")]
-    readings = [read(run) for run in runs]
-    metrics = {run.model: _turn_metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
-    notes = [note for run, reading in zip(runs, readings, strict=True) for note in findings(run, [reading])]
+    runs = {model: run_model(model, p, stop_settings[model], p.speed, duration) for model in progress(p.models, label="models")}
+    metrics = {model: _turn_metrics(run, p) for model, run in runs.items()}
+    notes = [note for run in runs.values() for note in findings(run, [read(run)])]
     grid = np.linspace(CONTACT, 2 * pi - CONTACT, 481)
     exact = {"exact.angle": grid, "exact.force": exact_force(p, grid)}
     return _result(p, runs, notes, metrics, exact | _signals(runs))
 
 
-def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[str, Metric]:
+def _turn_metrics(run: ModelRun, p: Parameters) -> dict[str, Metric]:
     """Return the numbers of a model, with published and exact values."""
-    default_thickness = Parameters.thickness
-    is_published_strike = p.speed == IMPACT_SPEED and p.thickness == default_thickness
+    reading = read(run)
+    is_published_strike = p.speed == IMPACT_SPEED and p.thickness == Parameters.thickness  # its default
 
     def bending_stress(shortening: float) -> float:
         """Compute the largest stress [Pa] of a shortening, up to 1, at which the strip's ends meet."""
@@ -139,7 +138,7 @@ def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[st
     exact_stress = bending_stress(float(PAPER.shortening(pi, PAPER_STOP)))
     return {
         "contact_force_180": Metric(force, "N", published=CONTACT_FORCES.get(p.thickness), exact=float(exact_force(p, pi))),
-        "contact_force_error": Metric(_force_error(run, reading, p), "1"),
+        "contact_force_error": Metric(_force_error(run, reading.rest_angle, p), "1"),
         "impact_peak": Metric(reading.impact_peak, "N", published=IMPACT_FORCE if is_published_strike else None),
         **{name: Metric(float(getattr(reading, name)), unit) for name, unit in READ.items()},
         "contact_angle": Metric(degrees(reading.contact_angle), "deg", published=120.0, exact=degrees(CONTACT)),
@@ -149,9 +148,8 @@ def _turn_metrics(run: ModelRun, reading: TurnReading, p: Parameters) -> dict[st
     }
 
 
-def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
-    """Find the largest relative difference of the force from the exact elastica near the dead centre, where the slider rests."""
-    rest_angle = reading.rest_angle  # nan without rest
+def _force_error(run: ModelRun, rest_angle: float, p: Parameters) -> float:
+    """Find the largest relative difference of the force from the exact elastica near the dead centre; nan without a rest."""
     first, last = np.radians((150.0, 210.0))  # symmetric about the dead centre, chosen
     is_compared = (run.angle >= max(rest_angle, first)) & (run.angle <= last)
     if isnan(rest_angle) or not is_compared.any():
@@ -161,13 +159,16 @@ def _force_error(run: ModelRun, reading: TurnReading, p: Parameters) -> float:
 
 def _run_ramp(p: Parameters, progress: Progress) -> StudyResult:
     """Calibrate each model, and run it with rising speed."""
-    fits = [calibrate(model, p) for model in progress(p.models, label="calibration")]
-    runs = [run_model(fit.model, p, fit.stop_setting, p.ramp, p.duration) for fit in progress(fits, label="models")]
-    readings = {run.model: [read(run, turn) for turn in range(p.turns)] for run in runs}
-    notes = [note for run in runs for note in findings(run, readings[run.model])]
-    metrics = {run.model: fit.metrics | _trends(run, readings[run.model], p) for run, fit in zip(runs, fits, strict=True)}
+    runs: dict[str, ModelRun] = {}
+    metrics: dict[str, dict[str, Metric]] = {}
+    notes: list[str] = []
     signals = {"turn.crank_speed": _crank_speeds(p, CONTACT)}
-    for model, turns in readings.items():
+    for model in progress(p.models, label="models"):
+        fit = calibrate(model, p)
+        runs[model] = run_model(model, p, fit.stop_setting, p.ramp, p.duration)
+        turns = [read(runs[model], turn) for turn in range(p.turns)]
+        notes += findings(runs[model], turns)
+        metrics[model] = fit.metrics | _trends(runs[model], turns, p)
         names = ("impact_speed", "impact_peak", "contact_max", "contact_time")
         signals |= {f"{model}.turn.{name}": np.array([getattr(turn, name) for turn in turns]) for name in names}
     return _result(p, runs, notes, metrics, signals | _signals(runs))
@@ -198,6 +199,7 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
         "buckles_before_stop": Metric(sum(turn.buckles_before_stop for turn in turns), "1", published=0.0),
         "energy_balance": Metric(run.energy_balance, "1"),
     }
+    # only of the closed forms, of which a search of some ten runs is quick
     return found | ({"heaviest": Metric(_heaviest(p), "kg")} if run.model == "stitched" else {})
 
 
@@ -224,20 +226,17 @@ def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:
         cases |= {f"beam_bow_{bow:g}": ("beam", replace(p, imperfection=bow)) for bow in p.bows}
         # with this motor [N m s] the forces are within 0.1 N of the published ones
         cases |= {"beam_gravity": ("beam", replace(p, gravity=GRAVITY)), "beam_motor": ("beam", replace(p, motor=1.6))}
-    runs: list[ModelRun] = []
+    runs: dict[str, ModelRun] = {}
     metrics: dict[str, dict[str, Metric]] = {}
     for name, (model, case) in progress(cases.items(), label="cases"):
         fit = calibrate(model, case)
-        speeds = [IMPACT_SPEED * voltage / REFERENCE_VOLTAGE for voltage in p.voltages]
-        strikes = [strike(model, case, fit.stop_setting, speed) for speed in speeds]
-        forces = [read(run).impact_peak or nan for run in strikes]  # 0 without an impact
-        runs += strikes
-        metrics[name] = fit.metrics | {
-            f"force_{voltage:g}V": Metric(force, "N", published=VOLTAGE_FORCES.get(voltage))
-            for voltage, force in zip(p.voltages, forces, strict=True)
-        }
-        ends = [int(np.argmin(p.voltages)), int(np.argmax(p.voltages))]
-        metrics[name]["exponent"] = Metric(exponent(np.array(p.voltages)[ends], np.array(forces)[ends]), "1", published=1.0)
+        metrics[name], forces = fit.metrics, {}
+        for voltage in p.voltages:
+            done = strike(model, case, fit.stop_setting, IMPACT_SPEED * voltage / REFERENCE_VOLTAGE)
+            runs[f"{name}.{voltage:g}V"], forces[voltage] = done, read(done).impact_peak or nan  # 0 without an impact
+            metrics[name][f"force_{voltage:g}V"] = Metric(forces[voltage], "N", published=VOLTAGE_FORCES.get(voltage))
+        ends = [min(p.voltages), max(p.voltages)]
+        metrics[name]["exponent"] = Metric(exponent(ends, [forces[end] for end in ends]), "1", published=1.0)
     return _result(p, runs, [], metrics, {"voltage": np.array(p.voltages)})
 
 

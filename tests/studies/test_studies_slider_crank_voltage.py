@@ -33,6 +33,11 @@ def test_what_cannot_be_calibrated_is_named():
         assert "does not meet the stop" in result.message
 
 
+def test_each_run_of_a_voltage_has_its_work():
+    result = slider_crank.run(slider_crank.Parameters(drive="voltage", models="stitched"))
+    assert {f"stitched.{volts}V.steps" for volts in ("2.5", "3", "4.4")} <= result.work.keys()
+
+
 @pytest.fixture(scope="module")
 def voltage():
     return slider_crank.run(slider_crank.Parameters(drive="voltage", bows=(0.01,)))
