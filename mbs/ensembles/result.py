@@ -142,17 +142,20 @@ class Ensemble:
         ax.set(xlabel=x, ylabel=y)
         return ax
 
-    def frame(self) -> DataFrame:
-        """Return all values as a data frame, with a row for each member and window."""
-        import pandas as pd
-
+    def columns(self) -> dict[str, Array]:
+        """Return all values by name, shape (members * windows,): number of member and window, varied numbers, readings."""
         members, windows = self.values.shape[:2]
-        columns: dict[str, object] = {
+        return {
             "member": np.repeat(np.arange(members), windows), "window": np.tile(np.arange(windows), members),
             **{path: np.repeat(self.members.numbers[:, k], windows) for k, path in enumerate(self.members.paths)},
             **{name: self.values[..., k].ravel() for k, name in enumerate(self.readings)},
         }  # fmt: skip
-        return pd.DataFrame(columns)
+
+    def frame(self) -> DataFrame:
+        """Return all values as a data frame, with a row for each member and window."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns())
 
     def __str__(self) -> str:
         """Write the mean of each reading with its standard error and quantiles, in a line each."""

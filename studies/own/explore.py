@@ -9,7 +9,7 @@ import json
 import secrets
 import sys
 import webbrowser
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -35,7 +35,8 @@ from ..kit.cli import add_repeated
 from .files import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
 
 HOST = "127.0.0.1"
-HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}  # of each answer
+HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+"""Headers of each answer, beside type and length of its content."""
 OMITTED = ("along", "exponent", "near")
 """Keys of numbers that get a slider only if `--free` names them: directions, exponents, guesses of places."""
 
@@ -55,12 +56,7 @@ class Explorer:
         # `file.document` has the changes already, but neither the units of the file nor its table [run], which `save` writes.
         self.written = documents.change(expand(documents.read(path)), changes)
         self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
-        self._check(free)
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
-
-    def _check(self, names: Iterable[str]) -> None:
-        if without_slider := sorted(set(names) - set(self.family.values)):
-            raise ValueError(f"{without_slider[0]}: has no slider")
 
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
         """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
@@ -95,7 +91,8 @@ class Explorer:
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """Make the mechanism with these values; a ValueError names a path without a slider."""
-        self._check(values)
+        if without_slider := sorted(values.keys() - self.family.values.keys()):
+            raise ValueError(f"{without_slider[0]}: has no slider")
         return self.family.make({path: float(value) for path, value in values.items()})
 
     def move(self, values: Mapping[str, object]) -> dict[str, Any]:
@@ -119,8 +116,7 @@ class Explorer:
         except LateError:
             return {"late": True}
         error = float(result.error.motion)  # relative
-        found = content(result, self.path.name, self.measures)
-        return found | {"error": error if isfinite(error) else None}
+        return content(result, self.path.name, self.measures) | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file's content, with the changes of `--set` and these values, to a new file beside the opened one."""

@@ -12,17 +12,16 @@ from typing import Any
 import numpy as np
 from scipy.stats import uniform
 
+from buckler.mbs.declare import Quantity
 from buckler.mbs.documents import document as documents
 from buckler.mbs.ensembles.ensemble import ensemble as run_ensemble
 from buckler.mbs.ensembles.result import Ensemble
-from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.data import read_csv
 from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as find_optimum
 from buckler.mbs.sensitivity.fitting import fit as fit_numbers
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
-from buckler.mbs.units import parse_quantity
 
 from ..kit.cli import INTERRUPTED, add_repeated
 from ..kit.report import Table, to_json
@@ -157,7 +156,7 @@ def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
     found, _ = ask(  # the exit status is not needed: `found.interrupted` says the same
         run_ensemble, options, file.mechanism, file.duration, options.members,
         vary=dict(_read_variation(file.document, text) for text in options.vary),
-        of=readings, skip=options.skip, each=parse_quantity(options.each, "s") if options.each else None, seed=options.seed,
+        of=readings, skip=options.skip, each=options.each and Quantity("s").read("--each", options.each), seed=options.seed,
         store=options.store,
     )  # fmt: skip
     print(found.message, file=sys.stderr)
@@ -193,29 +192,21 @@ def _table(found: Ensemble) -> str:
     """Tabulate means and quantiles of the readings, and the means of each combination of lists."""
     rows = []
     for each in (_summary(found, reading) for reading in found.readings):
-        quantiles = [f"{value:.4g}" for value in each["quantiles"]]
         interval = f"{each['low']:.6g} to {each['high']:.6g}"
-        rows.append([each["reading"], f"{each['mean']:.6g}", f"{each['error']:.2g}", interval, *quantiles])
-    heads = ("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %")
-    text = str(Table(heads, rows))
-    if not found.members.grid:
-        return text
-    lines = []
-    for cells in zip(*(found.cells(reading) for reading in found.readings), strict=True):  # of one combination, for each reading
-        combination = cells[0].values  # value by path
-        lines.append([f"{x:g}" for x in combination.values()] + [f"{cell.mean:.5g} ± {cell.error:.2g}" for cell in cells])
-    return f"{text}\n\n{Table([*found.members.grid, *found.readings], lines)}"
+        rows.append([each["reading"], each["mean"], f"{each['error']:.2g}", interval, *each["quantiles"]])
+    tables = [Table(("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %"), rows)]
+    if found.members.grid:
+        by_combination = zip(*(found.cells(reading) for reading in found.readings), strict=True)  # each a cell for each reading
+        lines = [[*cells[0].values.values(), *(f"{x.mean:.5g} ± {x.error:.2g}" for x in cells)] for cells in by_combination]
+        tables.append(Table([*found.members.grid, *found.readings], lines))
+    return "\n\n".join(map(str, tables))
 
 
 def _write(found: Ensemble, out: Path) -> None:
     """Write members.csv, one line for each window of each member; histograms; and maps where two lists vary."""
-    paths, readings = found.members.paths, found.readings
-    members, windows = found.values.shape[:2]
-    columns: list[Array] = [np.repeat(np.arange(members), windows), np.tile(np.arange(windows), members)]
-    columns += [np.repeat(column, windows) for column in found.members.numbers.T]
-    columns += [found.values[..., k].ravel() for k in range(len(readings))]
-    header = ",".join(["member", "window", *paths, *(f'"{reading}"' for reading in readings)])
-    np.savetxt(out / "members.csv", np.column_stack(columns), delimiter=",", header=header, comments="", fmt="%.10g")
+    columns, readings = found.columns(), found.readings
+    header = ",".join(f'"{name}"' if name in readings else name for name in columns)
+    np.savetxt(out / "members.csv", np.column_stack([*columns.values()]), delimiter=",", header=header, comments="", fmt="%.10g")
     drawings: dict[str, Callable[..., object]] = {"histogram": found.histogram}
     if len(found.members.grid) == 2:
         x, y = found.members.grid

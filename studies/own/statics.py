@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs.assembly import SAME_POSE
+from buckler.mbs.declare import Quantity
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.scene.linkage import rank
@@ -21,19 +22,12 @@ from buckler.mbs.scene.scene import Scene
 from buckler.mbs.schema import schema
 from buckler.mbs.sensitivity.numbers import find_entry
 from buckler.mbs.spectral.beforehand import compile_all
-from buckler.mbs.units import measured, parse_quantity
+from buckler.mbs.units import measured
 from buckler.mbs.validate import number
 
 from ..kit.cli import Command
 from ..kit.report import Table
 from .files import FileContent, ask, file_command
-
-
-def _read_time(text: str) -> float:
-    try:
-        return parse_quantity(text, "s")
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text}: {error}") from None
 
 
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
@@ -46,7 +40,7 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     if kind == "frequencies":
         add("--count", type=int, default=6, help="number of modes, rigid motions among them; default 6")
     if kind in ("periodic", "response"):
-        add("--period", type=_read_time, required=True, help="period of the drive, or first guess of it [s]")
+        add("--period", required=True, help="period of the drive, or first guess of it [s]")
     if kind not in ("path", "response"):
         return
     unit = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
@@ -66,6 +60,8 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: FileContent) -> int:
     """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
     is_path = "to" in options
+    if "period" in options:
+        options.period = Quantity("s").read("--period", options.period)
     if is_path:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")

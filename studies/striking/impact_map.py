@@ -96,13 +96,13 @@ class SineStrip:
         # Stress-free amplitudes b_n [m], positive to the left when looking from A to B; a positive bow is to the right.
         self.stress_free: Array = np.where(N == 1, -case.imperfection * L, 0.0)
         self.bending: Array = case.section.bending_stiffness * WAVE_NUMBERS**4  # stiffness E I k^4 of the modes [N/m^2]
-        self.impact_speed = -float(PAPER.slider_rate(CONTACT)) * case.speed  # v [m/s], at CONTACT, the crank angle of first contact
+        self.impact_speed = -float(PAPER.slider_rate(CONTACT)) * case.speed  # v [m/s], at the crank angle of first contact
 
     @property
     def duration(self) -> float:
         """Time after first contact by which the impact is over [s].
 
-        It is a period on the stop and the strip's time to buckle, at most 25 degrees of crank angle: 12 to 50 give the same peaks.
+        A period on the stop and the strip's time to buckle, at most 25 degrees of crank angle; 12 to 50 give the same peaks.
         """
         # With t from P = P_E, where P rises at the rate s, equation (2) of the first mode is a'' = s w1^3 t a. This Airy equation
         # lets a grow 1e4-fold until w1 t = 6/s^(1/3). Half a vibration, w1 t = 3, is added, by convention.

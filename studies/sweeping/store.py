@@ -181,7 +181,7 @@ class Store:
                 raise StoreError(f"{self.path} was made with {name} {old}, this is {version}; name another file")
 
     def copy(self, path: Path, about: About) -> None:
-        """Copy the results of cases of this sweep from another store in the folder; one of another study has none."""
+        """Copy the results of cases of this sweep from the store of a part, an existing file; skip that of another study."""
         with Store(path) as part:
             if part.about().get("study") == about.study:
                 part._compare(about)
@@ -203,8 +203,8 @@ class Store:
         for number, parameters, status, text in self.ask("SELECT * FROM cases WHERE status IS NOT NULL ORDER BY number"):
             content = json.loads(text)
             for name, each in content["metrics"].items():  # `to_json` writes nan and inf as texts, which `float` reads
-                numbers: Any = {key: value if key == "unit" or value is None else float(value) for key, value in each.items()}
-                content["metrics"][name] = Metric(**numbers)
+                unit = each.pop("unit")
+                content["metrics"][name] = Metric(unit=unit, **{key: x if x is None else float(x) for key, x in each.items()})
             content["wall_s"] = float(content["wall_s"])
             rows.append(Row(number, json.loads(parameters), status, **content))
         return rows

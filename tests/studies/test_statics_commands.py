@@ -108,7 +108,7 @@ def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
         (["frequencies", "FILE", "--count", "0"], "count = 0"),
         (["equilibrium", "nowhere.toml"], "nowhere.toml"),
         (["periodic", "FILE", "--period", "0"], "period = 0"),
-        (["periodic", "FILE", "--period", "1m"], "--period: 1m: 'm' is no unit for a quantity in s"),
+        (["periodic", "FILE", "--period", "1m"], "--period = 1m: "),
         (["path", "FILE", "--to", "1N"], "--to = 1N: must be a plain number"),
         (["path", "FILE", "--to", "1N", "--parameter", "links.strip.body.section.thickness"], "--to = 1N: must be in m"),
         (["path", "FILE", "--to", "1", "--parameter", "links.strip.body.section.thicknes"], "'thicknes' is not known there"),
