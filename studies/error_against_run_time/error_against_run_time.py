@@ -20,7 +20,7 @@ from buckler.mbs.geometry import Array
 from ..kit.parameters import StudyParameters, choices, integer
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.statistics import WorkPoint, exponent, fastest, footnote, work_precision
-from ..kit.style import COLOURS, Figure, plain_ticks, subplots
+from ..kit.style import COLOURS, Figure, subplots
 from .ingredients import Ingredients, ingredients
 from .work import ENGINE, KNOWN, ONCE, Work
 from .works import WORKS
@@ -136,11 +136,7 @@ def figure(result: StudyResult) -> Figure:
             if f"{work}.{series}" in signals:
                 time, error = signals[f"{work}.{series}"].T
                 shown[series] = ax.loglog(1e3 * time, error, marker, color=colour)[0]
-        low, high = (np.log10(limit) for limit in ax.get_ylim())
-        ax.set(title=work, xlabel="time [ms]", ylabel="error [1]", ylim=(10 ** np.floor(low), 10 ** np.ceil(high)))
-        low, high = ax.get_xlim()
-        if high < 1000 * low:  # beyond three decades the powers of ten are enough
-            plain_ticks(ax.xaxis, (1, 2, 5) if high < 30 * low else (1,))
+        ax.set(title=work, xlabel="time [ms]", ylabel="error [1]")
     axes.flat[0].legend(shown.values(), shown.keys())
     for ax in axes.flat[len(works) :]:
         ax.remove()

@@ -46,20 +46,14 @@ def ingredients(work: str, solver: str) -> Ingredients:
 
 def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
     """Run a mechanism in this process, and return the ingredients."""
-    if solver == "Spectral":
-        from buckler.mbs.spectral.scene import CompiledScene  # a run by Exudyn must not load it
-
-        summary = CompiledScene.of(mechanism).summary()
-    else:
-        summary = mbs.build(mechanism).summary()
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
-    totals = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors", "forces")  # not kinds of objects
+    scene = result.provenance["scene"]  # numbers of elements by their class, of gravity, and totals such as `coordinates`
     packages = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
     folders = ("engine", "spectral", "modal", "statics", "sensitivity")
     loaded = sys.modules.keys() - {"buckler.mbs.modal.planar"}  # which every description of a mechanism loads
     return Ingredients(
-        status=str(result.status), objects={kind: count for kind, count in summary.items() if kind not in totals},
-        unknowns=summary["coordinates"] + summary["constraints"], kernels=_find_kernels(),
+        status=str(result.status), objects={kind: n for kind, n in scene.items() if kind[0].isupper() or kind == "gravity"},
+        unknowns=scene["coordinates"] + scene["constraints"], kernels=_find_kernels(),
         packages=[package for package in packages if package in loaded],
         folders=[folder for folder in folders if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
     )  # fmt: skip

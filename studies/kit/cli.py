@@ -83,8 +83,8 @@ def _dispatch(words: Sequence[str]) -> int:
         if name in BY_NAME and rest and not rest[0].startswith("-"):
             return int(import_name(COMMANDS[name][1])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
         if name not in COMMANDS or name in BY_NAME:
-            _parser().parse_args(words)  # prints the help and ends the program, or raises; but passes `--version list`
-            raise ValueError(f"{name}: takes no further arguments")
+            _parser().parse_args(words)  # prints the help and ends the program, or raises an error
+            raise ValueError(f"{name}: takes no further arguments")  # of an option, as in `--version list`
         command: Command = import_name(COMMANDS[name][1])
         parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
         command.declare(parser)

@@ -99,8 +99,6 @@ def work_precision(
     `errors` come from first runs that are not timed. `progress` iterates over the names of the runs to make, and may show a bar.
     """
     whole("repeats", repeats, 1, 10**6)
-    if not variants:
-        raise ValueError("variants: there must be at least one")
     times: dict[Name, list[float]] = {name: [] for name in variants}
     for name in progress([*variants] * repeats):
         start = process_time()

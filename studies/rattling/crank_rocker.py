@@ -3,10 +3,10 @@
 `kit.published` has the paper's numbers. A run is one turn of the crank; the journals start centred. Both rockers are compared
 with rigid bars in ideal joints. If the largest contact damping is in N.s/m (`damping_unit`), the joints rattle and the motion is
 chaotic. In N.s/mm it is nearly repeatable. The numbers are means over `members` runs of successive seeds, with standard errors.
-The figures show one run, as the paper does, in front of the band in which two thirds of the runs lie.
+The figures show one run, as the paper does.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -170,7 +170,7 @@ def samples(variant: Variant) -> dict[str, Array]:
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Run all variants with each seed; compute means over the seeds, and bands."""
+    """Run all variants with each seed, and compute means over the seeds."""
     runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
     found = [{v.name: read(v, ideal, p.settle) for v in (ideal, *others)} for ideal, *others in runs]
@@ -179,28 +179,13 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         for v in first
         for name, metric in found[0][v.name].items()
     }
-    bands = {name: band for members in zip(*runs, strict=True) for name, band in _bands(members).items()}
     return StudyResult(
         parameters=p, **worst([(v.name, v.result) for run in runs for v in run]),  # status and message of all runs
         metrics=metrics,
-        signals={name: values for v in first for name, values in samples(v).items()} | bands,
+        signals={name: values for v in first for name, values in samples(v).items()},
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
     )  # fmt: skip
-
-
-def _bands(members: Sequence[Variant]) -> dict[str, Array]:
-    """Compute the ends of the middle two thirds of the members for each drawn signal, (2, 2001); nothing below three members."""
-    name = members[0].name
-    if len(members) < 3 or name == "ideal":
-        return {}
-    arrays = [samples(v) for v in members]
-    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in arrays), 2001)
-    found = {f"{name}.band.time": time}
-    for signal in (*MOTIONS, *(f"{signal_prefix(joint)}.fx" for joint in FORCES.values())):
-        values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in arrays]
-        found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
-    return found
 
 
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
@@ -250,9 +235,6 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
         for ax, variant in zip(line, variants, strict=True):
             for case, style in ((variant, "-"), ("ideal", "--")):
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
-                if f"{case}.band.time" in s:
-                    low, high = s[f"{case}.band.{signal}"]
-                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, color=COLOURS[case], alpha=0.25, linewidth=0)
                 ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=LABELS[case], rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)

@@ -13,7 +13,7 @@ from math import degrees, isfinite, pi
 import numpy as np
 
 from buckler.elastica import law
-from buckler.mbs import Controlled, Exudyn, Material, Section
+from buckler.mbs import Material, Section
 from buckler.mbs.elements.section import STEEL
 from buckler.mbs.laws import CarvalhoMartins
 
@@ -63,10 +63,9 @@ def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> Mo
     mechanism = make_slider_crank(
         model, section, p, law, given.friction, given.lengths, mass=given.mass, speed=chosen.speed, stop=chosen.stop
     )
-    solver = Exudyn(Controlled(tolerance=p.tolerance, max_step=pi / 180 / chosen.speed))
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
     duration = p.extend_for_motor((release_angle + np.radians(2.0)) / chosen.speed)  # [s], longer on a motor (`--motor`)
-    return simulate_model(model, mechanism, duration, solver, p.timeout)
+    return simulate_model(model, mechanism, p, chosen.speed, duration)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:

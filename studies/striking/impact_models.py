@@ -53,9 +53,10 @@ def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | 
     return make_slider_crank(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
 
 
-def simulate_model(model: str, mechanism: Mechanism, duration: float, solver: mbs.Exudyn, timeout: float) -> ModelRun:
-    """Run the mechanism of a model for a duration [s], with its energy ledger."""
-    result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=timeout)
+def simulate_model(model: str, mechanism: Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:
+    """Run the mechanism of a model for a duration [s], with its energy ledger, in steps of at most a degree at a crank speed."""
+    solver = mbs.Exudyn(mbs.Controlled(p.tolerance, max_step=pi / 180 / fastest))  # a degree is chosen
+    result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=p.timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
     shortening = signals["coupler.end_shortening"] / mechanism.length("coupler")
@@ -80,9 +81,7 @@ def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float
         work = {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))}
         return ModelRun(model, "OK", remark, speed=-trace.speed, energy_balance=trace.energy_balance, work=work, **arrays)
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    time_of_a_degree = pi / 180 / fastest  # [s] of crank angle: a longest step, by convention
-    solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=time_of_a_degree))
-    return simulate_model(model, mechanism(model, p, stop_setting, speed), duration, solver, p.timeout)
+    return simulate_model(model, mechanism(model, p, stop_setting, speed), p, fastest, duration)
 
 
 def strike(model: str, parameters: ImpactParameters, stop_setting: float, speed: float) -> ModelRun:

@@ -13,7 +13,7 @@ impact of 27 N at 1.25 rad/s. Source: B. Demirel et al., 2008, doi 10.1115/IMECE
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import degrees, isnan, nan, pi, sqrt
+from math import degrees, isnan, nan, pi
 
 import numpy as np
 
@@ -186,7 +186,7 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
     middle = float(np.median(maxima)) if maxima.size else nan
     at_dead_centre = _crank_speeds(p, pi)  # in the middle of the contact
     times_exponent = exponent(at_dead_centre, [turn.contact_time for turn in turns])
-    found = {
+    return {
         "impact_first": Metric(peaks[0], "N"),
         "impact_last": Metric(peaks[-1], "N"),
         "impact_rises": Metric(float((np.diff(peaks) > 0).all()) if len(peaks) > 1 else nan, "1", published=1.0),
@@ -199,24 +199,6 @@ def _trends(run: ModelRun, turns: Sequence[TurnReading], p: Parameters) -> dict[
         "buckles_before_stop": Metric(sum(turn.buckles_before_stop for turn in turns), "1", published=0.0),
         "energy_balance": Metric(run.energy_balance, "1"),
     }
-    # only of the closed forms, of which a search of some ten runs is quick
-    return found | ({"heaviest": Metric(_heaviest(p), "kg")} if run.model == "stitched" else {})
-
-
-def _heaviest(p: Parameters) -> float:
-    """Bisect for the largest mass, 0.01 to 10 kg, with which `stitched` rests at every dead centre, to 1 %; nan if none does."""
-
-    def is_resting(mass: float) -> bool:
-        """Run the ramp with a mass, and check that the slider rests in every turn."""
-        case = replace(p, mass=mass)
-        run = run_model("stitched", case, calibrate("stitched", case).stop_setting, p.ramp, p.duration)
-        return not any(isnan(read(run, turn).settling_time) for turn in range(p.turns))
-
-    low, high = 0.01, 10.0
-    while high / low > 1.01:
-        middle = sqrt(low * high)
-        low, high = (middle, high) if is_resting(middle) else (low, middle)
-    return low if is_resting(low) else nan
 
 
 def _run_voltages(p: Parameters, progress: Progress) -> StudyResult:

@@ -91,7 +91,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
             if press.stress > p.yield_strength:
                 yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
-        signals |= {f"F_h{_mm(h)}.{model}": Press(h, stop_of_text).force(law, angle) for model, law in load_laws.items()}
+        press = Press(h, stop_of_text)
+        signals |= {f"F_h{_mm(h)}.{model}": press.force(load_law, angle) for model, load_law in load_laws.items()}
     metrics |= _ratios(p, metrics) | {
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
@@ -119,7 +120,7 @@ def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Map
     strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        """Compute loads where the strip is surely bent, and none if Newton's method fails."""
+        """Compute loads where the strip is surely bent; none if rod or engine raise that Newton's method fails."""
         p, is_bent = np.full(u.shape, np.nan), u >= 1e-4  # of the length, chosen
         try:
             if is_bent.any():

@@ -41,7 +41,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     errors = {name: load / exact - 1 for name, load in loads.items()}
     largest = {name: float(np.abs(error).max()) for name, error in errors.items()}
     metrics = _metrics(u, errors, largest)
-    # The rod without extension usually differs by rounding, 2e-15; the limit of the fast law is the error bound of its fit.
+    # The rod without extension usually differs by rounding, 2e-15; its limit is chosen. That of the fast law is its error bound.
     wrong = [name for name, limit in (("rod", 1e-10), ("fast", 1e-12)) if not largest[name] <= limit]
     notes = (
         "p = P L^2/(E I) over u = end shortening over length; errors relative to the closed form, 0 <= u <= 1.\nrod: boundary "
