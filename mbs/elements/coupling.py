@@ -7,7 +7,7 @@ from typing import ClassVar
 from ..declare import Name, Several, declared, direction, field, flag, names, quantity
 from ..geometry import Array
 from .element import GROUND, Element, Parts, Place, Recorded, place
-from .references import carrier_reference, check_link, check_no_strut, check_reference, distance, holder_reference
+from .references import angle_reference, check_link, check_no_strut, check_reference, distance, holder_reference
 from .rows import Along, Distance, Row, Turn
 from .signal import Kind, Signal
 
@@ -21,9 +21,9 @@ class Coupling(Element):
     second: str
     carrier: str = GROUND
 
-    def place_on_carrier(self, mechanism: Parts, at: Place, direction: tuple[float, float]) -> Along:
+    def place_on_carrier(self, at: Place, direction: tuple[float, float]) -> Along:
         """Return the measure of a point's position relative to the carrier, along a direction that turns with the carrier."""
-        return Along(at, carrier_reference(mechanism, self.carrier, at.point), direction, turns=self.carrier != GROUND)
+        return Along(at, Place(self.carrier, at.point), direction, turns=self.carrier != GROUND)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless bodies and carrier differ, have the points, and are no struts."""
@@ -40,7 +40,7 @@ class Coupling(Element):
         check_no_strut(mechanism, (carrier, *bodies), self.where)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the multiplier of the row: times the coefficient of a measure it is the load on the measure's first body."""
+        """Return the multiplier of the row. Multiplier times coefficient is the load on a measure's first body."""
         return {"effort": multipliers}
 
 
@@ -76,7 +76,7 @@ class Gear(Coupling):
         negative or above a for inner teeth. The places t . c1 and t . c2 are zero unless the carrier bends.
         """
         first, second = place(self.first), place(self.second)
-        base = carrier_reference(mechanism, self.carrier)  # for the carrier's angle
+        base = place(angle_reference(mechanism, self.carrier))
         apart = distance(mechanism, self.first, self.second)
         if apart == 0:
             yield Row(((1.0, Turn(second, base)), (-self.ratio, Turn(first, base))))
@@ -85,8 +85,8 @@ class Gear(Coupling):
         tangent = (y1 - y2) / apart, (x2 - x1) / apart
         radius = self.ratio * apart / (self.ratio - 1)
         yield Row((
-            (1.0, self.place_on_carrier(mechanism, first, tangent)), (radius, Turn(first, base)),
-            (-1.0, self.place_on_carrier(mechanism, second, tangent)), (apart - radius, Turn(second, base)),
+            (1.0, self.place_on_carrier(first, tangent)), (radius, Turn(first, base)),
+            (-1.0, self.place_on_carrier(second, tangent)), (apart - radius, Turn(second, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -112,23 +112,24 @@ class Rack(Coupling):
     first: str = names(doc="the pinion and its centre, such as 'pinion:O'")
     second: str = names(doc="the rack and a point of it, such as 'rack:A'")
     radius: float = quantity("m", above=0, doc="of the pinion's pitch circle")
-    along: tuple[float, float] = direction(doc="direction at t = 0 as a counter-clockwise pinion moves it", default=(1.0, 0.0))
+    along: tuple[float, float] = direction(doc="of travel at t = 0 as the pinion turns to the left", default=(1.0, 0.0))
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
-        """Yield the row of equal speeds of rack and pinion along the line at the pitch point: travel = radius times angle.
+        """Yield the row of equal speeds of rack and pinion along the line at the pitch point.
 
-        The rack's turn adds to its speed there, and the travel of the pinion's centre, which is zero unless the carrier bends.
+        Travel of the rack + lever * its turn = travel of the pinion's centre + radius * turn of the pinion. The pinion's centre
+        travels only if the carrier bends.
         """
         pinion, rack = place(self.first), place(self.second)
-        base = carrier_reference(mechanism, self.carrier)
+        base = place(angle_reference(mechanism, self.carrier))
         dx, dy = self.along  # a unit vector: `direction` normalises
         (x1, y1), (x2, y2) = mechanism.points[pinion.point], mechanism.points[rack.point]
         pitch_x, pitch_y = x1 + self.radius * dy, y1 - self.radius * dx  # to the right of the line's direction
         lever = (pitch_x - x2) * dy - (pitch_y - y2) * dx  # (pitch point - rack's point) x direction: speed over turning rate
         yield Row((
-            (1.0, self.place_on_carrier(mechanism, rack, self.along)), (lever, Turn(rack, base)),
-            (-1.0, self.place_on_carrier(mechanism, pinion, self.along)), (-self.radius, Turn(pinion, base)),
+            (1.0, self.place_on_carrier(rack, self.along)), (lever, Turn(rack, base)),
+            (-1.0, self.place_on_carrier(pinion, self.along)), (-self.radius, Turn(pinion, base)),
         ))  # fmt: skip
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -149,7 +150,7 @@ class Belt(Coupling):
     'belt.motor-drum'
     """
 
-    sense: ClassVar[float] = -1.0  # a positive multiplier turns the first pulley forward; a positive force pulls it back
+    sense: ClassVar[float] = -1.0  # a positive multiplier turns the first pulley to the left; a positive force pulls it back
 
     first: str = names(doc="a pulley and its centre, such as 'motor:A'")
     second: str = names(doc="the other pulley and its centre")
@@ -160,11 +161,11 @@ class Belt(Coupling):
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row of equal rim speeds: r_1 turn_1 - r_2 turn_2 = 0, or + for crossed spans."""
-        base, sign = carrier_reference(mechanism, self.carrier), 1.0 if self.crossed else -1.0
+        base, sign = place(angle_reference(mechanism, self.carrier)), 1.0 if self.crossed else -1.0
         yield Row(((self.radius, Turn(place(self.first), base)), (sign * self.other_radius, Turn(place(self.second), base))))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the tension of the span that drives the second pulley, less the tension of the other span [N]."""
+        """Yield the tension of the span that drives the second pulley as the first turns to the left, less the other's [N]."""
         yield Signal(f"{name}.force", self.sense * record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
 
 

@@ -184,7 +184,7 @@ class Drive(Element):
             moving, start = Place(guide.link, self.target), Place(GROUND, self.target)
             yield row(Along(moving, start, direction=guide.along), self.motion)
         else:
-            yield row(Turn(Place(self.target, mechanism.link(self.target).start)), self.motion)
+            yield row(Turn(Place(self.target, mechanism.link(self.target).start), Place(GROUND, "")), self.motion)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
         """Return the torque [N m] or force [N] of the drive."""

@@ -20,7 +20,7 @@ from .signal import Energy, Kind, Signal, vector
 
 @declared
 class Force(Stateful):
-    """A force on a point of a link or a guide's block: constant, a function of time, or with states of time, motion and states.
+    """A force on a point of a link or a guide's block: constant, or a function of time, or of time, motion and states.
 
     Examples
     --------
@@ -147,21 +147,14 @@ class Torque(Stateful):
         check_turning(mechanism, self.link, self.where)
         self.check_states(mechanism)
 
-    def start_motion(self, mechanism: Parts) -> list[float]:
-        """Return t, angle, speed at t = 0, at rest."""
-        return [0.0, 0.0, 0.0]
-
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Return angle [rad] and speed [rad/s], each (times,)."""
-        return record.turn(self.loaded_point(record.mechanism))
-
-    def loaded_point(self, mechanism: Parts) -> str:
-        """Return the point reference at which the torque acts."""
-        return angle_reference(mechanism, self.link)
+        return record.turn(angle_reference(record.mechanism, self.link))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
         """Return the torque."""
-        return Push(self.loaded_point(record.mechanism), np.zeros((len(times), 2)), self.evaluate(name, record, times))
+        at = angle_reference(record.mechanism, self.link)
+        return Push(at, np.zeros((len(times), 2)), self.evaluate(name, record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque [N m], and the states."""

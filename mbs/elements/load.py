@@ -110,8 +110,8 @@ class Stateful(Load):
         return record.work(power, (before, after))
 
     def start_motion(self, mechanism: Parts) -> list[float]:
-        """Return time and measures of the motion at t = 0, at rest: arguments of the function."""
-        raise NotImplementedError
+        """Return time and measures of the motion at t = 0, at rest: arguments of the function, here all zero."""
+        return [0.0] * len(self.variables_with_states.split(", "))
 
     def measures(self, record: Recorded) -> tuple[Array, ...]:
         """Return the arguments between time and states, each (times,): all coordinates, then their rates in the same order."""

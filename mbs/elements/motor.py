@@ -55,14 +55,10 @@ class Motor(Load):
         """Raise a ValueError unless the link has an angle."""
         check_turning(mechanism, self.link, self.where)
 
-    def loaded_point(self, mechanism: Parts) -> str:
-        """Return the point reference at which the motor acts."""
-        return angle_reference(mechanism, self.link)
-
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield the inertia of the rotor, reduced to the link: inertia gear^2."""
         if self.inertia:
-            yield Burden(self.loaded_point(mechanism), 0.0, self.inertia * self.gear**2)
+            yield Burden(angle_reference(mechanism, self.link), 0.0, self.inertia * self.gear**2)
 
     @property
     def friction_at(self) -> str:
@@ -88,13 +84,13 @@ class Motor(Load):
     def _voltage_and_speed(self, record: Recorded) -> tuple[Array, Array]:
         """Return the voltage [V] and the link's speed [rad/s], each (times,)."""
         voltage = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
-        _, speed = record.turn(self.loaded_point(record.mechanism))
+        _, speed = record.turn(angle_reference(record.mechanism, self.link))
         return voltage, speed
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque; `burdens` add the inertia of the rotor."""
         torque = self.torque(*self._voltage_and_speed(record))
-        yield Push(self.loaded_point(record.mechanism), np.zeros((len(torque), 2)), torque)
+        yield Push(angle_reference(record.mechanism, self.link), np.zeros((len(torque), 2)), torque)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield torque on the link [N m], current [A] and voltage [V]."""

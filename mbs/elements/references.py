@@ -4,10 +4,7 @@ from collections.abc import Iterable
 from math import dist
 
 from ..declare import declarations
-from .element import GROUND, Element, Parts, Place, place
-
-FIXED = Place(GROUND, "")
-"""Reference to the ground without a point, for angles, which are zero everywhere on the ground."""
+from .element import GROUND, Element, Parts, place
 
 
 class UnknownError(ValueError):
@@ -91,7 +88,7 @@ def angle_reference(mechanism: Parts, at: str, near: str | None = None) -> str:
     if ":" in at:
         return at
     if at == GROUND:
-        return f"{GROUND}:{GROUND}"  # any name serves as the point, as the ground's angle is zero everywhere
+        return f"{GROUND}:"  # without a point, as the ground's angle is zero everywhere
     link = mechanism.link(at)
     return f"{at}:{near if near in link.points else link.start}"
 
@@ -103,11 +100,6 @@ def check_turning(mechanism: Parts, at: str, where: str) -> None:
     if colon:
         check_point_of(mechanism, body, point, where)
     check_no_strut(mechanism, (body,), where)
-
-
-def carrier_reference(mechanism: Parts, carrier: str, point: str = "") -> Place:
-    """Return the point reference of a carrier, a link or 'ground', at a point; by default at the start of the link."""
-    return Place(carrier, point or ("" if carrier == GROUND else mechanism.link(carrier).start))
 
 
 def distance(mechanism: Parts, a: str, b: str) -> float:

@@ -11,7 +11,6 @@ from math import hypot
 from typing import Any
 
 from .element import GROUND, Place
-from .references import FIXED
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Turn:
     """Relative angle: angle of first - angle of second [rad], each at a point, as the angle of a strip varies along it."""
 
     first: Place
-    second: Place = FIXED  # the ground, whose angle is zero
+    second: Place  # the angle of the ground is zero at any point, and at none
 
 
 @dataclass(frozen=True)

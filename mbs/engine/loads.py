@@ -12,7 +12,7 @@ import numpy as np
 
 from ..elements import Drive, Force, LineLoad, Link, Motor, Spring, Torque, TorsionSpring
 from ..elements.element import Pair, Place, place
-from ..elements.references import holder, holder_reference
+from ..elements.references import angle_reference, holder, holder_reference
 from ..geometry import Array, cross
 from ..record.errors import Status
 from ..record.record import Record
@@ -90,7 +90,7 @@ def add_torques(scene: EngineScene, loads: dict[str, Torque]) -> None:
     """Add torques on links."""
     for name, load in loads.items():
         _refuse_states(load)
-        marker = scene.angle_marker(*place(load.loaded_point(scene.mechanism)))
+        marker = scene.angle_marker(*place(angle_reference(scene.mechanism, load.link)))
         if callable(load.value):
             add_coordinate_force(scene, marker, guard(scene, name, load.value))
         else:
@@ -113,7 +113,7 @@ def add_motors(scene: EngineScene, loads: dict[str, Motor]) -> None:
     """Add the torque of each motor to its link."""
     for name, load in loads.items():
         torque = partial(_compute_motor_torque, load, guard(scene, name, load.voltage))
-        add_coordinate_force(scene, scene.angle_marker(*place(load.loaded_point(scene.mechanism))), torque)
+        add_coordinate_force(scene, scene.angle_marker(*place(angle_reference(scene.mechanism, load.link))), torque)
 
 
 def _compute_motor_torque(motor: Motor, voltage: Callback, _time: float, t: float, _angle: float, speed: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from ..elements.element import GROUND, Element, place
 from ..elements.rows import Along, Distance, Measure, Turn
 from ..geometry import rotate
-from .builder import ORIGIN, Builder
+from .builder import Builder
 from .table_rows import Pair
 from .tables import MeasureKind
 
@@ -55,6 +55,5 @@ def link_of(builder: Builder, reference: str) -> tuple[str, str]:
 
 
 def marker_at(builder: Builder, reference: str) -> int:
-    """Return the marker of a point reference. 'ground:ground' is the ground as a body, whose marker is the origin."""
-    link, point = link_of(builder, reference)
-    return builder.add_ground(ORIGIN) if link == point == GROUND else builder.marker(link, point)
+    """Return the marker of a point reference; that of 'ground:', the ground as a body, is the origin."""
+    return builder.marker(*link_of(builder, reference))

@@ -11,7 +11,7 @@ from ..elements import Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, T
 from ..elements.element import GROUND, Element, place
 from ..elements.link import Link
 from ..elements.motor import CREEP
-from ..elements.references import holder_reference
+from ..elements.references import angle_reference, holder_reference
 from ..functions import TURN, component_functions
 from ..imports import extensions
 from ..laws import BristleLaw, FrictionLaw
@@ -121,7 +121,7 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
 
 def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, a function of time, angle since t = 0 and speed, or a law with states."""
-    marker = marker_at(builder, load.loaded_point(builder.mechanism))
+    marker = marker_at(builder, angle_reference(builder.mechanism, load.link))
     if load.states is not None:
         angle_at_start = builder.angle_of(marker)  # its law gets the angle less this one
         builder.add_stateful(name, load, marker, column=State.ANGLE, offset=angle_at_start)
@@ -137,7 +137,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
-    marker = marker_at(builder, load.loaded_point(builder.mechanism))
+    marker = marker_at(builder, angle_reference(builder.mechanism, load.link))
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
     law, voltage = -1, 0.0
     if callable(load.voltage):
