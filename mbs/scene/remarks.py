@@ -8,7 +8,7 @@ import numpy as np
 from ..elements.element import GROUND
 from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import DEPENDENT, Linkage
+from .linkage import DEPENDENT, Linkage, rank
 from .start import compute_jacobians, name_surplus_drives
 
 
@@ -40,7 +40,7 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
 
 def _named_places(*parts: object) -> set[str]:
     """Return the names of points and links in the printed form of elements, in quotes and split at colons."""
-    # the printed form has all references, of any element; a point named as another text in it gets no remark
+    # the printed form has all references, of any element; a point with the name of any other quoted text counts as named, too
     return {name for text in re.findall(r"'([^']*)'", repr(parts)) for name in text.split(":")}
 
 
@@ -59,16 +59,16 @@ def _free_links(linkage: Linkage) -> Iterator[str]:
             yield f"links.{link.name}: the guide of '{guides[0]}' leaves its angle free; a Slider or a second guide keeps it"
     if not mechanism.drives:
         return
-    free = linkage.count_free_motions()
+    jacobian, free = linkage.jacobian(linkage.reference), linkage.count_free_motions()
     if free:
+        mobility = jacobian.shape[1] - rank(np.delete(jacobian, list(linkage.motions), axis=0))  # without the rows of drives
         # orthonormal motions (free, 3 links) that all rows allow at t = 0; along them forces decide the motion
-        free_motions = np.linalg.svd(linkage.jacobian(linkage.reference))[2][-free:]
+        free_motions = np.linalg.svd(jacobian)[2][-free:]
         of_links = np.abs(free_motions).max(axis=0).reshape(-1, 3).max(axis=1)
         moving = [link.name for link, size in zip(mechanism.links, of_links, strict=True) if size > 1e-9]  # above rounding
         count = "1 way" if free == 1 else f"{free} ways"
-        driven, names = len(mechanism.drives), ", ".join(f"links.{name}" for name in moving)
-        can_move = f"with the drives held the linkage can move in {count} ({names})"
-        yield f"mobility {free + driven}, {driven} driven: {can_move}; forces decide how"  # where drives are independent
+        can_move = f"with the drives held the linkage can move in {count} ({', '.join(f'links.{name}' for name in moving)})"
+        yield f"mobility {mobility}, {len(mechanism.drives)} driven: {can_move}; forces decide how"
 
 
 def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:
@@ -94,8 +94,8 @@ def find_undetermined(linkage: Linkage) -> list[str]:
     """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
     names, matrix = _constraints(linkage)
     left, values, _ = np.linalg.svd(matrix)
-    rank = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # relative to the largest singular value, or 1
-    shares = np.abs(left[:, rank:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
+    count = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # of independent rows; relative to the largest value, or 1
+    shares = np.abs(left[:, count:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
     # 1e-6: rounding changes components by up to 1e-16 over the least singular value above zero, at least DEPENDENT = 1e-9
     return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > 1e-6))
 

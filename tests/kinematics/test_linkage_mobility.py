@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from simulations import BAR, closed, parallelogram
 
-from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute, crank_rocker
+from buckler.mbs import Drive, Gear, Guide, Link, Mechanism, Revolute, crank_rocker
 from buckler.mbs.library import PAPER
 from buckler.mbs.scene.linkage import KinematicsError, Linkage
 from buckler.mbs.scene.scene import Scene
@@ -97,3 +97,16 @@ def test_mobility_counts_freedoms_not_rows(mechanism, free):
             _ = Scene.of(mechanism).start
     else:
         assert Linkage(mechanism).count_free_motions() == free
+
+
+def test_mobility_in_the_remark_counts_no_redundant_drive():
+    """Two geared cranks have one degree of freedom though both are driven; the pendulum beside them has another."""
+    points = {"O": (0.0, 0.0), "A": (0.0, 0.1), "P": (1.0, 0.0), "B": (1.0, 0.1), "Q": (2.0, 0.0), "C": (2.0, -0.1)}
+    pairs = ("OA", "PB", "QC")
+    mechanism = Mechanism(
+        **bars(points, *pairs),
+        joints=[Revolute(pair[0], "ground", pair) for pair in pairs],
+        couplings=[Gear("OA:O", "PB:P", ratio=-1.0)],
+        drives=[Drive("OA", 1.0), Drive("PB", -1.0)],
+    )
+    assert any(remark.startswith("mobility 2, 2 driven") for remark in Scene.of(mechanism).remarks)
