@@ -185,4 +185,4 @@ def usual_tolerance(scene: Scene) -> float:
 
 def position_error(scene: Scene, tolerance: float | None) -> float:
     """Return the local error of places that Exudyn allows a step [m], from a tolerance or the default one."""
-    return (tolerance or usual_tolerance(scene)) * min([scene.size, *(0.1 * joint.gap for joint in scene.clearances)])
+    return (tolerance or usual_tolerance(scene)) * min([scene.linkage.size, *(0.1 * joint.gap for joint in scene.clearances)])

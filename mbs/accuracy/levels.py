@@ -133,7 +133,7 @@ class SpectralLevels(Levels):
     def clearance(self) -> float:
         """Smallest clearance over the longest link; 1 without."""
         scene = Scene.of(self.mechanism)
-        return float(min([1.0, *(joint.gap / scene.size for joint in scene.clearances)]))
+        return float(min([1.0, *(joint.gap / scene.linkage.size for joint in scene.clearances)]))
 
     @property
     def finest(self) -> float:  # type: ignore[override]

@@ -53,8 +53,8 @@ class Trajectory:
         scene, end, links = Scene.of(run.record.mechanism), float(run.record.time[-1]), run.record.mechanism.links
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
         return cls(
-            time=run.record.time, signals=found, longest_link=scene.size, kinks=scene.kinks(end), mass=scene.mass,
-            least_force=scene.mass * min([scene.size, *(joint.gap for joint in scene.clearances)]) / end**2,
+            time=run.record.time, signals=found, longest_link=scene.linkage.size, kinks=scene.kinks(end), mass=scene.mass,
+            least_force=scene.mass * min([scene.linkage.size, *(joint.gap for joint in scene.clearances)]) / end**2,
             undetermined=frozenset(name for name, signal in run.signals.items() if signal.kind is Kind.UNDETERMINED),
             strut_forces=frozenset(f"{link.name}.compression" for link in links if link.body.massless),
             strip_forces=frozenset(f"{link.name}.axial_force" for link in links if link.body.flexible and not link.body.massless),
@@ -135,14 +135,14 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     imbalance = float(np.abs(energies.pop("error")).max()) / throughput
     del energies["throughput"]
     # twice the energy of a pendulum of the mechanism's mass and size at the angle RESTING
-    resting = RESTING**2 * scene.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
+    resting = RESTING**2 * scene.linkage.size * scene.mass * float(np.hypot(*scene.mechanism.gravity))
     size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
     # r counts strips and bristles of guides, whose vibrations the steps do not resolve; bristles may store all energy put in.
     # Without them at most 0.05 is ascribed to vibrations, the error `demand.USUAL_ERROR` that is allowed of energies
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
     stored = vibration_share if has_friction else min(vibration_share, 0.05)
-    return Trajectory(record.time, found, scene.size), max(0.0, imbalance - stored)
+    return Trajectory(record.time, found, scene.linkage.size), max(0.0, imbalance - stored)
 
 
 def find_drive_period(mechanism: Mechanism) -> float:

@@ -144,11 +144,6 @@ class Clearance(Joint):
             yield Energy("part", f"{self.point}.taken_{entry}", energy)  # a signal of this joint's share
 
 
-def clearances(mechanism: Parts) -> list[Clearance]:
-    """Return the joints with clearance of a mechanism."""
-    return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
-
-
 class Side(NamedTuple):
     """Motion of a pin or bush: place and velocity of the centre (times, 2), angle of the body and its rate (times,)."""
 

@@ -142,7 +142,7 @@ class Link(LinkBase):
         return {point: at if isinstance(at, tuple) else self.body.place_at(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
-        """Return the mass [kg] for a distance of the ends [m]; the model of a strut leaves the mass out."""
+        """Return the mass [kg] for a distance of the ends [m], also of a strut, whose model leaves it out."""
         mass, _, _ = self.body.mass_properties(length)
         return mass
 

@@ -136,7 +136,7 @@ def compute_throughput(record: Record, energy: Mapping[str, Array], signals: Map
     mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     # kinetic energy of a mechanism that counts as at rest: it moves by 1e-6 of its longest link in the run
-    least = mass * (1e-6 * Scene.of(mechanism).size / duration) ** 2 / 2
+    least = mass * (1e-6 * Scene.of(mechanism).linkage.size / duration) ** 2 / 2
     throughput = max(float(energy["throughput"][-1]), least)
     # twice the potential energy that these vibrations can store: the 2 is a margin
     return throughput, 2 * (_unresolved_stretch(record, signals) + _unresolved_bristles(record, signals)) / throughput
@@ -168,7 +168,7 @@ def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
             # the signal is named after the point, or after the guide if the point's joint has clearance
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)
-            if 2 * stored < 1e-4 * Scene.of(record.mechanism).size * force:  # deflection = 2 energy / force
+            if 2 * stored < 1e-4 * Scene.of(record.mechanism).linkage.size * force:  # deflection = 2 energy / force
                 total += stored
     return total
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..elements import Link
-from ..elements.clearance import Clearance, clearances
+from ..elements.clearance import Clearance
 from ..elements.element import Burden, Element
 from ..functions import step_ends
 from ..mechanism import Mechanism
@@ -49,7 +49,7 @@ class Scene:
     @cached_property
     def clearances(self) -> list[Clearance]:
         """Joints with clearance."""
-        return clearances(self.mechanism)
+        return [joint for joint in self.mechanism.joints if isinstance(joint, Clearance)]
 
     @cached_property
     def counts(self) -> Counter[str]:
@@ -118,11 +118,6 @@ class Scene:
         """True if constraints alone determine the motion, and all elements have known forces in a known motion."""
         return not self.why_not_kinematic
 
-    @property
-    def size(self) -> float:
-        """Length of the longest link [m]."""
-        return self.linkage.size
-
     @cached_property
     def mass(self) -> float:
         """Mass of all links, sliders and point masses [kg]."""
@@ -139,7 +134,8 @@ class Scene:
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""
         times = {t for element in self.elements.values() for t in element.kinks(duration)}
-        return tuple(sorted(times.union(step_ends(duration))))  # kinks of user functions, which `functions` keeps in a simulation
+        # `step_ends`: around kinks of users' functions of states that `simulate` found in the run before this one
+        return tuple(sorted(times.union(step_ends(duration))))
 
     @cached_property
     def is_stiffly_damped(self) -> bool:
@@ -147,7 +143,7 @@ class Scene:
         laws = [joint.law for joint in self.clearances]
         if not laws:
             return False
-        lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)
+        lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)  # also of struts
         depth = 1e-5  # [m], between the depths of light and hard impacts
         speed, onset = 1e-3, 0.1  # of penetration, small, and at the onset of a moderate impact [m/s]: some laws divide by it
         changes = [law.force(depth, speed, onset) - law.force(depth, 0.0, onset) for law in laws]
@@ -163,6 +159,6 @@ class Scene:
             and not any(link.body.flexible for link in mechanism.links)
             and not any(each.has_states for each in mechanism.loads)
             and not (mechanism.guides or mechanism.stops or mechanism.couplings)
-            and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
+            and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)  # kept by a huge inertia, no constraint
             and not self.is_stiffly_damped
         )

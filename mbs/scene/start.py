@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..elements.element import GROUND, place
+from ..elements.element import place
 from ..elements.link import Link
 from ..elements.rows import Row
 from ..geometry import Array
@@ -161,9 +161,8 @@ def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, 
         if isinstance(value, float):
             link, point, equations = name, "", [((0.0, 0.0, 1.0), value)]
         else:
-            body, point = place(name)  # no body if it names a point alone
-            holders = [link.name for link in linkage.mechanism.links if point in link.points]
-            link = body if body not in ("", GROUND) else holders[0]
+            body, point = place(name)  # without a body any link that has the point will do: joints hold them
+            link = body or next(link.name for link in linkage.mechanism.links if point in link.points)
             x, y = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
             equations = [((1.0, 0.0, -y), value[0]), ((0.0, 1.0, x), value[1])]
         for by_rates, rate in equations:

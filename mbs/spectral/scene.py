@@ -113,7 +113,7 @@ class CompiledScene:
     @property
     def length(self) -> float:
         """Length of the longest link [m]."""
-        return self.source.size
+        return self.source.linkage.size
 
     @property
     def units(self) -> Array:

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 from buckler.elastica import pinned
 from buckler.mbs import Controlled, Mechanism, Result, Spectral, Status, simulate
-from buckler.mbs.elements.clearance import Clearance, clearances
+from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.signal import Kind as SignalKind
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.errors import Norm
@@ -134,7 +134,7 @@ def judge(family: str, draw: Draw, accuracy: float | None, timeout: float) -> Fi
         longest_link = max(draw.mechanism.length(link.name) for link in draw.mechanism.links)
         # The allowed error of a place is `ALLOWED` times its scale: the accuracy times the longest link, if that is more.
         scales = {kind: longest_link * max(1.0, (accuracy or 0.0) / ALLOWED[kind]) for kind in ("place", "path")}
-        if joints := clearances(draw.mechanism):
+        if joints := Scene.of(draw.mechanism).clearances:
             scales["journal"] = min(joint.gap for joint in joints)
         if right := find_reference(draw, scales):
             measures = read(draw, result)
@@ -152,7 +152,7 @@ def read(draw: Draw, result: Result) -> Measures:
         # The drive at the end A accelerates the mass in the guide and presses the strip.
         inertia = mechanism.guide("A").mass * np.gradient(result.signals["A.vx"], result.time)  # mass times acceleration [N]
         return {"force of the push": np.array([np.mean((result.signals["drive.force"] - inertia)[late])])}
-    kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
+    kind = "journal" if Scene.of(mechanism).clearances else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
     found: dict[str, Array] = {kind: np.stack([result.at(name, SAMPLES * duration, outside=np.nan) for name in names])}
     vectors: dict[str, list[Array]] = {}
@@ -209,7 +209,7 @@ def find_reference(draw: Draw, scales: Mapping[str, float]) -> Measures | None:
     if coarse is None or fine is None:
         return None
     until = len(SAMPLES)
-    if clearances(mechanism):
+    if Scene.of(mechanism).clearances:
         joints = [replace(x, gap=1.001 * x.gap) if isinstance(x, Clearance) else x for x in mechanism.joints]
         changed = read_reference(draw._replace(mechanism=replace(mechanism, joints=joints)), False)
         if changed is None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from buckler.mbs import Controlled, Mechanism, Spectral
 from buckler.mbs import ensemble as run_ensemble
-from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.scene.scene import Scene
 
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.statistics import Mean
@@ -79,7 +79,7 @@ def run_turns(
         of_members = zip(found.members.cells, found.reasons, strict=True)  # of each run: index of its cell; why it failed, or ""
         failed = [reason for index, reason in of_members if index == k and reason]
         deepest = max(found.of(depth, k).max(initial=0.0) for depth in DEPTHS)
-        depth = np.nan if failed else deepest / clearances(mechanism)[0].gap  # all joints have the same gap
+        depth = np.nan if failed else deepest / Scene.of(mechanism).clearances[0].gap  # all joints have the same gap
         notes = [f"FAILED: {len(failed)} of {p.members} runs, one by {failed[0]}"] if failed else []
         notes += [f"PENETRATION: a pin {depth:.2g} clearances deep in its bush: no law holds there"] if depth > 1 else []
         turns.append(Turns(means, float(depth), tuple(notes)))
