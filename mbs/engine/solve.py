@@ -5,7 +5,7 @@ from time import perf_counter
 
 import exudyn as exu
 
-from ..kinematics.diagnosis import diagnose_last_pose
+from ..kinematics.closing import diagnose_last_pose
 from ..kinematics.exact import sample_times
 from ..mechanism import Mechanism
 from ..process import Progress, catch_ctrl_c

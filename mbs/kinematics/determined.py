@@ -22,8 +22,7 @@ from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.record import BlockMotion, Record, RigidMotion
 from ..scene.linkage import carried_masses, invert
 from ..scene.scene import Scene
-from .closing import Course, choose_independent_rows, close_loops, passes_singularity
-from .diagnosis import explain_singularity
+from .closing import Course, choose_independent_rows, close_loops, explain_singularity, passes_singularity
 
 LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
