@@ -1,6 +1,6 @@
 """Specifications of compound values: vectors, lists, mappings, and alternatives; `spec` describes attributes and methods."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
@@ -17,6 +17,7 @@ class Vector(Spec):
     def __post_init__(self) -> None:
         self.words = f"two numbers (x, y), {self.unit}"
         self.component = Quantity(self.unit)
+        # which `Spec.schema` returns
         self.json = {"type": "array", "prefixItems": [self.component.schema()] * 2, "minItems": 2, "maxItems": 2}
 
     def fits(self, raw: object) -> bool:
@@ -73,7 +74,7 @@ class Several(Spec):
             raise self.refusal(name, raw)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(raw))
         if self.distinct and len(set(found)) < len(found):
-            raise ValueError(f"{name} = {show(raw)}: must be given once each")  # its items
+            raise ValueError(f"{name} = {show(raw)}: must not contain an item twice")
         return found
 
     def write(self, name: str, value: Any) -> list[Any]:
@@ -170,5 +171,5 @@ def any_of(schemas: list[Schema]) -> Schema:
 
 
 def is_list(raw: object) -> TypeGuard[Sequence[Any]]:
-    """Return True for a list, a tuple or an array."""
-    return isinstance(raw, Collection) and not isinstance(raw, str | bytes | Mapping)
+    """Return True for a list, a tuple or an array; a set has no order."""
+    return isinstance(raw, Collection) and not isinstance(raw, str | bytes | Mapping | Set)

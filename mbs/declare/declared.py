@@ -169,8 +169,3 @@ def known_kinds() -> dict[str, type]:
     for other in extensions("buckler.kinds").values():
         register(other)
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
-
-
-def kinds_of(base: type) -> list[type]:
-    """Return the subclasses of a class that files may name."""
-    return [kind for kind in known_kinds().values() if issubclass(kind, base)]

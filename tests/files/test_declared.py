@@ -7,7 +7,18 @@ import numpy as np
 import pytest
 
 from buckler.mbs import laws
-from buckler.mbs.declare import Declaration, Either, Quantity, RefusalError, build, declarations, fields_written, known_kinds
+from buckler.mbs.declare import (
+    Declaration,
+    Either,
+    Quantity,
+    RefusalError,
+    Several,
+    Vector,
+    build,
+    declarations,
+    fields_written,
+    known_kinds,
+)
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.schema import schema
 from buckler.mbs.units import parse_unit
@@ -117,6 +128,13 @@ def test_what_is_declared_is_what_is_refused_and_written(name, key):
         parse_unit(unit.replace("^n", "^1.5"))
     if field.unit not in ("", "1") and "must lie in" in str(refused.value):
         assert str(refused.value).endswith(f"{field.unit}; {field.hint}" if field.hint else field.unit)
+
+
+@pytest.mark.parametrize("spec", [Vector("m"), Several(Quantity("m"))], ids=["vector", "list"])
+def test_a_set_is_no_list(spec):
+    """It has no order: x and y, or the items, would change places from run to run."""
+    with pytest.raises(ValueError, match=r"^place = .*must be (two numbers|a list)"):
+        spec.read("place", {1.0, 2.0})
 
 
 def test_the_schema_has_the_declared_ranges():

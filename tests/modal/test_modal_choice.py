@@ -136,7 +136,7 @@ SMALL, NOWHERE = Box((2, 1, 1)), MeshFile("nowhere.vtu", (0, 0, 0), (1, 0, 0))
     ("make", "message"),
     [
         (lambda: FreeModes(()), r"numbers = \(\): must be a list of at least 1"),
-        (lambda: FreeModes((1, 1)), r"numbers = \(1, 1\): must be given once each"),
+        (lambda: FreeModes((1, 1)), r"numbers = \(1, 1\): must not contain an item twice"),
         (lambda: FreeModes((1,), "bending"), r"counting = 'bending': must be one of 'flexible', 'free', 'in-plane'"),
         (lambda: Modal(FLAT, modes=(1, 2)), r"modes = \(1, 2\): must be FreeModes"),
         (lambda: Modal(FLAT, FreeModes((1, 2)), damping=(0.1,)), r"damping = \(0.1,\): must be one ratio, or one for"),

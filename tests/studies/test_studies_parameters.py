@@ -18,7 +18,7 @@ from made_up_study import Parameters
         ({"speed": "1e999"}, "speed = inf rad/s: must lie in [-100, 100] rad/s"),
         ({"elements": 8.5}, "elements = 8.5: must be a whole number in [1, 64]"),
         ({"models": "strut,shell"}, "models[1] = 'shell': must be one of 'stitched', "),
-        ({"models": "beam,beam"}, "models = ('beam', 'beam'): must be given once each"),
+        ({"models": "beam,beam"}, "models = ('beam', 'beam'): must not contain an item twice"),
         ({"ending": "sad"}, "ending = 'sad': must be one of 'fine', 'suspect', 'raises'"),
         ({"widths": (0.03, 5)}, "widths[1] = 5 m: must lie in [0.001, 1] m"),
         ({"elements": 13, "thickness": "2mm"}, "elements = 13: not with a thickness above 0.001 m"),
