@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .assembly import Assembly, Pair, assemble, carried_points, check_links
-from .declare import Part, Quantity, RefusalError, build, declared, field, fields_written, vector
+from .declare import Part, Quantity, RefusalError, Schema, build, declared, field, fields_written, vector
 from .declare.compound import Either, Named, Several, Vector
-from .declare.spec import Schema
 from .documents import document
 from .documents.document import PARAMETERS
 from .documents.shorthand import SHORT, expand, substitute

@@ -1,7 +1,6 @@
 """A JSON schema of mechanism files (json-schema.org, draft 2020-12), for editors that complete and check TOML and JSON."""
 
-from .declare import Declaration, declarations, known_kinds
-from .declare.spec import Quantity, Schema
+from .declare import Declaration, Quantity, Schema, declarations, known_kinds
 from .documents import shorthand
 from .mechanism import RUN, Mechanism
 

@@ -9,8 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
-from ..declare import declarations, known_kinds
-from ..declare.spec import Schema, did_you_mean, show
+from ..declare import Schema, declarations, did_you_mean, known_kinds, show
 from ..functions.formulas import CONSTANTS, FUNCTIONS, NoFormulaError, function_of, names_in, parse
 from ..functions.values import SIGNATURES
 from ..units import is_measured, measured

@@ -9,9 +9,7 @@ from dataclasses import replace
 from math import pi, sqrt
 from typing import Any
 
-from ..declare import Declared, Part, declared, field, quantity
-from ..declare.compound import any_of
-from ..declare.spec import Schema, did_you_mean, show
+from ..declare import Declared, Part, Schema, any_of, declared, did_you_mean, field, quantity, show
 from ..validate import non_negative
 
 

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..declare import Either, Quantity, Several, Spec, build, fields_written, known_kinds, nameless
-from ..declare.compound import any_of, is_list
-from ..declare.spec import Schema, show
+from ..declare import Either, Quantity, Schema, Several, Spec, any_of, build, fields_written, is_list, known_kinds, nameless, show
 from ..units import is_measured
 from ..validate import function as call_checked
 from ..validate import short

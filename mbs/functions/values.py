@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
-from ..declare.spec import Spec
+from ..declare import Declared, Name, Quantity, Several, Spec, declared, field, flag, quantities
 from .edge_memory import EdgeMemory, current_memory
 from .formulas import function_of, names_in, parse
 
