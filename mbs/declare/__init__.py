@@ -9,6 +9,6 @@ from .spec import Flag, Name, Nothing, Quantity, Schema, Spec, Whole, did_you_me
 __all__ = [
     "Declaration", "Declared", "Either", "Flag", "Name", "Named", "Nothing", "Part", "Quantity", "RefusalError", "Schema",
     "Several", "Spec", "Vector", "Whole", "any_of", "build", "choice", "declarations", "declared", "did_you_mean", "direction",
-    "field", "fields_written", "flag", "is_list", "known_kinds", "nameless", "names", "part", "quantities", "quantity", "register",
-    "show", "vector", "whole",
+    "field", "fields_written", "flag", "is_list", "known_kinds", "nameless", "names", "part", "quantities", "quantity",
+    "register", "show", "vector", "whole",
 ]  # fmt: skip
