@@ -135,7 +135,7 @@ class Guide(GuideBase):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""
         reaction = record.channel(name, "reaction")
-        if reaction.size:  # the solver has recorded it
+        if reaction.size:  # the solver has recorded it, as all do where a friction law needs it
             yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
@@ -165,12 +165,12 @@ class Guide(GuideBase):
     def _is_stuck(self, name: str, record: Recorded) -> bool:
         """Return True if the friction only bends the bristles, and steps do not resolve the vibration of the block on them.
 
-        The travel is then below 1e-4 of the longest link, and a period has fewer than 20 steps; both are chosen. With a limit of
-        200 steps the dissipated energy of well resolved vibrations would count as zero, too.
+        The travel is then below 1e-4 of the longest link, and a period has fewer than 20 steps; both are chosen. With ten times as
+        many steps allowed, the dissipated energy of well resolved vibrations would count as zero, too.
         """
         longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)
         force, deflection = np.abs(self._drag(name, record)).max(), np.abs(bristle).max()
-        # bristles of the stiffness force/deflection carry the block; the mass of its link would make the period longer
-        period = 2 * np.pi * np.sqrt(block.mass * deflection / force) if force > 0 else 0.0
+        mass = block.mass + (record.links[self.link].mass if self.link in record.links else 0.0)  # a strut has no motion
+        period = 2 * np.pi * np.sqrt(mass * deflection / force) if force > 0 else 0.0  # on bristles of stiffness force/deflection
         return bool(np.ptp(block.travel) < 1e-4 * longest and 20 * np.diff(record.time).max() > period)

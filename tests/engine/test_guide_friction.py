@@ -130,6 +130,22 @@ def test_shaken_load_below_the_limit_does_not_move_a_stuck_slider():
     assert result.energy_balance < 1e-2
 
 
+def test_a_massless_block_dissipates_what_its_shaken_link_loses():
+    """The rod vibrates on the bristles, 180 steps in a period: their damping takes the work of the load."""
+    law = Stiction(0.3, 0.2, v_stribeck=1e-2, bristle_stiffness=1e3, bristle_damping=2.0)
+    mechanism = mbs.Mechanism(
+        points={"A": (0, 0), "B": (0.2, 0)},
+        links=[mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=1.0, inertia=1e-2))],
+        guides=[mbs.Guide("A", "rod", friction=law), mbs.Guide("B", "rod")],
+        loads=[mbs.Force("A", ("0.02*sin(125.66*t)", 0.0))],
+        gravity=(0, -G),
+    )
+    result = mbs.simulate(mechanism, 1.0, solver=mbs.Exudyn(mbs.Equal(2000)), ledger=True)
+    assert np.ptp(result.signals["A.x"]) < 1e-5  # it does not slide
+    assert result.energy["taken_friction"][-1] == pytest.approx(result.energy["given_load"][-1], rel=0.2)
+    assert result.energy_balance < 1e-3
+
+
 def test_reaction_under_a_strut():
     """A strut leans on a block: the guide takes its lateral part and the block's weight."""
     section = mbs.Section(0.02, 0.0005)
