@@ -1,7 +1,6 @@
-"""Stops: straight faces that a point may touch and not pass, and the memory of the approach speed of their contacts."""
+"""Stops: straight faces that a point may touch and not pass."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +16,14 @@ NEAREST = 1e-9
 """Least initial distance of a point from the face, over the extent of the mechanism; below it rounding would decide the side."""
 PIERCED = 0.2
 """Depth in a stop, over the largest length of `Stop.depths`, beyond which a run is suspect; soft buffers stay below."""
+
+SLOWEST_ONSET = 1e-4
+"""Least approach speed in dissipative laws [m/s]: they divide by the speed, which is 0 for a contact from rest."""
+GRAZE = 0.05
+"""Least approach speed of an impact, over the largest approach speed so far; chosen.
+
+After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
+The `share` of finer runs is smaller, so that the difference of two runs shows the effect."""
 
 
 @declared
@@ -210,35 +217,3 @@ class Stop(Element):
         if self.friction_at:
             drag, sliding = self._drag(name, record)
             yield Energy("dissipated", "friction", record.work(drag * sliding))
-
-
-SLOWEST_ONSET = 1e-4
-"""Least approach speed in dissipative laws [m/s]: they divide by the speed, which is 0 for a contact from rest."""
-GRAZE = 0.05
-"""Least approach speed of an impact, over the largest approach speed so far; chosen.
-
-After the last tiny rebound of a slider, a law that divides by the approach speed would otherwise pull as the contact opens.
-The `share` of finer runs is smaller, so that the difference of two runs shows the effect."""
-
-
-@dataclass
-class Striking:
-    """Memory of the approach speeds of a stop's contacts, updated after each accepted step."""
-
-    stop: Stop
-    onset_speed: float = SLOWEST_ONSET  # approach speed at the onset of the present contact, or else at the last step [m/s]
-    fastest: float = SLOWEST_ONSET  # largest approach speed of contacts so far [m/s]
-    share: float = GRAZE  # of `fastest`: least `onset_speed`
-
-    def force(self, depth: float, rate: float) -> float:
-        """Return the contact force [N], from the depth [m] and its rate [m/s]; 0 out of contact."""
-        return self.stop.law.force(depth, rate, self.onset_speed) if depth > 0 else 0.0
-
-    def accept(self, depth: float, rate: float) -> bool:
-        """Update the memory at the end of a step; return True in contact."""
-        touching = depth > 0
-        if touching:
-            self.fastest = max(self.fastest, self.onset_speed)
-        else:
-            self.onset_speed = max(rate, SLOWEST_ONSET, self.share * self.fastest)
-        return touching

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..elements.element import Pair
-from ..elements.stop import Striking
+from ..elements.stop import GRAZE, SLOWEST_ONSET, Stop
 from ..elements.strut import StrutLaw
 from ..geometry import Array
 from . import System
@@ -16,8 +16,8 @@ from .placed import EngineBody
 
 
 @dataclass
-class StopContact(Striking):
-    """Contact of a guide's block with a stop; `Striking` has the law and the speed at onset, on which the law's force depends.
+class StopContact:
+    """Contact of a guide's block with a stop, with a memory of approach speeds that is updated after each accepted step.
 
     The contact closes at the travel `face` [m] along the guide; `side` is +1 if the face lies in the positive direction, else -1.
     `mass` [kg] is the effective mass of the point as if its body had no joints. With this lower bound the control of steps
@@ -25,6 +25,10 @@ class StopContact(Striking):
     `columns` are indices of the coordinates in the engine's vector. `is_touching` and `last_force` [N] are of the last step.
     """
 
+    stop: Stop
+    onset_speed: float = SLOWEST_ONSET  # approach speed at the onset of the present contact, or else at the last step [m/s]
+    fastest: float = SLOWEST_ONSET  # largest approach speed of contacts so far [m/s]
+    share: float = GRAZE  # of `fastest`: least `onset_speed`
     face: float = 0.0
     side: float = 1.0
     mass: float = 0.0
@@ -45,11 +49,19 @@ class StopContact(Striking):
         """Return the force on the block along the guide [N]; the engine calls it."""
         return -self.side * self.force(self.side * (travel - self.face), self.side * speed)
 
+    def force(self, depth: float, rate: float) -> float:
+        """Return the contact force [N], from the depth [m] and its rate [m/s]; 0 out of contact."""
+        return self.stop.law.force(depth, rate, self.onset_speed) if depth > 0 else 0.0
+
     def step(self, q: Array, q_t: Array) -> float:
         """Update the contact and its speed at onset after an accepted step; return the contact force [N]."""
         depth, rate = self.state(q, q_t)
-        self.is_touching = self.accept(depth, rate)  # `Striking` updates the speed at onset
-        self.last_force = self.force(depth, rate) if self.is_touching else 0.0
+        self.is_touching = depth > 0
+        if self.is_touching:
+            self.fastest = max(self.fastest, self.onset_speed)
+        else:
+            self.onset_speed = max(rate, SLOWEST_ONSET, self.share * self.fastest)
+        self.last_force = self.force(depth, rate)
         return self.last_force
 
 
