@@ -6,7 +6,6 @@ The type of a link's body or of a joint decides how it is modelled: `Rigid`, `St
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -165,12 +164,6 @@ class Mechanism(Parts):
     def guide(self, point: str) -> Guide:
         """Return the guide of a point; raise a KeyError if the point has none."""
         return {guide.point: guide for guide in self.guides}[point]
-
-    def length(self, name: str) -> float:
-        """Return the distance of a link's two end points, m."""
-        link = self.link(name)
-        (x0, y0), (x1, y1) = self.points[link.start], self.points[link.end]
-        return hypot(x1 - x0, y1 - y0)
 
     def assemblies(self) -> Assembly:
         """Return the poses that lengths and angles allow: places of the points whose places were left out."""

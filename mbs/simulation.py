@@ -19,7 +19,7 @@ from .accuracy.refine import refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver
 from .accuracy.words import COARSEST, FINEST, PLACES
 from .checks.suspicions import explain_not_applicable, find_suspicions
-from .elements import Drive
+from .elements import Drive, Motion
 from .functions import EdgeMemory, has_user_code, use_memory
 from .functions.edge_memory import SETTLED
 from .functions.edge_search import MOST, WIDTH
@@ -128,7 +128,7 @@ def simulate(
     runs = _Runs(mechanism, timeout, forecast(progress, numbers_of_runs))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
-            if isinstance(element, Drive):
+            if isinstance(element, Drive) and isinstance(element.motion, Motion):
                 element.motion.check_run(duration, name)  # it searches the edges of the drive's function, which the memory keeps
         ticker = Ticker(runs.progress) if isinstance(runs.progress, Forecast) else None
         try:

@@ -54,9 +54,6 @@ class Ramp(Declared):
         """Return the times in (0, duration) at which the acceleration jumps [s]."""
         return (self.duration,) if self.duration < duration and self.start != self.end else ()
 
-    def check_run(self, duration: float, where: str) -> None:
-        """Accept any duration."""
-
 
 @declared
 class Motion(Declared):

@@ -8,8 +8,9 @@ of the element in the mechanism.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import dist
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -158,7 +159,7 @@ class Element(Declared):
 class Body(Declared):
     """Base of the bodies of links."""
 
-    section: Any
+    section: Any  # a `Section` or `Profile`; a rigid body of given mass has None
     flexible: ClassVar[bool] = True  # the ends can move relative to each other
     meshed: ClassVar[bool] = False  # a strip of finite elements, a `Beam` or `Cable`
     massless: ClassVar[bool] = False  # a `Strut`, a mere force between the bodies at its ends; the force has kinks
@@ -171,8 +172,8 @@ class Body(Declared):
 
     def mass_properties(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Return mass [kg], inertia about the centre [kg m^2], centre of mass [m] in the link's frame; here of a uniform bar."""
-        mass, section = self.section.mass_per_length * length, self.section
-        return mass, mass * length**2 / 12 + section.inertia_per_length * length, (length / 2, 0.0)
+        mass, rotary_inertia = self.section.mass_per_length * length, self.section.inertia_per_length * length
+        return mass, mass * length**2 / 12 + rotary_inertia, (length / 2, 0.0)
 
     def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the stress-free place [m] in the link's frame at a fraction of its length; `chord` is the ends' distance [m]."""
@@ -205,11 +206,12 @@ class LinkBase(Element):
     start: str
     end: str
     body: Body
+    carries: Iterable[str]
 
     @property
     def points(self) -> tuple[str, ...]:
         """Names of all points on the link: start, end, carried points."""
-        raise NotImplementedError
+        return (self.start, self.end, *self.carries)
 
 
 class GuideBase(Element):
@@ -242,7 +244,8 @@ class Parts(Declared):
 
     def length(self, name: str) -> float:
         """Return the distance of a link's two end points at t = 0 [m]."""
-        raise NotImplementedError
+        link = self.link(name)
+        return dist(self.points[link.start], self.points[link.end])
 
 
 @dataclass(frozen=True, eq=False)

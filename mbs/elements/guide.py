@@ -165,8 +165,8 @@ class Guide(GuideBase):
     def _is_stuck(self, name: str, record: Recorded) -> bool:
         """Return True if the friction only bends the bristles, and steps do not resolve the vibration of the block on them.
 
-        The travel is then below 1e-4 of the longest link, and a period has fewer than 20 steps; both are chosen. With ten times as
-        many steps allowed, the dissipated energy of well resolved vibrations would count as zero, too.
+        The travel is then below 1e-4 of the longest link, and a period has fewer than 20 steps; both are chosen. With 200 steps
+        instead the dissipated energy of well resolved vibrations would count as zero, too.
         """
         longest, block = max(record.mechanism.length(link.name) for link in record.mechanism.links), record.blocks[self.point]
         _, bristle = self._reaction_and_bristle(name, record)

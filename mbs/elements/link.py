@@ -121,11 +121,6 @@ class Link(LinkBase):
             what = f"thickness of flexible link '{self.name}' = {thickness:g} m"
             raise ValueError(f"{what}: must be below its length, {length:g} m; it is no strip")
 
-    @property
-    def points(self) -> tuple[str, ...]:
-        """Names of all points on the link: start, end, carried points."""
-        return (self.start, self.end, *self.carries)
-
     def locate_carried(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
         """Return the places [m] of carried points in the plane from the places of both ends; none for points without a place."""
         chord = hypot(end[0] - start[0], end[1] - start[1])

@@ -19,11 +19,7 @@ from .signal import Kind, Signal
 
 
 class Load(Element):
-    """Base of loads."""
-
-    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the loads on bodies other than the ground, which always follow from the motion."""
-        raise NotImplementedError
+    """Base of loads; `pushes` yields the forces on bodies other than the ground."""
 
 
 def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..declare import declared, names, part, quantity, vector
 from .element import GROUND, Body, Burden, Element, LinkBase, Parts, Recorded, place
-from .references import check_known, check_point_of, holder
+from .references import check_known, check_point_of, holder_reference
 from .section import Section
 from .signal import Energy, Kind, Signal
 
@@ -94,8 +94,7 @@ class Mass(Element):
 
     def loaded_point(self, mechanism: Parts) -> str:
         """Return the point reference 'body:point' on the body that carries the mass."""
-        reference = self.point if self.link is None else f"{self.link}:{self.point}"
-        return f"{holder(mechanism, reference)}:{self.point}"
+        return holder_reference(mechanism, self.point if self.link is None else f"{self.link}:{self.point}")
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield mass and inertia on the body that carries them."""

@@ -153,7 +153,7 @@ class Profile(SlenderSection, Declared):
 
     bending_stiffness: float = quantity("N m^2", above=0, doc="E I")
     axial_stiffness: float = quantity("N", above=0, doc="E A")
-    shear_stiffness: float = quantity("N", above=0, doc="k G A; not used by a Cable")
+    shear_stiffness: float = quantity("N", above=0, doc="k G A; not used by a Cable, whose elements do not shear")
     mass_per_length: float = quantity("kg/m", above=0, doc="rho A")
     inertia_per_length: float = quantity("kg m", above=0, doc="rho I; not used by a Cable")
     bending_damping: float = quantity("s", low=0, doc="retardation time of the bending moment", default=0.0)
@@ -171,7 +171,7 @@ class Profile(SlenderSection, Declared):
 
     @property
     def material(self) -> Material:
-        """Material of the equivalent square bar."""
+        """Material of the equivalent square bar; nothing reads its Poisson's ratio, as a profile has its shear stiffness."""
         area = self.thickness**2
         return Material(
             self.axial_stiffness / area, self.mass_per_length / area,
