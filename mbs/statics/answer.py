@@ -207,6 +207,7 @@ class Route(Answer):
     q: Array
     points: list[Any]
     errors: dict[str, Array] = field(default_factory=dict)
+    abscissa: str = "parameter"  # label of the parameter in `plot`
     ordinate: ClassVar[str] = ""  # prefix of the axis label of `plot`
 
     def plot(self, link: str, point: str, axis: str = "y", ax: "Axes | None" = None) -> "Axes":

@@ -191,7 +191,9 @@ class _Follower:
         growth = np.array([state.damped.growth.max(initial=0.0) for state in self.states])
         unstable = np.array([int(state.is_negative.sum()) for state in self.states])
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
-        return Path(*status, ended, self.problem.scene, parameter, q, self.points, {}, multipliers, growth, unstable)
+        return Path(
+            *status, ended, self.problem.scene, parameter, q, self.points, {}, self.problem.label, multipliers, growth, unstable
+        )
 
     def _follow(self, leaving: Array | None) -> str:
         """Follow the path step by step; return the reason of its end, see `explain_end`."""

@@ -72,6 +72,11 @@ class Problem:
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
 
     @property
+    def label(self) -> str:
+        """Label of the parameter in drawings."""
+        return f"travel of {self.scene.row_names[self.row]} [rad or m]" if self.row >= 0 else "factor of the loads"
+
+    @property
     def extents(self) -> Array:
         """Extents of the coordinates, (n,): units with the size of the mechanism for the length of the longest link."""
         points = np.array(list(self.scene.mechanism.points.values()))

@@ -111,4 +111,4 @@ def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, long
     errors = {KEYS[kind]: np.array([critical.error for critical in criticals if critical.kind == kind]) for kind in KINDS}
     motions = [curve.make_motion(orbit) for orbit in orbits]
     status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
-    return Response(*status, ended, curve.shooting.scene, parameters, q, criticals, errors, motions)
+    return Response(*status, ended, curve.shooting.scene, parameters, q, criticals, errors, curve.problem.label, motions)

@@ -23,6 +23,11 @@ class Varied(Problem):
         self.current = float(value)
         super().__init__(CompiledScene.of(mechanism, degree), initial=self.current)
 
+    @property
+    def label(self) -> str:
+        """Label of the number in drawings."""
+        return f"{self.name} [SI]"
+
     def set_parameter(self, parameter: float) -> None:
         """Make the scene with a value of the number."""
         if parameter != self.current:
@@ -43,6 +48,8 @@ class Varied(Problem):
 
 class Paced(Problem):
     """Equations over the frequency of a motion [Hz]; time runs faster in all functions, by the factor parameter/`initial`."""
+
+    label = "frequency [Hz]"  # of the parameter in drawings
 
     def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""

@@ -221,7 +221,7 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
             kind, parameter = critical.kind, critical.rest.parameter
             ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=kind)
     # `path.ordinate` is a text before the axis: "amplitude of " for periodic motions
-    ax.set(xlabel="parameter", ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
+    ax.set(xlabel=path.abscissa, ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
     lines, labels = ax.get_legend_handles_labels()
     by_label = dict(zip(labels, lines, strict=True))  # each label once
     ax.legend(by_label.values(), by_label.keys())

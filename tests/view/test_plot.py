@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from looked_at import loose, pendulum, pushed, run
 
+from buckler import mbs
+from buckler.mbs import Force, Link, Mechanism, Rigid, Slider, Spring
 from buckler.mbs.view import plot
 
 
@@ -45,6 +47,19 @@ def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_an
     path = SimpleNamespace(parameter=parameter, q=np.zeros((4, 1)), stable=np.zeros(4, dtype=bool), points=criticals)
     pieces = plot._pieces(path, parameter)
     assert [stable for _, stable in pieces] == [False, False, False]
+
+
+def test_the_axis_of_a_path_names_what_changes():
+    block = Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))
+    mechanism = Mechanism(
+        points={"P": (0, 0), "Q": (0, 0.1), "S": (1, 0)},
+        links=[block],
+        joints=[Slider("P", "block", "ground", along=(1, 0))],
+        loads=[Spring("P", "ground:S", stiffness=10.0, free_length=1.0), Force("P", (1.0, 0.0))],
+    )
+    paths = mbs.path(mechanism, to=1.0), mbs.path(mechanism, to=20.0, parameter="loads.0.stiffness")
+    labels = [path.plot("block", "P", "x").get_xlabel() for path in paths]
+    assert labels == ["factor of the loads", "loads.0.stiffness [SI]"]
 
 
 def test_a_path_may_begin_at_a_critical_point():

@@ -538,7 +538,7 @@ function showVerdict() {
   for (const text of failed.length ? failed.map((row) => (row.name === "OTHER" ? row.message : `${row.name}: ${row.message}`)) : [data.message]) element("li", text, list);
 }
 
-/** Each measure with its error beside it, amber where that is beyond what was asked. */
+/** Each measure with its error beside it, amber where that is above the accuracy asked for. */
 function showMeasures() {
   const body = document.querySelector("#measures tbody");
   $("measures").hidden = !data.readings.length;
@@ -553,7 +553,7 @@ function showMeasures() {
     cell.append(error === null ? "not known" : `\u00b1 ${short(error, unit)}${share}`);
   }
   const beyond = data.readings.some((row) => row.beyond);
-  $("measures-note").textContent = beyond ? "Marked: the error is beyond what was asked for, or is not known." : "";
+  $("measures-note").textContent = beyond ? "Marked: the relative error is above the accuracy asked for, 5 % if none was, or is not known." : "";
   showAllMeasures($("measures").classList.contains("all"));
 }
 
