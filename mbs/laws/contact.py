@@ -12,17 +12,16 @@ from enum import IntEnum
 from functools import cache, lru_cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any, Protocol
+from typing import Any, cast
 
 import numpy as np
 
 from .. import laws
 from ..geometry import Array
 from ..process import has_compiler
-from . import journal
-from .compiled import Pointer, compile_cached, compile_function, function_pointer, stamp_of, with_compiled_names
+from .compiled import Pointer, compile_cached, function_pointer, stamp_of, with_compiled_names
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
-from .journal import fill_forces
+from .journal import BRISTLE, COLUMNS, GAP, ONSET, RADIUS, SINCE, SLIDING, fill_forces, find_states, locate_contact
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
@@ -30,13 +29,35 @@ LawKinds = Mapping[type, tuple[int, tuple[str, ...]]]
 """For each class of laws: the kind of its rows in the table, and the names of the attributes that are the numbers of a row."""
 
 
-class LawTable(Protocol):
-    """Protocol of a table to which laws are added."""
+@dataclass
+class LawTable:
+    """Laws as rows of integers and of floats, with the machine code at the addresses in them."""
+
+    laws: list[list[int]] = field(default_factory=list, init=False)  # of each law kind and addresses: `CODES` integers
+    law_numbers: list[list[float]] = field(default_factory=list, init=False)  # parameters of each law: `NUMBERS` floats
+    pointers: list[Pointer] = field(default_factory=list, init=False)  # of functions at the addresses, which it keeps alive
+    notes: list[str] = field(default_factory=list, init=False)  # sentences for the summary: what could not be compiled
+    _law_rows: dict[Hashable, int] = field(default_factory=dict, init=False)  # index of a law by its key
 
     def add_law(
-        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
+        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
     ) -> int:
-        """Add a row, or find the one with this key; return its number. `about` names the law in the notes of a run."""
+        """Add a law, or find the one with this key, unless it is None; return its index.
+
+        The `kind` tells the laws of contact, friction and motion apart; for other forces it is not used. `about` names its
+        functions in a note if they are not compiled; without it there is no note.
+        """
+        if key in self._law_rows:  # None is never stored
+            return self._law_rows[key]
+        codes, parameters = [kind, *(p.address for p in pointers)], [float(x) for x in numbers]
+        self.laws.append(codes + [0] * (CODES - len(codes)))
+        self.law_numbers.append(parameters + [0.0] * (NUMBERS - len(parameters)))
+        self.pointers += pointers
+        if about and not all(p.compiled for p in pointers):
+            self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
+        if key is not None:
+            self._law_rows[key] = len(self.laws) - 1
+        return len(self.laws) - 1
 
 
 NORMAL_KINDS: LawKinds = {
@@ -94,9 +115,9 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
     return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, arguments=1)], about)
 
 
-FIRST_CODE = journal.GAP + 1
+FIRST_CODE = GAP + 1
 """First column of both laws in a joint's row of numbers: kinds and addresses, integers stored bit by bit, then floats."""
-REPORT_COLUMNS = len(journal.COLUMNS)
+REPORT_COLUMNS = len(COLUMNS)
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 """Rows of the two laws of a joint in its table of laws."""
 
@@ -123,44 +144,31 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     if compiled is not None:
         return compiled
     bristle_law = as_bristle_law(friction)
-    report = journal.make_report(
-        normal=lambda _numbers, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
-        friction=lambda _numbers, speed, bristle: bristle_law.coefficient(speed, bristle),
-        bristle_after=lambda _numbers, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
+    report = _replace_globals(
+        _report,
+        _normal=lambda _numbers, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
+        _friction=lambda _numbers, speed, bristle: bristle_law.coefficient(speed, bristle),
+        _bristle=lambda _numbers, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
     )
-    return Kernel(_with_report(_forces, report), report, compiled=False)
+    return Kernel(_replace_globals(_forces, _report=report), report, compiled=False)
+
+
+def _replace_globals(function: Callable[..., None], **functions: Callable[..., Any]) -> Any:
+    """Copy a function with other functions as its globals of these names."""
+    return FunctionType(function.__code__, globals() | functions, function.__name__)
 
 
 @lru_cache(maxsize=256)
 def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
     """Make the compiled kernel of two laws; None if one of them does more than arithmetic on its arguments and numbers."""
-    table = _PairTable()
+    table = LawTable()
     add_normal(table, law)
     add_friction(table, friction)
     if not all(pointer.compiled for pointer in table.pointers):
         return None
-    codes = np.array(table.codes, dtype=np.int64).view(float)  # the bits of integers, in a row of floats
-    constants = np.concatenate([codes.ravel(), np.array(table.numbers).ravel()])
+    codes = np.array(table.laws, dtype=np.int64).view(float)  # the bits of integers, in a row of floats
+    constants = np.concatenate([codes.ravel(), np.ravel(table.law_numbers)])
     return Kernel(*_compile_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
-
-
-class _PairTable:
-    """`LawTable` of a normal and a friction law."""
-
-    def __init__(self) -> None:
-        self.codes: list[list[int]] = []
-        self.numbers: list[list[float]] = []
-        self.pointers: list[Pointer] = []
-
-    def add_law(
-        self, _key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), _about: str = ""
-    ) -> int:
-        """Append a law; return its row."""
-        addresses = [pointer.address for pointer in pointers]
-        self.codes.append([kind, *addresses, *[0] * (CODES - 1 - len(addresses))])
-        self.numbers.append([*map(float, numbers), *[0.0] * (NUMBERS - len(numbers))])
-        self.pointers += pointers
-        return len(self.codes) - 1
 
 
 def _laws_of(numbers: Array) -> Laws:
@@ -181,13 +189,21 @@ def _bristle(numbers: Array, bristle: float, speed: float, duration: float) -> f
     return bristle_after(_laws_of(numbers), LawRow.FRICTION, bristle, speed, duration)
 
 
-def _report(*_: object) -> None:
-    """Stand for the report of joints in the two functions below: `_with_report` copies them with a given report instead."""
-    raise NotImplementedError
-
-
-def _fill_report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    _report(t, q, v, memory, offsets, numbers, out)
+def _report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
+    for j in range(offsets.shape[0]):
+        pin, bush = find_states(offsets[j], numbers[j], q, v)
+        depth, rate, sliding, nx, ny = locate_contact(
+            numbers[j, RADIUS], numbers[j, GAP], (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy),
+            (pin.spin, bush.spin),
+        )  # fmt: skip
+        force = drag = bristle = fx = fy = 0.0
+        if depth > 0.0:
+            past = memory[j]
+            force = _normal(numbers[j], depth, rate, past[ONSET])
+            bristle = _bristle(numbers[j], past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+            drag = _friction(numbers[j], sliding, bristle) * force
+            fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
+        out[j] = force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny  # in the order of `COLUMNS`
 
 
 def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
@@ -196,26 +212,19 @@ def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers
     fill_forces(rows, q, v, offsets, numbers, out)
 
 
-def _with_report(function: Callable[..., None], report: Callable[..., None]) -> Any:
-    """Copy a function with a given report as its global `_report`. A closure would also do, but Numba would not keep its code."""
-    return FunctionType(function.__code__, globals() | {"_report": report}, function.__name__)
-
-
 @cache
 def _compile_functions() -> tuple[Any, Any]:
     """Compile forces and report, or read them from disk."""
     import numba
     from numba import float64, int64, void
 
-    jit = numba.njit(error_model="numpy")
-    compiled_laws = [compile_function(law, jit) for law in (_normal, _friction, _bristle)]
-    report = compile_function(journal.make_report(*compiled_laws), jit)
     stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py")))
-    # only these two are kept on disk, as they contain the code of the functions that they call, by `with_compiled_names`
-    forces = compile_cached(with_compiled_names(_with_report(_forces, report), jit), stamp)
-    fill_report = compile_cached(with_compiled_names(_with_report(_fill_report, report), jit), stamp)
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
     arguments = float64, vector, vector, table, offsets, table
-    forces.compile(void(*arguments, vector))
-    fill_report.compile(void(*arguments, table))
-    return forces, fill_report
+    compiled = []
+    for function, out in ((_forces, vector), (_report, table)):
+        # kept on disk with the code of the functions that it calls, by `with_compiled_names`
+        dispatcher = compile_cached(with_compiled_names(cast(FunctionType, function), numba.njit(error_model="numpy")), stamp)
+        dispatcher.compile(void(*arguments, out))
+        compiled.append(dispatcher)
+    return compiled[0], compiled[1]

@@ -5,15 +5,13 @@ n = e/|e| and t = (-n_y, n_x). The depth is d = |e| - c. The force on the pin is
 one point P = r_p + R n, on the surface of the pin, so that forces and moments balance to rounding. The signed friction
 coefficient mu depends on the speed along t at which the pin's surface slides over the bush's surface at P.
 
-`MEMORY` has values of the last accepted step, among them onset speed and deflection of the bristle. From this deflection the
-law computes the present one: the bristle has slid since that step at the mean of the sliding speeds then and now.
+`MEMORY` has values of the last accepted step. The onset speed of an open contact is the rate of its depth at that step. From the
+bristle's deflection the law computes the present one: it has slid since that step at the mean of the sliding speeds then and now.
 
-Normal force, friction coefficient and bristle of a joint are functions of a row of numbers. So `laws.contact` compiles this
-module once, with functions that read kind and parameters of the normal and the friction law from the row.
+Both solvers have this contact: `laws.contact` compiles these functions for Exudyn, `spectral.forces` has its own.
 """
 
 from collections import namedtuple
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +21,6 @@ from .pieces import Reals
 
 Pair = tuple[Reals, Reals] | Array
 """Two components x and y, or two values, one of the pin and one of the bush."""
-Law = Callable[..., float]
-"""Function of a joint's row of numbers and of its state; `make_report` has the arguments."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
 """Columns of the report of a joint: two forces [N], depth [m], two speeds [m/s], bristle [m], force on the pin [N], n [1]."""
@@ -61,7 +57,7 @@ def _state(offset: int, numbers: Array, q: Array, v: Array) -> EndState:
     return EndState(x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w)
 
 
-def _states(offsets: Array, numbers: Array, q: Array, v: Array) -> tuple[EndState, EndState]:
+def find_states(offsets: Array, numbers: Array, q: Array, v: Array) -> tuple[EndState, EndState]:
     """Compute the states of pin and bush from a joint's row of numbers, which begins with place and arm of both."""
     return _state(offsets[0], numbers[:4], q, v), _state(offsets[1], numbers[4:8], q, v)
 
@@ -80,34 +76,6 @@ def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins
     return distance - gap, nx * ux + ny * uy, sliding, nx, ny
 
 
-def make_report(normal: Law, friction: Law, bristle_after: Law) -> Callable[..., None]:
-    """Make the function that fills row j of an array with the `COLUMNS` of joint j, for joints with these laws.
-
-    The laws are normal(numbers, depth, rate, onset speed) [N], friction(numbers, sliding, bristle), which returns mu [1], and
-    bristle_after(numbers, bristle, speed, duration) [m], with a joint's row of numbers.
-    """
-
-    def compute_columns(numbers: Array, pin: EndState, bush: EndState, t: float, past: Array) -> tuple[float, ...]:
-        """Compute the `COLUMNS` of one joint; `past` is its `MEMORY`."""
-        place, velocity = (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy)
-        depth, rate, sliding, nx, ny = locate_contact(numbers[RADIUS], numbers[GAP], place, velocity, (pin.spin, bush.spin))
-        if depth <= 0.0:
-            return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
-        force = normal(numbers, depth, rate, past[ONSET])
-        bristle = bristle_after(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
-        drag = friction(numbers, sliding, bristle) * force
-        fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
-        return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny
-
-    def report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
-        """Write the `COLUMNS` of each joint to a row of `out`; `offsets` (joints, 2) belong to pin and bush."""
-        for j in range(offsets.shape[0]):
-            pin, bush = _states(offsets[j], numbers[j], q, v)
-            out[j] = compute_columns(numbers[j], pin, bush, t, memory[j])
-
-    return report
-
-
 def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
     """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`.
 
@@ -118,7 +86,7 @@ def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array,
         radius, row = numbers[j, RADIUS], rows[j]
         if row[NORMAL] == 0.0:  # no contact
             continue
-        pin, bush = _states(offsets[j], numbers[j], q, v)
+        pin, bush = find_states(offsets[j], numbers[j], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
             k = offsets[j, side]
