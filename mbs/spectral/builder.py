@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from math import atan2
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,14 +20,74 @@ from ..elements.load import Stateful
 from ..functions import component_functions
 from ..functions.values import has_user_code
 from ..geometry import Array
-from ..laws.compiled import Pointer, function_pointer
-from ..laws.table import CODES, NUMBERS
+from ..laws.compiled import function_pointer
+from ..laws.contact import LawTable
 from ..mechanism import Mechanism
-from .table_rows import Attached, ConstraintRow, ForceRow, MarkerRow, MeasureRow, MotionRow, Pair, SeparateMass
-from .tables import LAW_STATE, ForceKind, MarkerKind, MeasureKind, MotionKind, PushData
+from .tables import FORCE_NUMBERS, LAW_STATE, ForceKind, MarkerKind, MeasureKind, MotionKind, PushData
 
-ORIGIN: Pair = (0.0, 0.0)
-"""Position of the origin [m]."""
+Pair = tuple[float, float]
+"""Coordinates (x, y) [m], or components of a direction."""
+
+
+class Attached(NamedTuple):
+    """Mass that elements attach to a link at a point; one with an inertia turns with the link."""
+
+    point: str
+    mass: float  # [kg]
+    inertia: float  # [kg m^2]
+
+
+class SeparateMass(NamedTuple):
+    """Attached mass with coordinates of its own, as it cannot be added to its link's mass matrix: a point mass or a rotor."""
+
+    dof: int  # its first coordinate
+    link: str
+    point: str
+    is_rotor: bool = False
+
+
+class MarkerRow(NamedTuple):
+    """Marker, with the columns of `tables.Markers`; `add_marker` explains them by kind."""
+
+    kind: int
+    offset: int  # first dof of a frame, or dof of a law's state; else 0
+    size: int  # number of modes or of basis functions
+    first: int  # index of its first dof in `Builder.dofs`
+    dof_count: int
+    data: int  # index of its first number in `Builder.data`
+    twin: int  # first marker on the same frame, or -1
+
+
+class MeasureRow(NamedTuple):
+    """Measure between markers a and b."""
+
+    kind: int  # of `MeasureKind`
+    a: int
+    b: int
+    direction: Pair
+    factor: float  # in the sum that a constraint prescribes
+
+
+class ConstraintRow(NamedTuple):
+    """Constraint on the sum of consecutive measures, each times its factor."""
+
+    name: str
+    measures: range  # indices of the measures
+    motion: int  # law of the drive's motion, or -1
+    value: float | None  # prescribed value; None: that at t = 0
+
+
+class ForceRow(NamedTuple):
+    """Force between markers, with the columns of `tables.Forces` behind its name; an index that is absent is -1."""
+
+    name: str
+    kind: int  # of `ForceKind`: those before JOURNAL are along a measure, the others at markers
+    a: int  # measure, or marker a
+    b: int  # of kinds at markers: marker b; of friction along a face: the contact that presses
+    law: int
+    friction: int  # friction law
+    row: int  # of friction in a guide: the constraint whose reaction presses
+    numbers: int  # index of its first number in `Builder.data`
 
 
 class BuiltBody(Protocol):
@@ -38,14 +98,13 @@ class BuiltBody(Protocol):
 
 
 @dataclass
-class Builder:
+class Builder(LawTable):
     """Lists from which a mechanism's arrays are made; the columns of tuples are those of `tables`."""
 
     mechanism: Mechanism
     degree: int  # of the strips' polynomials
     bodies: dict[str, BuiltBody] = field(default_factory=dict)  # of each link, by name
     attached: dict[str, list[Attached]] = field(default_factory=dict)  # masses on each link, by name
-    notes: list[str] = field(default_factory=list)  # sentences for the summary: what could not be compiled
     q: list[float] = field(default_factory=list)  # coordinates at t = 0
     masses: list[tuple[Array, Array]] = field(default_factory=list)  # blocks of the mass matrix: dofs, entries
     weights: list[tuple[Array, Array]] = field(default_factory=list)  # generalised forces of gravity: dofs, amounts
@@ -55,18 +114,13 @@ class Builder:
     dofs: list[int] = field(default_factory=list)  # on which markers and strips depend
     measures: list[MeasureRow] = field(default_factory=list)
     rows: list[ConstraintRow] = field(default_factory=list)
-    motions: list[MotionRow] = field(default_factory=list)
     forces: list[ForceRow] = field(default_factory=list)
-    laws: list[list[int]] = field(default_factory=list)  # kind, addresses of functions; `CODES` integers
-    law_numbers: list[list[float]] = field(default_factory=list)  # parameters of each law; `NUMBERS` floats
-    data: list[float] = field(default_factory=list)  # numbers of markers, strips and modal links, one after the other
+    data: list[float] = field(default_factory=list)  # numbers of markers, strips, modal links and forces, one after the other
     separate_masses: list[SeparateMass] = field(default_factory=list)
     state_rates: dict[int, float] = field(default_factory=dict)  # by dof whose rate is a law's state: this state at t = 0
-    pointers: list[Pointer] = field(default_factory=list)  # of compiled functions, kept alive
     angles: set[int] = field(default_factory=set)  # dofs that are angles, with the unit 1 rad
     units: dict[int, float] = field(default_factory=dict)  # by dof, of modes and of states of laws
     elastic: list[tuple[int, ...]] = field(default_factory=list)  # columns of `Elastic`
-    _law_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a law by its key
     _marker_rows: dict[Hashable, int] = field(default_factory=dict)  # index of a marker by its columns and numbers
     _frames: dict[int, int] = field(default_factory=dict)  # by first dof of a frame: its first marker
 
@@ -121,8 +175,8 @@ class Builder:
         self._marker_rows[key] = index
         return index
 
-    def add_ground(self, place: Pair) -> int:
-        """Add a marker fixed at a position [m]; return its index."""
+    def add_ground(self, place: Pair = (0.0, 0.0)) -> int:
+        """Add a marker fixed at a position [m], by default the origin; return its index."""
         return self.add_marker(MarkerKind.GROUND, 0, 0, (), (*place, 0.0))
 
     def add_point(self, x: float, y: float, mass: float) -> int:
@@ -139,7 +193,7 @@ class Builder:
         The ground and a link with a frame have a marker at any point of the mechanism, a strip only at points of its own.
         """
         if link == GROUND:
-            return self.add_ground(self.mechanism.points[point] if point else ORIGIN)
+            return self.add_ground(self.mechanism.points[point]) if point else self.add_ground()
         return self.bodies[link].marker(self, point or self.mechanism.link(link).start)
 
     def angle_of(self, marker: int) -> float:
@@ -160,13 +214,13 @@ class Builder:
         slopes = row.data + row.size  # derivatives of the basis
         return atan2(combine(1, slopes), combine(0, slopes))
 
-    def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
-        """Add a measure of markers a and b; return its index."""
+    def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0), factor: float = 1.0) -> int:
+        """Add a measure of markers a and b, with its `factor` in the sum of a constraint; return its index."""
         if kind != MeasureKind.ANGLE:
             a = self._without_angle(a)
         if kind not in (MeasureKind.ANGLE, MeasureKind.TURNING):  # the direction of a TURNING measure turns with b
             b = self._without_angle(b)
-        self.measures.append(MeasureRow(kind, a, b, direction))
+        self.measures.append(MeasureRow(kind, a, b, direction, factor))
         return len(self.measures) - 1
 
     def _without_angle(self, marker: int) -> int:
@@ -180,50 +234,23 @@ class Builder:
         value, zeros = [values[i] for i in used], [0.0] * len(used)
         return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
 
-    def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
-        """Constrain a sum of consecutive measures, terms (coefficient, measure), to a value plus a motion; return its index."""
-        for factor, measure in terms:
-            self.measures[measure].factor = factor
-        first = terms[0][1]
-        self.rows.append(ConstraintRow(name, range(first, first + len(terms)), motion, value))
-        return len(self.rows) - 1
+    def add_row(self, name: str, measures: Sequence[int], motion: int = -1, value: float | None = None) -> None:
+        """Constrain the sum of the last added `measures`, each times its factor, to a value plus a motion, the index of a law."""
+        self.rows.append(ConstraintRow(name, range(measures[0], measures[0] + len(measures)), motion, value))
 
     def pin(self, name: str, a: int, b: int) -> None:
         """Constrain two markers to the same position."""
         if a != b:
             for direction in ((1.0, 0.0), (0.0, 1.0)):
-                self.add_row(name, [(1.0, self.add_measure(MeasureKind.FIXED, a, b, direction))], value=0.0)
-
-    def add_law(
-        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
-    ) -> int:
-        """Add a law, or find the one with this key, unless it is None; return its index. `about` names its functions in notes.
-
-        The `kind` tells the laws of contact and friction apart (`laws.table`); for other forces it is not used.
-        """
-        if key in self._law_rows:  # None is never stored
-            return self._law_rows[key]
-        codes, parameters = [kind, *(p.address for p in pointers)], [float(x) for x in numbers]
-        self.laws.append(codes + [0] * (CODES - len(codes)))
-        self.law_numbers.append(parameters + [0.0] * (NUMBERS - len(parameters)))
-        self.pointers += list(pointers)
-        if not all(p.compiled for p in pointers):
-            self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
-        if key is not None:
-            self._law_rows[key] = len(self.laws) - 1
-        return len(self.laws) - 1
+                self.add_row(name, [self.add_measure(MeasureKind.FIXED, a, b, direction)], value=0.0)
 
     def add_motion(self, motion: Ramp | Motion, name: str) -> int:
-        """Add the motion of a drive: a ramp of its speed, or functions of time; return its index."""
+        """Add the motion of a drive as a law: numbers of a ramp of its speed, or functions of time; return its index."""
         if isinstance(motion, Ramp):
-            self.motions.append(MotionRow(MotionKind.RAMP, ramp=(motion.start, motion.end, motion.duration)))
-            return len(self.motions) - 1
+            return self.add_law(None, MotionKind.RAMP, (motion.start, motion.end, motion.duration))
         functions = [function_pointer(component_functions(f, ["t"])[0], arguments=1) for f in (motion.position, motion.speed)]
-        if has_user_code(motion) and not all(p.compiled for p in functions):  # the library's own integrals need no note
-            self.notes.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
-        self.pointers += functions
-        self.motions.append(MotionRow(MotionKind.CALLED, functions[0].address, functions[1].address))
-        return len(self.motions) - 1
+        about = f"the motion of {name}" if has_user_code(motion) else ""  # the library's own integrals need no note
+        return self.add_law(None, MotionKind.CALLED, (), functions, about)
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
         """Add a force or torque whose law has states. A state is the rate of a new coordinate of unit mass.
@@ -251,9 +278,10 @@ class Builder:
         self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
-        """Add a force; return its index. Arguments are the fields of `ForceRow`."""
+        """Add a force; return its index. Arguments are the fields of `ForceRow`, and `numbers` as its kind has them."""
         has_line = len(numbers) > PushData.HAS_LINE  # numbers from HAS_LINE on are given only with a fixed line of action
         if kind == ForceKind.POINT_FORCE and not has_line:
             a = self._without_angle(a)  # it has no moment, so the angle of its marker is not needed
-        self.forces.append(ForceRow(name, kind, a, b, law, friction, row, numbers))
+        data = self.add_numbers(numbers, np.zeros(FORCE_NUMBERS - len(numbers)))
+        self.forces.append(ForceRow(name, kind, a, b, law, friction, row, data))
         return len(self.forces) - 1

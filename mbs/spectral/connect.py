@@ -3,15 +3,12 @@
 A marker is a point of a body with an angle; a measure is a length or an angle between two markers.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..elements.element import GROUND, Element, place
-from ..elements.rows import Along, Distance, Measure, Turn
+from ..elements.rows import Distance, Measure, Turn
 from ..geometry import rotate
-from .builder import Builder
-from .table_rows import Pair
+from .builder import Builder, Pair
 from .tables import MeasureKind
 
 
@@ -20,24 +17,23 @@ def connect(builder: Builder, name: str, element: Element) -> None:
     for row in element.rows(builder.mechanism):
         if row.start_only:  # holds at t = 0 only: no constraint of the motion
             continue
-        terms = [term for factor, measure in row.terms for term in _yield_measure(builder, factor, measure)]
-        if terms:
-            motion = -1 if row.motion is None else builder.add_motion(row.motion, name)
-            builder.add_row(name, [(factor, builder.add_measure(*measure)) for factor, measure in terms], motion)
+        measures = [index for factor, measure in row.terms if (index := _add_measure(builder, factor, measure)) is not None]
+        if measures:
+            builder.add_row(name, measures, -1 if row.motion is None else builder.add_motion(row.motion, name))
 
 
-def _yield_measure(builder: Builder, factor: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
-    """Yield factor and arguments of `add_measure`; nothing for a length between equal markers, which is always zero."""
+def _add_measure(builder: Builder, factor: float, measure: Measure) -> int | None:
+    """Add a measure of a row; return its index, or None for a length between equal markers, which is always zero."""
     a, b = (builder.marker(end.body, end.point) for end in (measure.first, measure.second))
-    no_direction = (0.0, 0.0)
     if isinstance(measure, Turn):
-        yield factor, (MeasureKind.ANGLE, a, b, no_direction)
-    elif a != b and isinstance(measure, Distance):
-        yield factor, (MeasureKind.DISTANCE, a, b, no_direction)
-    elif a != b and isinstance(measure, Along) and measure.turns:
-        yield factor, (MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, measure.direction))
-    elif a != b and isinstance(measure, Along):
-        yield factor, (MeasureKind.FIXED, a, b, measure.direction)
+        return builder.add_measure(MeasureKind.ANGLE, a, b, factor=factor)
+    if a == b:
+        return None
+    if isinstance(measure, Distance):
+        return builder.add_measure(MeasureKind.DISTANCE, a, b, factor=factor)
+    if measure.turns:
+        return builder.add_measure(MeasureKind.TURNING, a, b, resolve_in_axes(builder, b, measure.direction), factor)
+    return builder.add_measure(MeasureKind.FIXED, a, b, measure.direction, factor)
 
 
 def resolve_in_axes(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:

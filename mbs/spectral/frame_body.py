@@ -9,8 +9,7 @@ import numpy as np
 from ..elements import Link, Modal
 from ..geometry import Array, rotate
 from ..modal.planar import STATIONS, PlanarModel
-from .builder import Builder
-from .table_rows import Attached, SeparateMass
+from .builder import Attached, Builder, SeparateMass
 from .tables import MarkerKind, MeasureKind
 
 
@@ -70,7 +69,7 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
         builder.add_mass((o,), np.array([[each.inertia]]))
         factors = [0.0, 0.0, 1.0]  # of q[o] in the marker's x, y and angle: only the angle moves
         rotor = builder.add_marker(MarkerKind.LINEAR, offset=0, size=1, dofs=(o, o, o), numbers=factors)
-        builder.add_row(name, [(1.0, builder.add_measure(MeasureKind.ANGLE, rotor, marker))])
+        builder.add_row(name, [builder.add_measure(MeasureKind.ANGLE, rotor, marker)])
 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:

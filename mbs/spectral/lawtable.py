@@ -1,6 +1,6 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
-Arguments are the index `law` of a law, the index k of a force or drive, and the memory `mem` of a force (4,). The meaning of the
+Arguments are the index `law` of a law, the index k of a force, and the memory `mem` of a force (4,). The meaning of the
 numbers `p` of a force (8,) depends on its kind. `now` is an `Instant`, `onset` the speed of a contact at its onset [m/s].
 Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
 """
@@ -60,29 +60,30 @@ def differentiate_friction(tables, law, speed, mem, since):
 
 
 @kernel_function
-def evaluate_motion(tables, k, t):
-    """Return travel and speed of drive k at time t."""
+def evaluate_motion(tables, law, t):
+    """Return travel and speed of a drive at time t; `law` is that of its motion."""
     factor = tables.time_factor[0]
     t = factor * t
-    if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
-        first, last, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]  # speeds; the last one stays
+    if tables.laws[law, LawColumn.KIND] == MotionKind.RAMP:
+        first, last, duration = tables.law_numbers[law, 0], tables.law_numbers[law, 1], tables.law_numbers[law, 2]
         on_ramp, slope = min(t, duration), (last - first) / duration  # time on the ramp, rate of the speed on it
+        # the last speed stays
         return first * on_ramp + 0.5 * slope * on_ramp * on_ramp + last * (t - on_ramp), factor * (first + slope * on_ramp)
-    travel, speed = tables.motions[k, LawColumn.FIRST_ADDRESS], tables.motions[k, LawColumn.SECOND_ADDRESS]  # addresses
+    travel, speed = tables.laws[law, LawColumn.FIRST_ADDRESS], tables.laws[law, LawColumn.SECOND_ADDRESS]
     return call(travel, (t,)), factor * call(speed, (t,))
 
 
 @kernel_function
-def evaluate_acceleration(tables, k, t, side):
-    """Return the acceleration of drive k just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE."""
+def evaluate_acceleration(tables, law, t, side):
+    """Return the acceleration of a drive just after time t if `side` is JUST_AFTER, just before it if JUST_BEFORE."""
     factor = tables.time_factor[0]
     t = factor * t
-    if tables.motions[k, LawColumn.KIND] == MotionKind.RAMP:
-        first, last, duration = tables.ramps[k, 0], tables.ramps[k, 1], tables.ramps[k, 2]
+    if tables.laws[law, LawColumn.KIND] == MotionKind.RAMP:
+        first, last, duration = tables.law_numbers[law, 0], tables.law_numbers[law, 1], tables.law_numbers[law, 2]
         # before the ramp's end implicit steps ask for times just before it, so `side` is not needed
         return factor * factor * (last - first) / duration if t < duration else 0.0
     # one-sided difference of second order; before t = 0 there is no speed
-    speed, h = tables.motions[k, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
+    speed, h = tables.laws[law, LawColumn.SECOND_ADDRESS], side if t + 2.0 * side >= 0.0 else JUST_AFTER
     return factor * factor * (4.0 * call(speed, (t + h,)) - 3.0 * call(speed, (t,)) - call(speed, (t + 2.0 * h,))) / (2.0 * h)
 
 

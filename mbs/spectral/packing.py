@@ -12,9 +12,8 @@ import numpy as np
 from ..geometry import Array
 from ..laws.table import CODES, NUMBERS
 from . import tables
-from .builder import Builder
-from .table_rows import ConstraintRow
-from .tables import FORCE_NUMBERS, ForceKind, MeasureKind, StatefulData, StripKind, Tables
+from .builder import Builder, ConstraintRow
+from .tables import ForceKind, MeasureKind, StatefulData, StripKind, Tables
 
 
 class Block(NamedTuple):
@@ -52,7 +51,7 @@ def _list_blocks(builder: Builder) -> list[Block]:
         if force.kind < ForceKind.JOURNAL:  # along a measure, as all kinds before this one
             markers = [builder.measures[force.a].a, builder.measures[force.a].b]
         elif force.kind == ForceKind.STATEFUL:  # at marker a; each state is the spin of a marker of its own, from b on
-            markers = [force.a, *range(force.b, force.b + int(force.numbers[StatefulData.STATES]))]
+            markers = [force.a, *range(force.b, force.b + int(builder.data[force.numbers + StatefulData.STATES]))]
         else:
             markers = [force.a, force.b]
         unknowns = [dof for marker in markers for dof in _list_dofs(builder, marker)]
@@ -89,10 +88,7 @@ def _list_dofs(builder: Builder, marker: int) -> list[int]:
 
 def pack(builder: Builder) -> Tables:
     """Pack a builder's lists into tables."""
-    n, data, forces = len(builder.q), list(builder.data), []
-    for f in builder.forces:
-        forces.append((f.kind, f.a, f.b, f.law, f.friction, f.row, len(data)))
-        data += [*f.numbers, *[0.0] * (FORCE_NUMBERS - len(f.numbers))]
+    n = len(builder.q)
     weight = np.zeros(n)
     for dofs, amounts in builder.weights:
         np.add.at(weight, dofs, amounts)
@@ -119,16 +115,14 @@ def pack(builder: Builder) -> Tables:
         rows=_build_table([(r.measures.start, r.motion, len(r.measures)) for r in builder.rows], len(tables.RowColumn)),
         # a value of None is that at t = 0, which `CompiledScene.of` computes from these tables
         values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
-        motions=_build_table([m[:3] for m in builder.motions], 3),  # kind, addresses of position and speed
-        ramps=_build_table([m.ramp for m in builder.motions], 3, float),  # speeds at start and end, duration
-        forces=_build_table(forces, len(tables.Forces)),
-        factors=np.ones(len(forces) + 1),  # of each force, the last of gravity; statics varies them
+        forces=_build_table([columns for _name, *columns in builder.forces], len(tables.Forces)),
+        factors=np.ones(len(builder.forces) + 1),  # of each force, the last of gravity; statics varies them
         time_factor=np.ones(1),  # of the time in functions of time; statics varies it
         elastic=_build_table(builder.elastic, len(tables.Elastic)),
         laws=_build_table(builder.laws, CODES),
         law_numbers=_build_table(builder.law_numbers, NUMBERS, float),
         edges=np.empty((0, 2)),  # force, value of its measure at a jump or kink; an implicit run adds those that are known
-        data=np.array(data, dtype=float),
+        data=np.array(builder.data, dtype=float),
     )
 
 

@@ -18,7 +18,7 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from .basis import gauss
-from .builder import ORIGIN, Builder, BuiltBody
+from .builder import Builder, BuiltBody
 from .connect import connect, marker_at, resolve_in_axes
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
@@ -83,7 +83,7 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
     if load.states is not None:
         builder.add_stateful(name, load, a, column=State.X, offset=0.0)  # its law gets x and y
         return
-    b = builder.add_ground(ORIGIN) if turns is None else marker_at(builder, turns)
+    b = builder.add_ground() if turns is None else marker_at(builder, turns)
     line_of_action = [] if load.through is None else [1.0, *load.through]  # 1: there is a point through which it goes
     law, components = -1, [0.0, 0.0]
     if callable(load.value):
@@ -104,7 +104,7 @@ def _add_function(builder: Builder, function: object, variables: Sequence[str], 
 def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     """Add a line load by Gauss quadrature: at each point of the strip a force and a moment, times the weight [m]."""
     strip = cast(StripBody, builder.bodies[load.link])
-    ground = builder.add_ground(ORIGIN)
+    ground = builder.add_ground()
     for i, piece in enumerate(strip.pieces):
         # two points more than the polynomials need (docs/theory-stability.md), as in `SpectralStrip.quadrature`
         points, weights = gauss(piece.degree + 3)
@@ -126,7 +126,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
         angle_at_start = builder.angle_of(marker)  # its law gets the angle less this one
         builder.add_stateful(name, load, marker, column=State.ANGLE, offset=angle_at_start)
         return
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground())
     if not callable(load.value):
         builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(float(load.value),))
         return
@@ -138,7 +138,7 @@ def add_torque(builder: Builder, name: str, load: Torque) -> None:
 def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
     marker = marker_at(builder, angle_reference(builder.mechanism, load.link))
-    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground(ORIGIN))
+    measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground())
     law, voltage = -1, 0.0
     if callable(load.voltage):
         law = _add_function(builder, load.voltage, ["t"], f"the voltage of {name}")

@@ -24,7 +24,7 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..scene.scene import Scene
 from . import entry_points
-from .builder import Builder
+from .builder import Attached, Builder
 from .connect import link_of
 from .elimination import Fronts, fronts_of
 from .lawtable import LawData
@@ -33,7 +33,6 @@ from .packing import pack
 from .registry import add_body, add_element
 from .strip_body import StripBody
 from .strut import join_struts
-from .table_rows import Attached
 from .tables import ForceKind, Forces, Instant, MarkerKind, Markers, MeasureNumber, Memory, State, Tables, Work, allocate_work
 
 DEGREE = 8

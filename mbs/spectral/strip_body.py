@@ -17,10 +17,9 @@ from ..elements.beam import Flexible
 from ..geometry import Array
 from ..scene.start import Start
 from .basis import basis, fit, gauss
-from .builder import Builder
+from .builder import Attached, Builder
 from .frame_body import add_separate_mass, line_of
 from .motion import Piece, kirchhoff, locate, reissner
-from .table_rows import Attached
 from .tables import MarkerKind, MeasureKind, StripColumn, StripKind
 
 Line = Callable[[Array], tuple[Array, Array, Array]]
@@ -122,7 +121,7 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
         _tabulate(builder, body, piece)
         if i and kind == StripKind.KIRCHHOFF:  # a common end does not give a common direction
             a, b = (body.marker_at(builder, piece.start, each) for each in (i - 1, i))
-            builder.add_row(f"{link.name}.slope", [(1.0, builder.add_measure(MeasureKind.ANGLE, a, b))])
+            builder.add_row(f"{link.name}.slope", [builder.add_measure(MeasureKind.ANGLE, a, b)])
     for each in builder.attached.get(link.name, ()):
         _attach(builder, body, each, link.name)
     return body

@@ -8,8 +8,7 @@ from ..elements.element import GROUND
 from ..elements.strut import StrutLaw
 from ..functions import component_functions
 from ..laws.compiled import function_pointer
-from .builder import Builder
-from .table_rows import SeparateMass
+from .builder import Builder, SeparateMass
 from .tables import ForceKind, MeasureKind
 
 

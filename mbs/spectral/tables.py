@@ -39,7 +39,8 @@ StripData = IntEnum("StripData", "EA GA EI BENDING_TIME AXIAL_TIME WEIGHTS", sta
 are, for nb basis functions at ng Gauss points, the stress-free strains (3, ng), and values, first and second derivatives of the
 functions, (3, ng, nb)."""
 MotionKind = IntEnum("MotionKind", "RAMP CALLED", start=0)
-"""Kinds of motions of a drive: a ramp of the speed; position and speed by compiled functions of time, called at their address."""
+"""Kinds of motions of a drive, laws whose numbers are speed at start and end of a RAMP, and its duration; or whose functions of
+time, CALLED at their addresses, are position and speed."""
 
 
 class ForceKind(IntEnum):
@@ -73,7 +74,7 @@ class Markers(IntEnum):
 Measures = IntEnum("Measures", "KIND A B", start=0)
 """Columns of measures: kind, markers a and b."""
 RowColumn = IntEnum("RowColumn", "FIRST MOTION TERMS", start=0)
-"""Columns of rows: first measure, motion of a drive or -1, number of measures whose sum is constrained."""
+"""Columns of rows: first measure, law of a drive's motion or -1, number of measures whose sum is constrained."""
 BlockColumn = IntEnum("BlockColumn", "FIRST WIDTH ENTRIES", start=0)
 """Columns of blocks: FIRST index in `block_unknowns`; WIDTH, number of unknowns; index of its ENTRIES in `slots`."""
 
@@ -161,8 +162,6 @@ class Tables(NamedTuple):
     measure_numbers: Array  # floats (k, 3): columns of `MeasureNumber`, one row for each measure
     rows: Array  # (r, 3): columns of `RowColumn`
     values: Array  # floats (r,): value of each constrained sum, less the drive's motion
-    motions: Array  # (k, 3): kind, addresses of position and speed
-    ramps: Array  # floats (k, 3): speeds at start and end, duration
     forces: Array  # (k, 7): columns of `Forces`
     factors: Array  # floats (k + 1,): factors of the forces, then that of gravity
     time_factor: Array  # floats (1,): functions of time are taken at time_factor * t
