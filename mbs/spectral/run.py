@@ -12,7 +12,6 @@ from numba.core.errors import NumbaError
 from ..elements.stop import GRAZE, SLOWEST_ONSET
 from ..functions import current_memory, use_memory
 from ..geometry import Array
-from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import RAISED
 from ..mechanism import Mechanism
 from ..process import Progress, catch_ctrl_c, working_time
@@ -39,13 +38,7 @@ With `samples.MOST_SAMPLES` + 3 or less no step would begin, and a run would not
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
-    """Translate a mechanism to arrays; return the reason if this solver does not support it.
-
-    Guide friction that depends on the reaction must have bristles: without them the first reactions near self-locking are wrong.
-    """
-    for guide in mechanism.guides:
-        if isinstance(guide.friction, FrictionLaw) and not isinstance(guide.friction, BristleLaw):
-            return f"friction of {guide.where} has no memory and follows its reaction"
+    """Translate a mechanism to arrays; return the reason if this solver does not support it."""
     try:
         return CompiledScene.of(mechanism, degree)
     except (ValueError, NotImplementedError, NumbaError) as refusal:

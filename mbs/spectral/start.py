@@ -63,19 +63,29 @@ def differentiate_marker(scene: CompiledScene, marker: int, q: Array) -> Array:
 def balance(scene: CompiledScene, q: Array, v: Array, t: float, memory: Array) -> tuple[Array, Array]:
     """Solve M a + G^T lambda = f, G a = change at a state; return a and lambda, which is zero for redundant rows.
 
-    Where friction depends on lambda its force is that of the last lambda, until this fixed point iteration converges. After 20
-    iterations the last values are returned, converged or not.
+    Friction that follows reactions makes lambda = F(lambda), with F linear while no reaction changes its sign. Newton's method,
+    with derivatives by differences, starts without friction: of several solutions, as a guide may have near self-locking, it
+    finds that of the frictionless signs. After 20 iterations the last values are returned, converged or not.
     """
-    lam = np.zeros(len(scene.tables.rows))
-    depends_on_multipliers = (scene.tables.forces[:, Forces.ROW] >= 0).any()  # ROW: constraint whose reaction presses, or -1
-    for _ in range(20):  # enough for 1e-12 if each divides the change by 4
+
+    def solve(lam: Array) -> tuple[Array, Array]:
+        """Return a and lambda with the friction that a given lambda causes."""
         out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
-        acceleration, new = scene.accelerate(q, out.force, out.change)
-        converged = np.abs(new - lam).max(initial=0.0) <= ROUNDING * np.abs(new).max(initial=1e-300)
-        lam = new
-        if converged or not depends_on_multipliers:
+        return scene.accelerate(q, out.force, out.change)
+
+    rows = scene.tables.forces[:, Forces.ROW]  # constraint whose reaction presses, or -1
+    pressing = np.unique(rows[rows >= 0])
+    acceleration, new = solve(np.zeros(len(scene.tables.rows)))
+    for _ in range(20 if len(pressing) else 0):  # a solution takes two, and one more for each change of signs
+        lam, largest = new.copy(), np.abs(new).max()
+        acceleration, new = solve(lam)
+        if np.abs(new - lam).max() <= ROUNDING * np.abs(new).max():
             break
-    return acceleration, lam
+        steps = np.where(lam[pressing] < 0, -largest, largest)  # away from zero, where F has a kink
+        moved = [solve(lam + step * (np.arange(len(lam)) == row))[1] for row, step in zip(pressing, steps, strict=True)]
+        slopes = (np.array(moved)[:, pressing] - new[pressing]) / steps[:, None]  # of F, (by which, of which)
+        new[pressing] = lam[pressing] + np.linalg.lstsq(np.eye(len(pressing)) - slopes.T, (new - lam)[pressing])[0]
+    return acceleration, new
 
 
 def draw_offset(scene: CompiledScene, spread: float, seed: int) -> Array:

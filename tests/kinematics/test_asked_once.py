@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from buckler.mbs import Drive, Exudyn, Mechanism, Rigid, Section, simulate, slider_crank
-from buckler.mbs.laws import Coulomb
 from buckler.mbs.scene.linkage import Linkage
 from buckler.mbs.scene.scene import Scene
+from buckler.mbs.spectral import registry
 
 
 @pytest.fixture
@@ -35,9 +35,8 @@ def test_a_scene_goes_with_its_mechanism_and_not_with_copies(crank):
     assert pickle.loads(pickle.dumps(crank)) == crank  # rows of a scene hold functions
 
 
-def test_a_solver_that_does_not_take_a_mechanism_says_why(crank):
+def test_a_solver_that_does_not_take_a_mechanism_says_why(crank, monkeypatch):
     run = pytest.importorskip("buckler.mbs.spectral.run")
-    (guide,) = crank.guides
-    rubbing = replace(crank, guides=(replace(guide, friction=Coulomb(0.1, 0.1)),))
-    assert run.scene_or_reason(rubbing, None) == "friction of guide of 'B' has no memory and follows its reaction"
     assert run.scene_or_reason(crank, None).source is Scene.of(crank)
+    monkeypatch.delitem(registry.BODIES, "Rigid")
+    assert run.scene_or_reason(crank, None) == "Rigid: the compiled solver does not know this kind of link"
