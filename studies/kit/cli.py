@@ -66,35 +66,32 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
             status = int(import_name(COMMANDS["run"][1])(study, words, f"python -m {registry.entry(study).module}"))
         sys.stdout.flush()
         return status
+    except (ValueError, OverflowError, ImportError) as error:
+        return print_error(error)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of the output has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nothing may be printed at exit
         return 141
+    except OSError as error:
+        return print_error(f"{error.filename}: {error.strerror}" if error.filename else error)
 
 
 def _dispatch(words: Sequence[str]) -> int:
-    """Call the command that the first argument names; wrong arguments give one line on stderr and exit status 2."""
+    """Call the command that the first argument names, and return its exit status."""
     name, *rest = words or [""]
-    try:
-        if name in OPTIONS and not rest:
-            return int(import_name(OPTIONS[name][1])())
-        if name in BY_NAME and rest and not rest[0].startswith("-"):
-            return int(import_name(COMMANDS[name][1])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
-        if name not in COMMANDS or name in BY_NAME:
-            _parser().parse_args(words)  # prints the help and ends the program, or raises an error
-            raise ValueError(f"{name}: takes no further arguments")  # of an option, as in `--version list`
-        command: Command = import_name(COMMANDS[name][1])
-        parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
-        command.declare(parser)
-        return command.answer(parser.read(rest))
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        return print_error(f"{error.filename}: {error.strerror}" if error.filename else error)
-    except (ValueError, OverflowError, ImportError) as error:
-        return print_error(error)
+    if name in OPTIONS and not rest:
+        return int(import_name(OPTIONS[name][1])())
+    if name in BY_NAME and rest and not rest[0].startswith("-"):
+        return int(import_name(COMMANDS[name][1])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
+    if name not in COMMANDS or name in BY_NAME:
+        _parser().parse_args(words)  # prints the help and ends the program, or raises an error
+        raise ValueError(f"{name}: takes no further arguments")  # of an option, as in `--version list`
+    command: Command = import_name(COMMANDS[name][1])
+    parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
+    command.declare(parser)
+    return command.answer(parser.read(rest))
 
 
 def _parser() -> Parser:

@@ -17,7 +17,7 @@ from buckler.mbs.process import Interrupted
 from buckler.mbs.record.errors import Status
 
 from . import registry
-from .cli import INTERRUPTED, Parser, import_name, print_error
+from .cli import INTERRUPTED, Parser, import_name
 from .parameters import Repeated, StudyParameters
 from .report import Progress, StudyResult, write
 from .style import Figure, house_style
@@ -25,16 +25,10 @@ from .style import Figure, house_style
 
 def run(name: str, argv: Sequence[str], prog: str) -> int:
     """Run a study, or the mechanism of a file, with these arguments; return the exit status."""
-    try:
-        study = find_study(name)
-        options = make_parser(study, prog).read(argv)
-        parameters = study.parameters(options)
-        folder = make_folder(Path(options.out) / study.title)
-    except ValueError as error:
-        return print_error(error)
-    except ImportError as error:
-        print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
-        return 1
+    study = find_study(name)
+    options = make_parser(study, prog).read(argv)
+    parameters = study.parameters(options)
+    folder = make_folder(Path(options.out) / study.title)
     begin = time.perf_counter()
     with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():  # stdout is for the JSON alone
         result = attempt(study.module.run, parameters, options)

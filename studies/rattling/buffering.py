@@ -107,14 +107,10 @@ class Parameters(TestedRuns):
         sobol = qmc.Sobol(len(self.axes()), rng=np.random.default_rng(self.seed))
         return [self.case(point) for point in sobol.random_base2(ceil(log2(self.samples)))[: self.samples].tolist()]
 
-    def cells(self) -> list[tuple[str, float]]:
-        """Return the cells: pairs of a unit of c_max and a gravity [m/s^2]."""
-        return list(product(self.damping_unit, self.gravity))
-
-
-def cell_name(unit: str, gravity: float) -> str:
-    """Return the name of a cell in metrics.json."""
-    return f"c_max[{unit}].g{gravity:g}"
+    @property
+    def cells(self) -> dict[str, tuple[str, float]]:
+        """Cells by their names in metrics.json: pairs of a unit of c_max and a gravity [m/s^2]."""
+        return {f"c_max[{unit}].g{gravity:g}": (unit, gravity) for unit, gravity in product(self.damping_unit, self.gravity)}
 
 
 class Ratios(NamedTuple):
@@ -186,11 +182,11 @@ def overall(verdicts: Sequence[str]) -> str:
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run all samples in all cells, and test every claim."""
-    samples, cells = p.cases(), p.cells()
+    samples = p.cases()
     bodies = [make_modal_rocker(case) for case in samples]
     by_cell = [
         ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
-        for batch, (unit, gravity) in enumerate(progress(cells, label="cells"))
+        for batch, (unit, gravity) in enumerate(progress(p.cells.values(), label="cells"))
     ]
     found = Ratios(*map(np.stack, zip(*by_cell, strict=True)))
     metrics = judge_claims(p, found)
@@ -201,7 +197,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
         signals=found._asdict(),
-        work={"turns": 2 * len(cells) * p.samples * p.members * (p.settle + p.cycles)},
+        work={"turns": 2 * len(p.cells) * p.samples * p.members * (p.settle + p.cycles)},
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
 
@@ -209,14 +205,11 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
     """Test every claim in every cell by the ratios, (cells, samples, claims), and compute the share of its flips."""
     metrics: dict[str, Metric] = {}
-    level = p.level / (len(CLAIMS) * len(p.cells()))
-    for cell, (unit, gravity) in enumerate(p.cells()):
-        for k, claim in enumerate(CLAIMS):
-            name = f"{cell_name(unit, gravity)}.{claim.name}"
-            values, errors, half_widths = (each[cell, :, k] for each in found)
-            judgement = judge(values, errors, half_widths, p.margin, level)
-            metrics |= {f"{name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
-            metrics[f"{name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
+    level = p.level / (len(CLAIMS) * len(p.cells))
+    for (i, cell), (k, claim) in product(enumerate(p.cells), enumerate(CLAIMS)):
+        judgement = judge(*(each[i, :, k] for each in found), p.margin, level)
+        metrics |= {f"{cell}.{claim.name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
+        metrics[f"{cell}.{claim.name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found.ratio), np.nan, found.ratio < 1 - p.margin)  # (cells, samples, claims), cells by unit
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
@@ -237,8 +230,7 @@ def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
     rows = []
     for claim in CLAIMS:
         row = [claim.text]
-        for gravity in p.gravity:
-            name = f"{cell_name(unit, gravity)}.{claim.name}"
+        for name in [f"{cell}.{claim.name}" for cell, (its_unit, _) in p.cells.items() if its_unit == unit]:
             median, sampling, model, share, low, high = (metrics[f"{name}.{key}"].value for key in Judgement._fields)
             row += [f"{median:.2f} ± {sampling:.2f} ± {model:.2f}", f"{share:.2f} ({low:.2f} to {high:.2f})"]
             row.append(_verdict(metrics, name))
@@ -250,10 +242,10 @@ def _cell_table(p: Parameters, metrics: dict[str, Metric], unit: str) -> Table:
 
 
 def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
-    rows = [[c.text, overall([_verdict(metrics, f"{cell_name(*cell)}.{c.name}") for cell in p.cells()])] for c in CLAIMS]
+    rows = [[claim.text, overall([_verdict(metrics, f"{cell}.{claim.name}") for cell in p.cells])] for claim in CLAIMS]
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
-        f"{p.samples} samples in {len(p.cells())} cells, {metrics['unsound'].value:.0f} left out as unsound; of each rocker "
+        f"{p.samples} samples in {len(p.cells)} cells, {metrics['unsound'].value:.0f} left out as unsound; of each rocker "
         f"{p.members} runs of {p.cycles} turns after {p.settle}, starts drawn over the clearance, seed {p.seed}."
     )
     return Table(["claim", "overall"], rows, "Verdicts", notes)
@@ -262,18 +254,18 @@ def _summary(p: Parameters, metrics: dict[str, Metric]) -> Table:
 def figure(result: StudyResult) -> Figure:
     """Draw the ratios of all samples and their medians: a panel for each cell, a row for each claim, coloured by verdict."""
     p = result.of(Parameters)
-    fig, axes = subplots(1, len(p.cells()), height=115, squeeze=False, sharex=True, sharey=True)
+    fig, axes = subplots(1, len(p.cells), height=115, squeeze=False, sharex=True, sharey=True)
     heights, jitter = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
     colours = {HOLDS: COLOURS[2], UNDECIDED: COLOURS[0], FAILS: COLOURS[1]}
-    for ax, (unit, gravity), values in zip(axes[0], p.cells(), result.signals["ratio"], strict=True):
-        for k, (claim, height) in enumerate(zip(CLAIMS, heights, strict=True)):
-            sound, name = values[np.isfinite(values[:, k]), k], f"{cell_name(unit, gravity)}.{claim.name}"
-            colour = colours[_verdict(result.metrics, name)]
+    for ax, (cell, (unit, gravity)), ratios_of_cell in zip(axes[0], p.cells.items(), result.signals["ratio"], strict=True):
+        for claim, height, found in zip(CLAIMS, heights, ratios_of_cell.T, strict=True):
+            sound, colour = found[np.isfinite(found)], colours[_verdict(result.metrics, f"{cell}.{claim.name}")]
             ax.plot(sound, height + jitter.uniform(-0.25, 0.25, len(sound)), ".", color=colour, markersize=2.5, alpha=0.6)
-            ax.plot(result.metrics[f"{name}.ratio"].value, height, "|", color="#000000", markersize=10, markeredgewidth=1.2)
+            median = result.metrics[f"{cell}.{claim.name}.ratio"].value
+            ax.plot(median, height, "|", color="#000000", markersize=10, markeredgewidth=1.2)
         ax.axvline(1 - p.margin, color="#999999", linewidth=0.8)
-        ax.set(xscale="log", xlabel="flexible/rigid", title=f"{unit}, {gravity:g} m/s²")
-        ax.title.set_fontsize(8)
+        ax.set(xscale="log", xlabel="flexible/rigid")
+        ax.set_title(f"{unit}, {gravity:g} m/s²", fontsize=8)
         plain_ticks(ax.xaxis, subs=(1, 3))
     axes[0][0].set_yticks(heights, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
     for verdict, colour in colours.items():

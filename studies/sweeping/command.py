@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..kit.cli import INTERRUPTED, print_error
+from ..kit.cli import INTERRUPTED
 from ..kit.parameters import StudyParameters
 from ..kit.report import Metric, Progress, StudyResult
 from ..kit.running import Study, find_study, finish, make_folder, make_parser
@@ -44,13 +44,7 @@ class _Sweep(NamedTuple):
 
 def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     """Read the options, run the cases, print and write the results; return the exit status."""
-    try:
-        request = _read(name, argv, prog)
-    except ValueError as error:
-        return print_error(error)
-    except ImportError as error:
-        print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
-        return 1
+    request = _read(name, argv, prog)
     options, begin = request.options, time.perf_counter()
     again = f"what has ended is in {request.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     workers = (os.cpu_count() or 1) if options.workers is None else options.workers
@@ -71,8 +65,6 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     except SweepError as error:
         print(f"{name}: {error}\n{again}", file=sys.stderr)
         return 1
-    except ValueError as error:
-        return print_error(error)
     return _report(request, rows, time.perf_counter() - begin)
 
 
@@ -154,10 +146,7 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
         ending = f"part {request.part.number} of {request.part.of}, {len(rows)} cases in {request.part.store(request.store)}"
         return finish(name, result, {}, make_folder(request.folder / f"part-{request.part.number}"), options, ending)
     design_points = points(request.axes, rows)  # combinations of the varied values, with their metrics
-    try:
-        shown = choose(design_points, [word.strip() for word in options.metrics.split(",") if word.strip()])
-    except ValueError as error:
-        return print_error(error)
+    shown = choose(design_points, [word.strip() for word in options.metrics.split(",") if word.strip()])
     pages = {"cases.csv": to_csv(rows, request.units)}
     result = replace(result, tables=[table(request.axes, design_points, shown)], pages=pages)
     with house_style():
