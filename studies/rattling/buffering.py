@@ -130,14 +130,11 @@ def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Mo
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
     ideal = ideal_motion(cases[0].speed)  # which some readings subtract; all cases have the same crank speed
     results = run_turns(p, mechanisms, READINGS, batch, ideal)
-    flexible_results, rigid_results = results[: len(cases)], results[len(cases) :]
     found = np.full((3, len(cases), len(CLAIMS)), np.nan)  # first axis: the fields of `Ratios`
-    for i, (flexible, rigid) in enumerate(zip(flexible_results, rigid_results, strict=True)):
-        if flexible.notes or rigid.notes:  # faults that make the means invalid
-            continue
-        for k, claim in enumerate(CLAIMS):
-            quotient = ratio(flexible.means[claim.reading], rigid.means[claim.reading])
-            found[:, i, k] = quotient.value, quotient.error, quotient.half_width(0.025)  # 95 %
+    for i, (flexible, rigid) in enumerate(zip(results[: len(cases)], results[len(cases) :], strict=True)):
+        if not (flexible.notes or rigid.notes):  # faults that make the means invalid
+            quotients = [ratio(flexible.means[reading], rigid.means[reading]) for reading in READINGS]
+            found[:, i] = np.transpose([(x.value, x.error, x.half_width(0.025)) for x in quotients])  # 95 %
     return Ratios(*found)
 
 

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
@@ -83,20 +82,20 @@ class Parameters(PlayParameters, Assumptions):
         """Crank angle at the start [rad], with an offset by the seed that is far below all errors."""
         return self.start_angle + 1e-9 * float(np.random.default_rng(self.seed).standard_normal())
 
-    def mechanism(self, rocker: str, with_play: str) -> Mechanism:
+    def mechanism(self, rocker: str, with_play: str) -> mbs.Mechanism:
         """Make the crank-rocker with one of the `ROCKERS`, and with clearance in the joints `with_play`."""
         return self.bars(rocker=self.body(rocker), joints=with_play, angle=self.first_angle)
 
-    def body(self, rocker: str) -> Rigid | Beam | Modal:
+    def body(self, rocker: str) -> mbs.Rigid | mbs.Beam | mbs.Modal:
         """Make one of the `ROCKERS`; a modal one has modes of a mesh of solid elements, or those that `modes_of` names."""
         bar = section(self.in_plane_depth)
         if rocker == "rigid":
-            return Rigid(bar)
+            return mbs.Rigid(bar)
         if rocker == "beam":
-            return Beam(bar.damped(ratio=self.rocker_damping, length=STEEL_CRANK_ROCKER.rocker), elements=self.elements)
+            return mbs.Beam(bar.damped(ratio=self.rocker_damping, length=STEEL_CRANK_ROCKER.rocker), elements=self.elements)
         # The default modes "free" are those of a mesh of solid elements, two in bending and one axial; the bar has as many.
         others: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(bending=2, axial=1, shear=False)}
-        modal = Modal(bar, damping=self.rocker_damping)
+        modal = mbs.Modal(bar, damping=self.rocker_damping)
         modal = replace(modal, modes=others[self.modes_of]) if self.modes_of in others else modal
         return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)
 
@@ -107,7 +106,7 @@ class Variant:
 
     name: str  # ideal, rigid or flexible
     with_play: str  # joints with clearance
-    result: Result
+    result: mbs.Result
 
 
 def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
@@ -116,7 +115,7 @@ def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
     return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
 
 
-def simulate(p: Parameters, rocker: str, with_play: str) -> Result:
+def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
     """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
     time_of_half_a_degree = 2 * pi / p.speed / 720
     longest = min(time_of_half_a_degree, p.duration / 10)  # chosen: half a degree, and ten steps even in the shortest run
@@ -148,7 +147,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
     return found | {"energy_balance": Metric(result.energy_balance, "1")}
 
 
-def read_force(result: Result, joint: str, axis: str) -> Array:
+def read_force(result: mbs.Result, joint: str, axis: str) -> Array:
     """Return a component of the force on the second of a joint's `BODIES` [N]."""
     first, second = BODIES[joint]
     on_bush = result.signals.get(f"{joint}.{first}-{second}.f{axis}")  # a signal names pin and bush: it is the force on the bush
@@ -205,9 +204,8 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
 def _ratio(flexible: Metric, rigid: Metric) -> str | None:
     if not rigid.value:
         return None
-    relative_error = np.hypot(flexible.error or 0.0, rigid.error or 0.0)  # errors of metrics are relative
-    ratio = flexible.value / rigid.value
-    return f"{ratio:.3g}" + (f" ± {ratio * relative_error:.2g}" if relative_error else "")
+    relative_error = float(np.hypot(flexible.error or 0.0, rigid.error or 0.0))  # errors of metrics are relative
+    return Metric(flexible.value / rigid.value, "1", error=relative_error or None).format(".3g")
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:

@@ -1,4 +1,4 @@
-"""The slider-crank over strip thickness and crank speed: contact force, impact, duration of the contact, energy balance.
+"""The slider-crank over strip thickness and crank speed: contact force, impact, angle of the contact, energy balance.
 
 Every case is a run of the study `slider-crank` with one model; a sweep runs them on processes. The force with which the strip
 presses on the stop at the dead centre grows with the cube of the thickness: the published ratios are 27 and 125. The force does
@@ -106,9 +106,7 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
         "force": np.where(has_contact & is_resting, column("contact_force_180"), nan),  # at the dead centre [N]
         "exact": np.array([exact_force(case, np.pi) for case in cases]),  # of the elastica there [N]
         "impact": np.where(has_contact, column("impact_peak"), nan),  # largest force of the first impact [N]
-        # from the first contact to the end of the last [s], and the crank angle between them [rad]
-        "duration": turned / np.array([case.speed for case in cases]),
-        "turned": turned,
+        "turned": turned,  # crank angle from the first contact to the end of the last [rad]
         "energy_balance": column("energy_balance"),
     }
 

@@ -44,11 +44,6 @@ class Hoff:
     rate: float
     bow: float
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"{name} = {value!r}: must be positive and finite")
-
     def peak(self) -> Peak:
         """Integrate (1) to the first maximum of the force."""
 

@@ -71,11 +71,3 @@ def test_slow_compression_measures_the_critical_load():
     peaks = [Hoff(rate, 1e-3).peak().force for rate in (0.1, 0.01, 1e-3)]
     assert (np.diff(peaks) < 0).all() and peaks[-1] == pytest.approx(1.0, abs=0.02)
     assert Hoff(1e-3, 1.0).peak().force < 0.9
-
-
-@pytest.mark.parametrize(
-    ("rate", "bow", "name"), [(0.0, 0.1, "rate"), (-1.0, 0.1, "rate"), (1.0, 0.0, "bow"), (1.0, np.nan, "bow")]
-)
-def test_wrong_input_is_named(rate, bow, name):
-    with pytest.raises(ValueError, match=f"{name} = .*: must be positive and finite"):
-        Hoff(rate, bow)

@@ -57,7 +57,6 @@ def test_impact_grows_with_the_speed_and_the_contact_ends_at_240_degrees(small):
     assert speed * np.sqrt(7.2e4 * 0.3) == pytest.approx(impact[1, 2], rel=0.05)  # elastic; damping and strip add 2 %
     assert small.metrics["strut.0.3mm.impact_power"].value == pytest.approx(1, abs=0.05)
     np.testing.assert_allclose(np.degrees(small.signals["turned"][0][1:, :3]), 120, atol=0.1)
-    np.testing.assert_allclose(small.signals["duration"][0][1, 1:3] * [0.75, 1.25], 2 * pi / 3, rtol=1e-3)
 
 
 def test_cases_are_those_of_the_study_run_alone(small):
@@ -101,6 +100,6 @@ def test_states_follow_from_the_metrics(given, state):
     assert found["state"] == state and found["energy_balance"] == 1e-4 and found["exact"] == pytest.approx(1.72465, abs=1e-5)
     assert isnan(found["force"]) == (state not in ("pressed", "buckled"))
     if state == "pressed":
-        assert found["duration"] == pytest.approx(pi / 3) and found["turned"] == pytest.approx(2 * pi / 3)
+        assert found["turned"] == pytest.approx(2 * pi / 3)
     if state == "SUSPECT":
         assert isnan(found["impact"])
