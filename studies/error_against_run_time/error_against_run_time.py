@@ -116,11 +116,10 @@ def _table(found: Mapping[str, MeasuredWork], notes: str) -> Table:
     for name, each in found.items():
         for key, point in each.points.items():
             numbers = [f"{point.error:.1e}", f"{1e3 * point.time:.3g}", f"{point.speedup(each.tuned_point):.2g}"]
-            rows.append([name, *key, *numbers, "*" if point.front else ""])
-    headers = ["work", "series", "setting", "error", "time [ms]", "tuned run's time over this", "front"]
+            rows.append([name, *key, *numbers])
+    headers = ["work", "series", "setting", "error", "time [ms]", "tuned run's time over this"]
     works = "\n".join(f"{name}: {each.work.about}; {each.work.measure}" for name, each in found.items())
-    front = "front: no other run of the work is as accurate and as fast"
-    return Table(headers, rows, "Error against run time", f"{works}\n{front}. {notes}")
+    return Table(headers, rows, "Error against run time", f"{works}\n{notes}")
 
 
 def figure(result: StudyResult) -> Figure:

@@ -7,8 +7,8 @@ ratio of two times is the median of the ratios within a round.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from dataclasses import dataclass, replace
-from math import isfinite, nan, sqrt
+from dataclasses import dataclass
+from math import nan, sqrt
 from statistics import median
 from time import process_time
 from typing import Any, NamedTuple, TypeVar
@@ -69,11 +69,10 @@ def power_law(inputs: Array, output: Array) -> tuple[list[Metric], Metric]:
 
 @dataclass(frozen=True)
 class WorkPoint:
-    """Error of a variant, in a unit common to all, or nan; processor time in each round [s]; `front` if no other beats it."""
+    """Error of a variant, in a unit common to all, or nan; processor time in each round [s]."""
 
     error: float
     times: tuple[float, ...]
-    front: bool = False
 
     @property
     def time(self) -> float:
@@ -83,11 +82,6 @@ class WorkPoint:
     def speedup(self, other: WorkPoint) -> float:
         """Compute the speed-up over another variant: median of the ratios of their times within a round."""
         return median(theirs / ours for ours, theirs in zip(self.times, other.times, strict=True))
-
-    def beats(self, other: WorkPoint) -> bool:
-        """Check that this variant is no worse than another in error and time, and better in one of them."""
-        no_worse = self.error <= other.error and self.time <= other.time
-        return no_worse and (self.error < other.error or self.time < other.time)
 
 
 def work_precision(
@@ -104,9 +98,7 @@ def work_precision(
         start = process_time()
         variants[name]()
         times[name].append(process_time() - start)
-    points = {name: WorkPoint(errors[name], tuple(spent)) for name, spent in times.items()}
-    fronts = {name for name, p in points.items() if isfinite(p.error) and not any(q.beats(p) for q in points.values())}
-    return {name: replace(p, front=name in fronts) for name, p in points.items()}
+    return {name: WorkPoint(errors[name], tuple(spent)) for name, spent in times.items()}
 
 
 def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:

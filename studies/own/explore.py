@@ -20,13 +20,11 @@ from threading import Event, Lock
 from time import perf_counter
 from typing import Any
 
+from buckler.mbs import Exudyn, Mechanism, Spectral, simulate
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.shorthand import expand
-from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import has_compiler
 from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.simulation import simulate
-from buckler.mbs.solvers import Exudyn, Spectral
 from buckler.mbs.units import parse_quantity, written_unit
 from buckler.mbs.validate import number as check_range
 from buckler.mbs.view.report import blank, content, fill_page

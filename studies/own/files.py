@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from buckler.mbs.declare import Declaration, Quantity, Spec, declarations
-from buckler.mbs.documents.document import change
-from buckler.mbs.documents.document import read as read_document
+from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.shorthand import expand, free_parameters
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.process import Interrupted
@@ -53,7 +52,7 @@ def name_errors(path: Path) -> Iterator[None]:
 
 def read_file(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Read the document of a file, with its short forms expanded, and its table [run]."""
-    document = expand(read_document(path))
+    document = expand(documents.read(path))
     document.pop("about", None)  # a text for readers
     run = document.pop(RUN, {})
     known = {**OPTIONS, "solver": declarations(Parameters)["solver"]}
@@ -87,7 +86,7 @@ def read_changes(document: Mapping[str, object], texts: Sequence[str]) -> dict[s
             raise ValueError(f"--set {text}: write PATH=VALUE, as links.coupler.body.section.thickness=0.2mm")
         found[path] = TomlValue().read(path, value)
         try:
-            Mechanism.from_dict(change(document, {path: found[path]}))
+            Mechanism.from_dict(documents.change(document, {path: found[path]}))
         except ValueError as error:
             raise ValueError(f"--set {text}: {error}") from None
     return found
@@ -131,7 +130,7 @@ class File(Study):
         """Return the maker of the cases of a sweep over the paths of `--vary`. It has all other values: none is left to share."""
         with name_errors(self.path):
             base, changes = self._settings(options)
-            document = change(json.loads(base["document"]), changes)
+            document = documents.change(json.loads(base["document"]), changes)
             numbers = {}
             for text in options.vary:
                 name = text.partition("=")[0].strip()
@@ -203,7 +202,7 @@ def open_file(path: Path, changes: Sequence[str] = (), duration: str | None = No
     with name_errors(path):
         document, run = read_file(path)
         seconds = run.get("duration", option.default) if duration is None else option.spec.read("--duration", duration)
-        content = FileContent(change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
+        content = FileContent(documents.change(document, read_changes(document, changes)), seconds, run.get("measure", ()))
         _ = content.mechanism  # raises here, so that the error names the file
     return content
 

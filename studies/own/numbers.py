@@ -12,15 +12,12 @@ from typing import Any
 import numpy as np
 from scipy.stats import uniform
 
+from buckler import mbs
 from buckler.mbs.declare import Quantity
 from buckler.mbs.documents import document as documents
-from buckler.mbs.ensembles.ensemble import ensemble as run_ensemble
 from buckler.mbs.ensembles.result import Ensemble
 from buckler.mbs.sensitivity.data import read_csv
-from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
-from buckler.mbs.sensitivity.design import optimise as find_optimum
-from buckler.mbs.sensitivity.fitting import fit as fit_numbers
 from buckler.mbs.sensitivity.residuals import TIME_ZERO
 
 from ..kit.cli import INTERRUPTED, add_repeated
@@ -43,7 +40,7 @@ def _sensitivity(options: argparse.Namespace, file: FileContent) -> int:
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     document, by = (file.document, _spreads(file.document, options.by)) if options.by else varied_numbers(file)
-    found, exit_status = ask(sensitivities, options, document, file.duration, by=by, of=readings)
+    found, exit_status = ask(mbs.sensitivities, options, document, file.duration, by=by, of=readings)
     if options.json:
         rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
         print(to_json(rows), end="")
@@ -89,7 +86,7 @@ def _fit(options: argparse.Namespace, file: FileContent) -> int:
     free = dict(read_range(file.document, text) for text in options.free)
     out = make_folder(options.out / f"{options.file.stem}-fit")
     data = read_csv(options.data, options.signal, options.setting, options.start)
-    found, exit_status = ask(fit_numbers, options, file.document, data, free=free, starts=options.starts)
+    found, exit_status = ask(mbs.fit, options, file.document, data, free=free, starts=options.starts)
     # TIME_ZERO shifts the data and is no number of the mechanism
     numbers = {name: value for name, value in found.values.items() if name != TIME_ZERO}
     mechanism = documents.write(documents.change(file.document, numbers), out / f"{options.file.stem}-fitted.toml")
@@ -120,7 +117,7 @@ def _optimise(options: argparse.Namespace, file: FileContent) -> int:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(read_range(file.document, text) for text in options.free)
     found, exit_status = ask(
-        find_optimum, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
+        mbs.optimise, options, file.document, file.duration, free=free, minimise=options.minimise, subject_to=options.wants,
         starts=options.starts, budget=options.budget,
     )  # fmt: skip
     out = make_folder(options.out) / f"{options.file.stem}-chosen.toml"
@@ -154,7 +151,7 @@ def _ensemble(options: argparse.Namespace, file: FileContent) -> int:
         raise ValueError("--of: no reading; write for instance --of 'rms(B.normal_force)'")
     out = make_folder(options.out / f"{options.file.stem}-ensemble")
     found, _ = ask(  # the exit status is not needed: `found.interrupted` says the same
-        run_ensemble, options, file.mechanism, file.duration, options.members,
+        mbs.ensemble, options, file.mechanism, file.duration, options.members,
         vary=dict(_read_variation(file.document, text) for text in options.vary),
         of=readings, skip=options.skip, each=options.each and Quantity("s").read("--each", options.each), seed=options.seed,
         store=options.store,

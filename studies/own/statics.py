@@ -16,7 +16,6 @@ from buckler import mbs
 from buckler.mbs.assembly import SAME_POSE
 from buckler.mbs.declare import Quantity
 from buckler.mbs.elements import KINDS
-from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.scene.linkage import rank
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.schema import schema
@@ -79,7 +78,7 @@ def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.
     return exit_status or int(found.status != "OK")
 
 
-def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
+def _end(mechanism: mbs.Mechanism, options: argparse.Namespace) -> float:
     """Read the end of a path, `--to`, in the unit of what changes along it."""
     is_response = "period" in options
     if options.parameter:
@@ -94,7 +93,7 @@ def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
         raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
 
 
-def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]:
+def _point(options: argparse.Namespace, mechanism: mbs.Mechanism) -> tuple[str, str]:
     link, _, point = options.point.partition(":")
     known = [f"{each.name}:{name}" for each in mechanism.links for name in each.points]
     if options.point not in known:
@@ -119,7 +118,7 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
 
-def describe(mechanism: Mechanism) -> str:
+def describe(mechanism: mbs.Mechanism) -> str:
     """Describe a mechanism: its links, other elements, mobility, lowest frequencies, poses, and remarks on the input."""
     rows = []
     for link in mechanism.links:
@@ -145,7 +144,7 @@ def describe(mechanism: Mechanism) -> str:
     return "\n".join(lines)
 
 
-def _poses(mechanism: Mechanism) -> Iterator[str]:
+def _poses(mechanism: mbs.Mechanism) -> Iterator[str]:
     """Write the points that follow from lengths, and each other pose as the entry `near` that chooses it in a file."""
     found = mechanism.assemblies()
     if found.points:
@@ -160,7 +159,7 @@ def _places(points: Mapping[str, tuple[float, float]]) -> str:
     return ", ".join(f"{point} = [{x:.5g}, {y:.5g}]" for point, (x, y) in points.items())
 
 
-def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
+def mobility(mechanism: mbs.Mechanism) -> tuple[int, int, int] | None:
     """Count coordinates, constraints and independent constraints: links are rigid, joints ideal, drives free. None if unknown."""
     try:
         linkage = Scene.of(replace(mechanism, drives=(), velocities={})).linkage
@@ -170,7 +169,7 @@ def mobility(mechanism: Mechanism) -> tuple[int, int, int] | None:
         return None
 
 
-def _frequencies(mechanism: Mechanism) -> list[str]:
+def _frequencies(mechanism: mbs.Mechanism) -> list[str]:
     """Write the lowest natural frequencies with the drives at rest, or the reason why there are none."""
     try:
         found = mbs.frequencies(mechanism, count=4)
@@ -188,7 +187,7 @@ def _declare_show(parser: argparse.ArgumentParser) -> None:
 
 
 def _show(options: argparse.Namespace) -> int:
-    mechanism = Mechanism.load(options.file)
+    mechanism = mbs.Mechanism.load(options.file)
     print(describe(mechanism))
     drawing = options.out or options.file.with_suffix(".png")
     mechanism.plot().figure.savefig(drawing)

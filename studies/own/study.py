@@ -15,19 +15,16 @@ from importlib.util import find_spec
 from math import isnan
 from typing import Any, NamedTuple
 
+from buckler.mbs import Closure, Controlled, Equal, Exudyn, Mechanism, Result, Spectral, simulate
 from buckler.mbs.accuracy.demand import key_of
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, read_signals, write_signals
 from buckler.mbs.declare import Declaration, Flag, Name, Quantity, Spec, declarations, declared, field
 from buckler.mbs.declare.spec import Choice, Text
 from buckler.mbs.documents.document import change
-from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import Interrupted
-from buckler.mbs.record.result import Result
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.sensitivity.reading import check_reading
 from buckler.mbs.sensitivity.reading_errors import list_readings
-from buckler.mbs.simulation import simulate
-from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 from buckler.mbs.units import label_with_unit
 from buckler.mbs.view.report import page
 

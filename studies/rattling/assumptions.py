@@ -43,13 +43,19 @@ Euler and Bernoulli's. "Craig-Bampton" are those of ADAMS, which add static shap
 
 
 @dataclass(frozen=True)
-class JointAssumptions(Gravity):
-    """Assumptions about the joints and gravity; the last text of a parameter, as "left open", is its heading in the help."""
+class Assumptions(Gravity):
+    """Assumptions about gravity, joints and flexible rocker; the last text of a parameter is its heading in the help."""
 
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(
         1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
     )
+    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
+    modal_damping: str = choice(
+        "constant", tuple(DAMPINGS), "damping ratios of modes: constant or Rayleigh, of size rocker_damping, or ADAMS's default",
+        "left open",
+    )  # fmt: skip
+    modes_of: str = choice("free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "left open")
 
     @property
     def reversed_joints(self) -> str:
@@ -66,23 +72,11 @@ class JointAssumptions(Gravity):
 
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
+        ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
+        return f"{self.describe_joints()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
+
+    def describe_joints(self) -> str:
+        """Return the assumptions but those about the rocker as a sentence."""
         pins = ", ".join(f"{j} on {BODIES[j][1 if j in self.reversed_joints else 0]}" for j in JOINTS)
         low, high = self.thresholds
         return f"Left open by the paper: gravity {self.gravity_text}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
-
-
-@dataclass(frozen=True)
-class Assumptions(JointAssumptions):
-    """Assumptions about the joints and the flexible rocker."""
-
-    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
-    modal_damping: str = choice(
-        "constant", tuple(DAMPINGS), "damping ratios of modes: constant or Rayleigh, of size rocker_damping, or ADAMS's default",
-        "left open",
-    )  # fmt: skip
-    modes_of: str = choice("free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "left open")
-
-    def describe(self) -> str:
-        """Return the assumptions as a sentence for a table."""
-        ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
-        return f"{super().describe()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"

@@ -22,7 +22,7 @@ from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedMod
 
 from ..kit.parameters import choice, integer, quantity
 from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, STEEL
-from .assumptions import DAMPINGS, JOINTS, Assumptions, JointAssumptions
+from .assumptions import DAMPINGS, JOINTS, Assumptions
 from .turns import Runs
 
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -108,7 +108,7 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
 
 
 @dataclass(frozen=True)
-class PlayParameters(JointAssumptions):
+class PlayParameters(Assumptions):
     """Bars, joints with clearance, contact and drive of the crank-rocker."""
 
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
@@ -148,7 +148,7 @@ class PlayParameters(JointAssumptions):
 
 
 @dataclass(frozen=True)
-class RockerParameters(PlayParameters, Assumptions, Runs):
+class RockerParameters(PlayParameters, Runs):
     """Parameters of studies on the compiled solver, whose rocker is rigid or modal."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
@@ -178,9 +178,9 @@ class RockerParameters(PlayParameters, Assumptions, Runs):
     def describe(self) -> str:
         """Return the assumptions as a sentence for a table."""
         if self.rocker == "rigid":
-            return f"{JointAssumptions.describe(self)}; rocker rigid"
+            return f"{self.describe_joints()}; rocker rigid"
         number = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
-        return f"{Assumptions.describe(self)}{number}, frequencies × {self.frequency_factor:g}"
+        return f"{super().describe()}{number}, frequencies × {self.frequency_factor:g}"
 
 
 def make_modal_rocker(p: RockerParameters) -> Modal:

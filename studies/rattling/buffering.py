@@ -194,7 +194,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
         signals=found._asdict(),
-        work={"turns": 2 * len(p.cells) * p.samples * p.members * (p.settle + p.cycles)},
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
 

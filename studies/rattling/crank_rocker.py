@@ -23,7 +23,7 @@ from ..kit.parameters import choices, integer, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
-from .assumptions import BODIES, Assumptions
+from .assumptions import BODIES
 from .bars import PlayParameters, section, set_damping
 
 MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
@@ -44,7 +44,7 @@ COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 
 
 @dataclass(frozen=True)
-class Parameters(PlayParameters, Assumptions):
+class Parameters(PlayParameters):
     """Parameters of the study."""
 
     rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
@@ -119,8 +119,7 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
     """Run one mechanism with its energy ledger: on the engine, or by loop closure where the joints are ideal."""
     time_of_half_a_degree = 2 * pi / p.speed / 720
     longest = min(time_of_half_a_degree, p.duration / 10)  # chosen: half a degree, and ten steps even in the shortest run
-    engine, closure = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
-    solver = engine if with_play else closure
+    solver = (mbs.Exudyn if with_play else mbs.Closure)(mbs.Controlled(p.tolerance, longest))
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
 
 

@@ -89,7 +89,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics |= _numbers(p, f"{name}.{modes}", each, turns[BASE], turns[LARGEST])
     return StudyResult(
         parameters=p, **status_of(wrong), metrics=metrics,
-        work={"turns": len(p.cases) * len(p.mode_sets) * p.members * (p.settle + p.cycles)},
         tables=[*map(_modes_table, p.in_plane_depth), *(_table(metrics, p, name) for name in p.cases), _summary(metrics, p)],
     )  # fmt: skip
 
@@ -112,8 +111,7 @@ def _numbers(p: Parameters, name: str, turns: Turns, base: Turns, largest: Turns
     for claim in CLAIMS:
         mean = turns.means[claim.reading]
         itself = Ratio(1.0, error=0.0, freedom=1.0)  # without error any number of degrees of freedom will do
-        ratios = [itself if turns is other else ratio(mean, other.means[claim.reading]) for other in (base, largest)]
-        over_base, over_largest = ratios
+        over_base, over_largest = (itself if turns is x else ratio(mean, x.means[claim.reading]) for x in (base, largest))
         key = f"{name}.{claim.name}"
         found |= {key: mean.metric(claim.unit), f"{key}.over_rigid": over_base.metric, f"{key}.over_fullest": over_largest.metric}
         found[f"{key}.agrees"] = Metric(MARKS[sameness(over_largest, one_end, p.margin)], "1")

@@ -13,9 +13,9 @@ from math import degrees, isfinite, pi
 import numpy as np
 
 from buckler.elastica import law
-from buckler.mbs import Material, Section
-from buckler.mbs.elements.section import STEEL
+from buckler.mbs import STEEL, Section
 from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.library import PAPER
 
 from ..kit.parameters import choice, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, metrics_table, status_of
@@ -58,11 +58,10 @@ class Parameters(StrikeParameters):
 def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
     """Simulate a designed slider-crank from crank angle 0 until the slider has left the stop."""
     given = chosen.given
-    section = Section(given.width, chosen.thickness, Material(float(given.modulus), STEEL.density))
+    section = Section(given.width, chosen.thickness)
     law = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
-    mechanism = make_slider_crank(
-        model, section, p, law, given.friction, given.lengths, mass=given.mass, speed=chosen.speed, stop=chosen.stop
-    )
+    numbers = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
+    mechanism = make_slider_crank(model, section, p, law, given.friction, **numbers)
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
     duration = p.extend_for_motor((release_angle + np.radians(2.0)) / chosen.speed)  # [s], longer on a motor (`--motor`)
     return simulate_model(model, mechanism, p, chosen.speed, duration)
@@ -107,10 +106,8 @@ def figure(result: StudyResult) -> Figure:
     d = design(p.wish, p.given_numbers)
     fig, ax = subplots(height=90)
     h, angle = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
-    stop = d.given.lengths.slider(pi - angle / 2)
-    u = np.clip(d.given.lengths.shortening(pi, stop), 0.0, 1.0)  # above 1 the limit `shortening` excludes the design
-    bending_stiffness = d.given.modulus * p.width * h**3 / 12
-    force = law.fast(u) * bending_stiffness / d.given.coupler**2  # `fast` gives the elastica's load P L^2/(E I)
+    bending_stiffness = STEEL.modulus * p.width * h**3 / 12
+    force = PAPER.push(law.fast, bending_stiffness, pi, PAPER.slider(pi - angle / 2))  # on a rigid stop
     is_feasible = feasible(design(Wish(force, p.impact_force, angle), d.given))
     ax.contourf(1e3 * h, np.degrees(angle), is_feasible, levels=[-0.5, 0.5], colors=["#dddddd"])
     lines = ax.contour(1e3 * h, np.degrees(angle), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")

@@ -237,7 +237,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p, **status_of(wrong), metrics=metrics,
         signals=columns | {"regime": np.array([list(REGIMES).index(x.regime) for x in points])},
-        work={"strikes": len(points)},
         tables=[replace(metrics_table(metrics), notes=f"sine: peaks over those of the simulation.\n{p.describe()}.")],
     )  # fmt: skip
 

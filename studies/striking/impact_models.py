@@ -14,8 +14,6 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from buckler import mbs
-from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
-from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 
@@ -29,9 +27,8 @@ BUCKLED_FROM = 1e-3
 
 
 def make_slider_crank(
-    model: str, section: Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, lengths: SliderCrank = PAPER,
-    **numbers: Any,
-) -> Mechanism:  # fmt: skip
+    model: str, section: mbs.Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, **numbers: Any
+) -> mbs.Mechanism:
     """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N], and gravity and motor of `p`.
 
     `numbers` are mass, speed and stop. A strut is damped along its axis. A beam has the bow of `p`: a positive one is on the side
@@ -39,21 +36,21 @@ def make_slider_crank(
     """
     if model == "strut":
         # [s], chosen: times the axial stiffness E A/L it is a fifth of the default slider's critical damping on the default strip
-        body: Beam | Strut = Strut(replace(section, material=replace(section.material, axial_damping=9e-5)))
+        body: mbs.Beam | mbs.Strut = mbs.Strut(replace(section, material=replace(section.material, axial_damping=9e-5)))
     else:
-        damped = section.damped(p.damping, lengths.coupler)
-        body = Beam(damped, elements=p.elements, imperfection=-p.imperfection * lengths.coupler)
-    guide = GuideFriction(friction) if friction else None
-    return p.apply(slider_crank(body, law=law, friction=guide, lengths=lengths, **numbers))
+        damped = section.damped(p.damping, PAPER.coupler)
+        body = mbs.Beam(damped, elements=p.elements, imperfection=-p.imperfection * PAPER.coupler)
+    guide = mbs.GuideFriction(friction) if friction else None
+    return p.apply(mbs.slider_crank(body, law=law, friction=guide, **numbers))
 
 
-def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
+def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | mbs.Ramp) -> mbs.Mechanism:
     """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
     law = CarvalhoMartins(stiffness, p.restitution, exponent=1.0)
     return make_slider_crank(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
 
 
-def simulate_model(model: str, mechanism: Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:
+def simulate_model(model: str, mechanism: mbs.Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:
     """Run the mechanism of a model for a duration [s], with its energy ledger, in steps of at most a degree at a crank speed."""
     solver = mbs.Exudyn(mbs.Controlled(p.tolerance, max_step=pi / 180 / fastest))  # a degree is chosen
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=p.timeout)
@@ -69,10 +66,10 @@ def simulate_model(model: str, mechanism: Mechanism, p: StrikeParameters, fastes
     )  # fmt: skip
 
 
-def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float | Ramp, duration: float) -> ModelRun:
+def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float | mbs.Ramp, duration: float) -> ModelRun:
     """Run one model from crank angle 0; `stop_setting` is an impact's duration [s] (stitched), or the stop's stiffness [N/m]."""
     if model == "stitched":
-        begin, motion = perf_counter(), speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
+        begin, motion = perf_counter(), speed if isinstance(speed, mbs.Ramp) else mbs.Ramp(speed, speed, duration)
         closed_forms = Stitched(p.mass, p.restitution, p.friction_force, stop_setting, p.section.bending_stiffness)
         trace = follow(closed_forms, motion, duration)
         # The status stays OK: with this friction the slider does not reach the stop again, which is no fault of the run.
@@ -80,7 +77,7 @@ def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float
         arrays = {name: getattr(trace, name) for name in ("time", "angle", "force", "shortening", "push", "buckling_ratio")}
         work = {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))}
         return ModelRun(model, "OK", remark, speed=-trace.speed, energy_balance=trace.energy_balance, work=work, **arrays)
-    fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
+    fastest = max(speed.start, speed.end) if isinstance(speed, mbs.Ramp) else speed
     return simulate_model(model, mechanism(model, p, stop_setting, speed), p, fastest, duration)
 
 

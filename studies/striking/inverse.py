@@ -2,19 +2,21 @@
 
 A slider of mass m moves along the negative x axis and meets a stop at a crank angle pi - g: the impact. The phase of contact
 lasts from then to pi + g. In it the coupler, a pinned strip of width b and thickness h, is buckled and presses the slider against
-the stop, most strongly at the outer dead centre pi. The crank has length r and speed omega, the coupler length L. The slider has
-the position x(theta) < 0, with derivatives x' and x'' by the crank angle theta. K is the stop's stiffness. A pinned strip whose
-ends approach each other by u L has the load p(u) E I/L^2 of the elastica (`buckler.elastica.law.fast`, to a relative 1e-12):
+the stop, most strongly at the outer dead centre pi. Crank and coupler have the paper's lengths r and L, the crank has the speed
+omega. The slider has the position x(theta) < 0, with derivatives x' and x'' by the crank angle theta. K is the stop's stiffness.
+A pinned strip whose ends approach each other by u L has the load p(u) E I/L^2 of the elastica (`buckler.elastica.law.fast`, to a
+relative 1e-12):
 
     contact angle 2 g      ->  stop at x_s = x(pi - g);                                                         (1)
     contact force F_c      ->  u = 1 - (F_c/K - x_s - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12;               (2)
     impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega. (3)
 
 At the dead centre the coupler lies on the x axis, between the crank's end at -r and the slider at x_s - F_c/K. The depth in the
-stop is F_c/K. Equation (3) is the largest force on a linear stop that a slider meets at speed v under a constant push Q. Its
-factors c0 and c1 (`buckler.mbs.laws.peak`) depend on the hysteresis factor chi of the stop, whose force at the depth d is
-K d (1 + chi d'/v). S is the force of an elastic impact without push. The coupler, at the angle phi to the x axis, pushes towards
-the stop with its Euler load P_cr, less the friction f of the slider: Q = P_cr cos(phi) - f.
+stop is F_c/K. As u is below 2 r/L = 0.9, the ends of the strip do not meet. Equation (3) is the largest force on a linear stop
+that a slider meets at speed v under a constant push Q. Its factors c0 and c1 (`buckler.mbs.laws.peak`) depend on the hysteresis
+factor chi of the stop, whose force at the depth d is K d (1 + chi d'/v). S is the force of an elastic impact without push. The
+coupler, at the angle phi to the x axis, pushes towards the stop with its Euler load P_cr, less the friction f of the slider:
+Q = P_cr cos(phi) - f.
 
 The push reaches Q only at a time t after first contact, which lessens S by D. Before contact the push is -m x'' omega^2, which
 accelerates the slider; so it has to rise by Q' = Q + m x'' omega^2. The stop's force K (1 + chi) v tau at the time tau delays the
@@ -35,7 +37,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.elastica import law, pinned
-from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs import STEEL
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
@@ -69,7 +71,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Given:
-    """Numbers of strip, slider, stop and linkage that the design does not change, in SI units; most defaults are chosen."""
+    """Numbers of strip, slider and stop that the design does not change, in SI units; most defaults are chosen."""
 
     width: Floats = 0.030  # the paper's
     mass: Floats = 0.3
@@ -77,20 +79,10 @@ class Given:
     restitution: Floats = 0.8
     friction: Floats = 0.3  # force f on the slider
     yield_strength: Floats = 1e9
-    modulus: Floats = 210e9
-    crank: Floats = PAPER.crank
-    coupler: Floats = PAPER.coupler
     fastest: Floats = 10.0  # largest crank speed of the drive
 
     def __post_init__(self) -> None:
         _require_positive(self)
-        if not np.all(np.less(self.crank, self.coupler)):
-            raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
-
-    @property
-    def lengths(self) -> SliderCrank:
-        """Crank and coupler."""
-        return SliderCrank(self.crank, self.coupler)
 
     @property
     def chi(self) -> Floats:
@@ -122,23 +114,23 @@ def design(wish: Wish, given: Given | None = None) -> StrikeDesign:
     of its own: 5e4 random designs with such a stop all violate another limit.
     """
     given = Given() if given is None else given
-    lengths, r, L, mass, stiffness = given.lengths, given.crank, given.coupler, given.mass, given.stiffness
+    r, L, mass, stiffness = PAPER.crank, PAPER.coupler, given.mass, given.stiffness
     angle = np.pi - np.asarray(wish.contact_angle) / 2
-    stop = lengths.slider(angle)
-    cosine, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))  # cos(phi), |x'|
+    stop = PAPER.slider(angle)
+    cosine, rate = PAPER.lean_cosine(angle, stop), np.abs(PAPER.slider_rate(angle))  # cos(phi), |x'|
     c0, c1 = peak_factors(given.chi)
     u = 1 - (wish.contact_force / stiffness - stop - r) / L
-    bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
-    thickness = np.cbrt(12 * bending / (given.modulus * given.width))
+    bending = wish.contact_force * L**2 / law.fast(np.maximum(u, 0.0))
+    thickness = np.cbrt(12 * bending / (STEEL.modulus * given.width))
     euler = np.pi**2 * bending / L**2
     push = euler * cosine - given.friction  # Q
     square = wish.impact_force * (wish.impact_force - 2 * c1 * push)  # c0^2 (S - D)^2 by equation (3)
     strength = np.sqrt(np.maximum(square, 0.0)) / c0
-    axial = given.modulus * thickness * given.width * cosine**2 / L  # k_s
+    axial = STEEL.modulus * thickness * given.width * cosine**2 / L  # k_s
     speed = 1.0  # [rad/s], where the iteration starts
     for _ in range(14):  # each reduces the error of D, which depends on the speed, 20-fold or more; 12 reach rounding
         # Q' in bounds for the iteration; below 0 the limit `buckling` excludes the design, above MOST_RISE the limit `pull`
-        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)
+        rise = np.clip(push + mass * PAPER.slider_second_rate(angle) * speed**2, 0.0, MOST_RISE * euler)
         rise_time = np.cbrt(6 * mass * rise / (axial * (1 + given.chi) * stiffness * rate * speed))  # t
         loss = 0.75 * rise * rise_time * np.sqrt(stiffness / mass)  # D
         elastic_force = np.maximum(strength, LEAST_STRENGTH * wish.impact_force) + loss  # S
@@ -167,13 +159,12 @@ class Limit(NamedTuple):
 
 def limits(chosen: StrikeDesign) -> list[Limit]:
     """List the limits of a design, or of an array; only a run shows if the slider rests at the dead centre, as (2) assumes."""
-    u, strength = np.clip(chosen.shortening, 0.0, 1.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
+    u, strength = np.maximum(chosen.shortening, 0.0), np.maximum(chosen.strength, LEAST_STRENGTH * chosen.wish.impact_force)
     compression = _compression(chosen) / chosen.euler_load
-    inertia = chosen.given.mass * chosen.given.lengths.slider_second_rate(chosen.angle) * np.square(chosen.speed)
+    inertia = chosen.given.mass * PAPER.slider_second_rate(chosen.angle) * np.square(chosen.speed)
     rise = (chosen.push + inertia) / chosen.euler_load  # Q' over P_cr
-    stress = pinned.surface_stress(u, chosen.thickness, chosen.given.coupler, chosen.given.modulus)
+    stress = pinned.surface_stress(u, chosen.thickness, PAPER.coupler, STEEL.modulus)
     return [
-        Limit("shortening", "end shortening over length", chosen.shortening, 1.0),  # at 1 the strip's ends meet
         Limit("yield", "bending stress in MPa", stress / 1e6, np.divide(chosen.given.yield_strength, 1e6)),
         Limit("buckling", "compression on the way over the Euler load", compression, 0.8),  # a sudden load overshoots
         Limit("pull", "rise of the strip's push in the impact over the Euler load", rise, MOST_RISE),
@@ -196,6 +187,6 @@ def binding(chosen: StrikeDesign) -> Limit:
 def _compression(chosen: StrikeDesign) -> Floats:
     """Find the largest compression (f - m x'' omega^2)/cos(phi) of a rigid coupler before the impact [N]."""
     angle = np.linspace(0.0, chosen.angle, 33)  # on the first axis; with 33 of them the maximum is right within 1e-3
-    cosine = np.sqrt(1 - (chosen.given.crank / chosen.given.coupler * np.sin(angle)) ** 2)
-    inertia = chosen.given.mass * np.square(chosen.speed) * chosen.given.lengths.slider_second_rate(angle)
+    cosine = PAPER.lean_cosine(angle, PAPER.slider(angle))
+    inertia = chosen.given.mass * np.square(chosen.speed) * PAPER.slider_second_rate(angle)
     return np.maximum(((chosen.given.friction - inertia) / cosine).max(axis=0), 0.0)

@@ -84,7 +84,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     notes = [cube, f"{p.describe()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg.", *messages]
     return StudyResult(
         parameters=p, **status_of(wrong), metrics=by_case(metrics), signals=columns,
-        work={"cases": len(rows), "cases_wall_s": sum(row.wall_s for row in rows)},
         tables=[compare(metrics, "Slider-crank over thickness and speed", notes)],
     )  # fmt: skip
 

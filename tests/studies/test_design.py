@@ -141,7 +141,6 @@ def test_compression_on_the_way_is_that_of_the_rigid_mechanism_and_stress_that_o
 
 
 BROKEN = {
-    "shortening": (replace(WISH, contact_angle=np.radians(280)), Given(crank=0.2, coupler=0.25)),
     "yield": (WISH, Given(yield_strength=3e8)),
     "buckling": (replace(WISH, contact_force=0.3), Given()),
     "pull": (Wish(2.0, 30.0, np.radians(20)), Given(friction=0.01, fastest=30.0)),
@@ -170,7 +169,6 @@ def test_each_limit_can_be_broken_and_says_so_in_one_line(name):
         (lambda: Wish(np.array([1.0, -2.0]), 30.0, 2.0), "contact_force = "),
         (lambda: Given(mass=-1.0), "mass = -1.0"),
         (lambda: Given(friction=-0.1), "friction = -0.1"),
-        (lambda: Given(crank=0.4), "crank = 0.4 m: must be shorter than the coupler, 0.31 m"),
         (lambda: study.Parameters(contact_angle="400deg"), "contact_angle = 400deg"),
     ],
 )

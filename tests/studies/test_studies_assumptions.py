@@ -20,7 +20,7 @@ from buckler.studies.rattling import (
     crank_rocker,
     modes,
 )
-from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
+from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, Assumptions
 from buckler.studies.rattling.bars import LENGTH, RockerParameters, make_modal_rocker, set_damping
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.turns import solver
@@ -88,7 +88,7 @@ def test_a_joint_has_one_pin():
 @pytest.mark.parametrize("study", [clearance_speed, crank_rocker, modes])
 def test_every_study_has_them_and_its_defaults_are_what_was(study):
     p = study.Parameters()
-    assert set(declarations(JointAssumptions)) <= set(declarations(study.Parameters))
+    assert set(declarations(Assumptions)) <= set(declarations(study.Parameters))
     assert p.reversed_joints == "" and p.gravity_vector == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
     assert "gravity none in the plane" in p.describe() and "0.1 and 1 m/s" in p.describe()
 

@@ -204,7 +204,7 @@ def test_a_package_that_is_missing_is_one_line(dummy, capsys, monkeypatch):
     monkeypatch.setattr(sys.modules["dummy_study"], "run", lacking)
     assert dummy() == 1
     assert capsys.readouterr().err == "dummy: ERROR: ImportError: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
-    monkeypatch.setattr("buckler.studies.own.numbers.sensitivities", lacking)
+    monkeypatch.setattr("buckler.mbs.sensitivities", lacking)
     assert main(argv=["sensitivity", str(ROOT / "studies/own/examples/pendulum.toml"), "--of", "max(A.y)"]) == 2
     assert capsys.readouterr().err == "error: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
 

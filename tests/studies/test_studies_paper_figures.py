@@ -1,4 +1,4 @@
-"""The papers' figures on their own axes; ensembles of the crank-rocker with bands."""
+"""The papers' figures on their own axes; means of the crank-rocker with errors."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_bowed_beam_strikes_as_printed_at_both_voltages():
         assert result.metrics[f"fig{k}.beam.first"].value == pytest.approx(force, abs=1)
 
 
-def test_crank_rocker_gives_means_with_errors_and_bands():
+def test_crank_rocker_gives_means_with_errors():
     result = crank_rocker.run(crank_rocker.Parameters(rocker="rigid", duration=0.012, settle=0.005, members=3))
     alone = [
         crank_rocker.run(crank_rocker.Parameters(rocker="rigid", duration=0.012, settle=0.005, members=1, seed=k))
@@ -45,8 +45,4 @@ def test_crank_rocker_gives_means_with_errors_and_bands():
     metric = result.metrics[name]
     assert metric.value == pytest.approx(np.mean(each)) and alone[0].metrics[name].error is None
     assert metric.error == pytest.approx(np.std(each, ddof=1) / np.sqrt(3) / np.mean(each))
-    low, high = result.signals["rigid.band.coupler.ax"]
-    assert (low <= high).all() and (high - low).max() > 0
     assert "± standard error of the mean over 3 members" in str(result)
-    banded, bare = (inked(crank_rocker, each)["acceleration"].axes[0].collections for each in (result, alone[0]))
-    assert banded and not bare

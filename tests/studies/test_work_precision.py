@@ -1,6 +1,6 @@
-"""Error against run time: turns, medians, the front, on runs whose time is made up."""
+"""Error against run time: turns and medians, on runs whose time is made up."""
 
-from math import inf, isnan, nan
+from math import isnan, nan
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,20 +48,6 @@ def test_speedup_cancels_a_machine_that_slows_down(clock):
     _, found = measured(clock, 5, a=(drift, 0.1), b=(3 * drift, 0.1))
     assert found["a"].speedup(found["b"]) == pytest.approx(3)
     assert found["b"].speedup(found["a"]) == pytest.approx(1 / 3)
-
-
-def test_front_is_what_nothing_beats(clock):
-    made = {
-        "fast": ([1], 1e-1),
-        "good": ([2], 1e-3),
-        "beaten": ([3], 1e-2),
-        "same_error_slower": ([4], 1e-3),
-        "best": ([5], 1e-5),
-        "failed": ([0.1], nan),
-        "infinite": ([0.2], inf),
-    }
-    _, points = measured(clock, 1, **made)
-    assert [name for name, point in points.items() if point.front] == ["fast", "good", "best"]
 
 
 def test_fastest_is_the_quickest_of_those_accurate_enough():
