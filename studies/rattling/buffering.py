@@ -203,7 +203,8 @@ def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
     metrics: dict[str, Metric] = {}
     level = p.level / (len(CLAIMS) * len(p.cells))
     for (i, cell), (k, claim) in product(enumerate(p.cells), enumerate(CLAIMS)):
-        judgement = judge(*(each[i, :, k] for each in found), p.margin, level)
+        values, errors, half_widths = (each[i, :, k] for each in found)
+        judgement = judge(values, errors, half_widths, p.margin, level)
         metrics |= {f"{cell}.{claim.name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
         metrics[f"{cell}.{claim.name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
     holds = np.where(np.isnan(found.ratio), np.nan, found.ratio < 1 - p.margin)  # (cells, samples, claims), cells by unit

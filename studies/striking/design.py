@@ -107,7 +107,7 @@ def figure(result: StudyResult) -> Figure:
     fig, ax = subplots(height=90)
     h, angle = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
     bending_stiffness = STEEL.modulus * p.width * h**3 / 12
-    force = PAPER.push(law.fast, bending_stiffness, pi, PAPER.slider(pi - angle / 2))  # on a rigid stop
+    force = PAPER.push(law.fast, 1.0, pi, PAPER.slider(pi - angle / 2)) * bending_stiffness  # on a rigid stop
     is_feasible = feasible(design(Wish(force, p.impact_force, angle), d.given))
     ax.contourf(1e3 * h, np.degrees(angle), is_feasible, levels=[-0.5, 0.5], colors=["#dddddd"])
     lines = ax.contour(1e3 * h, np.degrees(angle), force, levels=p.contact_force * 2.0 ** np.arange(-3, 4), colors="#555555")

@@ -204,7 +204,8 @@ class Store:
             content = json.loads(text)
             for name, each in content["metrics"].items():  # `to_json` writes nan and inf as texts, which `float` reads
                 unit = each.pop("unit")
-                content["metrics"][name] = Metric(unit=unit, **{key: x if x is None else float(x) for key, x in each.items()})
+                numbers: Any = {key: x if x is None else float(x) for key, x in each.items()}
+                content["metrics"][name] = Metric(unit=unit, **numbers)
             content["wall_s"] = float(content["wall_s"])
             rows.append(Row(number, json.loads(parameters), status, **content))
         return rows
