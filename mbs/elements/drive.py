@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import pairwise
 from math import inf
 from typing import Any, ClassVar
 
@@ -76,15 +77,17 @@ class Motion(Declared):
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
         times = [fraction * duration for fraction in (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)]  # irregular: no periods of the motion
+        step, kinks = min(STEP, 0.01 * duration), self.kinks(duration)
+        times += [(a + b) / 2 for a, b in pairwise((0.0, *kinks, duration)) if b - a > 2 * step]  # it may rest at the others
         speed_at = partial(_evaluate, f"{where}: speed", self.speed)
         speeds = [speed_at(t) for t in times]
-        slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
+        slopes = [self._slope(t, speed, step, where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
         near_zero = SPEED_ERROR**2 * largest + 1e-12  # allowed where the speed is near zero, chosen; 1e-12 for a motion at rest
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
             if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + near_zero:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
-        for t in self.kinks(duration):
+        for t in kinks:
             before, after = speed_at(t), speed_at(float(np.nextafter(t, inf)))  # `kinks` returns the last time before a jump
             if abs(after - before) > SPEED_ERROR * largest:
                 raise ValueError(

@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 
 from buckler.elastica import law, pinned
 from buckler.mbs import STEEL, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
-from buckler.mbs.functions import Table
+from buckler.mbs.functions import Piecewise, Table
 
 # --- frozen, normalised, portable -------------------------------------------------------------------------------------
 
@@ -116,6 +116,23 @@ def test_a_speed_that_jumps_within_a_run_is_named_as_an_impulse(at):
     with pytest.raises(ValueError, match=rf"speed jumps from 4 to 7 at t = {at:g} s: .* impulse"):
         jumping.check_run(1.0, "drive")
     jumping.check_run(0.9 * at, "drive")
+
+
+def test_a_drive_that_dwells_is_looked_at_while_it_moves():
+    """It rests for three quarters of each second, and is at rest at all other times that are looked at."""
+
+    def moved(t):
+        turns, rest = divmod(t, 1.0)
+        part = max(0.0, (rest - 0.75) / 0.25)
+        return turns + part - math.sin(2 * math.pi * part) / (2 * math.pi)
+
+    def speed(t):
+        return 4 * (1 - math.cos(2 * math.pi * max(0.0, (t % 1.0 - 0.75) / 0.25)))
+
+    at = {"breaks": (0.75, 0.999999), "period": 1.0}
+    Motion(Piecewise(moved, **at), Piecewise(speed, **at)).check_run(3.2, "drive")
+    with pytest.raises(ValueError, match="is not the derivative of position"):
+        Motion(Piecewise(moved, **at), Piecewise(lambda t: 1.1 * speed(t), **at)).check_run(3.2, "drive")
 
 
 def test_a_links_direction_is_its_angle_from_the_x_axis_and_its_angle_the_turn_since_the_start():
