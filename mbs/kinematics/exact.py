@@ -51,7 +51,7 @@ def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver:
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
-        # samples in a step; 0.2 is chosen. No run here has contacts, but the resolution, 8 by default, grows with the level
+        # samples in a step; 0.2 is chosen, 8 by default. No run here has contacts, but the resolution grows with the level
         least = ceil(0.2 * solver.steps.contact_resolution)
         longest_gap = 2 * BEFORE_KINK * follower.linkage.last  # of a pair at a kink; the end as given, not an early one
         grid = _add_samples(follower.anchors.time, grid, least, longest_gap)
@@ -85,11 +85,14 @@ def _find_failed_load(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
-    """Return sample times [s]: equal steps, or 400 in a turn at the largest speed, and both sides of each kink."""
+    """Return sample times [s]: equal steps, or ten times the resolution a turn at the largest speed, and both sides of each kink.
+
+    The resolution grows with the level of a refinement, so that two runs have other samples. By default it is 40.
+    """
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-    count = ceil(max(duration / steps.longest(duration), 400 * turns))  # 400 a turn: one at each 0.9 degrees
+    count = ceil(max(duration / steps.longest(duration), 10 * steps.contact_resolution * turns))  # by default each 0.9 degrees
     equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one step above the limit is enough
     if count <= steps.max_steps:
         equidistant[-1] = duration

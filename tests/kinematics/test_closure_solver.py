@@ -79,3 +79,28 @@ def test_loops_that_do_not_close_between_two_times_end_the_run(monkeypatch):
     result = mbs.simulate(mbs.crank_rocker(BAR, speed=30.0), 0.05)
     assert result.status is mbs.Status.SINGULAR and "loops do not close at t = 0.01" in result.message
     assert 0.0 < result.time[-1] <= 0.01
+
+
+def test_error_covers_forces_between_the_samples():
+    """A quick return's crank turns a rocker through a slot: tan(angle) = (h + r sin wt)/(r cos wt), torque J angle'' angle'/w."""
+    r, h, w, inertia = 0.08, 0.2, 10.0, 0.1
+    slope = np.array([r, h]) / np.hypot(r, h)
+    mechanism = mbs.Mechanism(
+        points={"O": (0, 0), "A": (r, 0), "C": (0, -h), "E": tuple(0.4 * slope - [0, h])},
+        links=[
+            mbs.Link("crank", "O", "A", mbs.Rigid.of(mass=0.1, inertia=1e-4, centre=(0, 0))),
+            mbs.Link("rocker", "C", "E", mbs.Rigid.of(mass=1.0, inertia=inertia, centre=(0, 0))),
+        ],
+        joints=[
+            mbs.Revolute("O", "ground", "crank"), mbs.Revolute("C", "ground", "rocker"),
+            mbs.Slot("A", "crank", "rocker", along=tuple(slope)),
+        ],
+        drives=[mbs.Drive("crank", w)],
+    )  # fmt: skip
+    result = fine(mbs.simulate(mechanism, 1.0))
+    t = np.linspace(0, 1, 20001)
+    square = r**2 + h**2 + 2 * h * r * np.sin(w * t)  # of the distance from the rocker's pivot to the pin
+    rate = w * (r**2 + h * r * np.sin(w * t)) / square
+    second = w**2 * h * r * np.cos(w * t) * (h**2 - r**2) / square**2
+    error = np.abs(result.at("drive.torque", t) - inertia * second * rate / w)
+    assert error.max() < result.error.absolute("drive.torque", "peak") < 20 * error.max()
