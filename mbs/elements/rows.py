@@ -5,9 +5,8 @@ A measure compares points of a first and a second body: relative position along 
 In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import hypot
 from typing import Any
 
 from .element import GROUND, Place
@@ -54,24 +53,6 @@ class Row:
     def bodies(self) -> set[str]:
         """Bodies that the equation constrains, the ground included."""
         return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
-
-    def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
-        """Yield each point of the row with the derivatives of the row by its (x, y, angle), at the places `points` [m]."""
-        for coefficient, measure in self.terms:
-            if isinstance(measure, Turn):
-                yield measure.first, (0.0, 0.0, coefficient)
-                yield measure.second, (0.0, 0.0, -coefficient)
-                continue
-            (x1, y1), (x2, y2) = points[measure.first.point], points[measure.second.point]
-            x, y, lever = x1 - x2, y1 - y2, 0.0
-            if isinstance(measure, Distance):
-                dx, dy = x / hypot(x, y), y / hypot(x, y)
-            else:
-                dx, dy = measure.direction
-                if measure.turns:
-                    lever = dx * y - dy * x  # as the second body turns, the direction changes at the rate (-dy, dx)
-            yield measure.first, (coefficient * dx, coefficient * dy, 0.0)
-            yield measure.second, (-coefficient * dx, -coefficient * dy, coefficient * lever)
 
 
 def row(measure: Measure, motion: object = None, *, start_only: bool = False) -> Row:

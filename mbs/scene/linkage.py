@@ -6,7 +6,7 @@ J q_t = -C_t and second rates J q_tt = gamma - C_tt. The convective term gamma =
 (P. E. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -87,27 +87,13 @@ class Linkage:
 
     @cached_property
     def _forms(self) -> Forms:
-        """Equations of all rows, with arms from the starts of links, and from the origin for the ground."""
+        return self.make_forms(self.rows)
+
+    def make_forms(self, rows: Sequence[Row]) -> Forms:
+        """Return the equations of rows, with arms from the starts of links, and from the origin for the ground."""
         starts = {name: (i, complex(*self.reference[i, :2])) for name, i in self.index.items()}
         starts[GROUND] = len(self.index), 0j
-        return Forms(self.rows, len(self.index), self.mechanism.points, locate=lambda end: starts[end.body])
-
-    def position(self, link: str, point: str, q: Array) -> Array:
-        """Return the position of a point of a link, or of the ground [m], at coordinates q (..., links, 3)."""
-        if link == GROUND:
-            return np.array(self.mechanism.points[point])
-        i = self.index[link]
-        arm = complex(*self.mechanism.points[point]) - complex(*self.reference[i, :2])  # at t = 0
-        z = arm * np.exp(1j * (q[..., i, 2] - self.reference[i, 2]))
-        return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
-
-    def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:
-        """Return the velocity of a point of a link [m/s]."""
-        if link == GROUND:
-            return np.zeros(2)
-        i = self.index[link]
-        arm = self.position(link, point, q) - q[..., i, :2]
-        return q_t[..., i, :2] + q_t[..., i, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        return Forms(rows, len(self.index), self.mechanism.points, locate=lambda end: starts[end.body])
 
     def system(self, q: Array) -> tuple[Array, Array]:
         """Compute C (..., rows), before drives subtract their travel, and J (..., rows, 3 links) from q (..., links, 3)."""

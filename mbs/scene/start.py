@@ -4,16 +4,17 @@ Links move as rigid bodies if the equations allow it. If not, as in a truss of s
 stations, have additional velocities. These are the smallest in a norm weighted by the stiffness of the link.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..elements.element import place
+from ..elements.element import GROUND, Place, place
 from ..elements.link import Link
-from ..elements.rows import Row
-from ..geometry import Array
+from ..elements.rows import Along, Row, Turn, row
+from ..geometry import Array, rotate_left
 from ..mechanism import Mechanism
+from .forms import Forms
 from .linkage import DEPENDENT, KinematicsError, Linkage, involved_elements, mass_matrix, rank
 
 EXACT = 1e-9
@@ -34,7 +35,9 @@ class Start:
 
     def velocity(self, link: str, point: str) -> Array:
         """Return the velocity of a point of a link [m/s]."""
-        rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
+        i = self.linkage.index[link]
+        arm = self.linkage.mechanism.points[point] - self.linkage.reference[i, :2]
+        rigid = self.rates[i, :2] + self.rates[i, 2] * rotate_left(arm)
         return rigid + self.additional[link][point][:2] if link in self.additional else rigid
 
     def interpolate(self, link: Link, distances: Mapping[str, float], x: Array) -> Array:
@@ -62,17 +65,17 @@ class Stations:
     def __init__(self, mechanism: Mechanism) -> None:
         links = [link for link in mechanism.links if link.body.flexible]
         self.mechanism = mechanism
-        self.points = [(link.name, point) for link in links for point in link.points]
-        self.numbers = {station: k for k, station in enumerate(self.points)}
+        self.points = [Place(link.name, point) for link in links for point in link.points]
         self.axes = np.array([_weighted_axes(mechanism, name) for name, _ in self.points]).reshape(-1, 3, 3)
 
-    def columns(self, row: Row) -> Array:
-        """Return a row's derivatives by the weighted velocities of all n stations, (3 n,)."""
-        found = np.zeros((len(self.points), 3))
-        for end, by_pose in row.gradient(self.mechanism.points):  # derivatives by (x, y, angle) of the end
-            if (k := self.numbers.get(end)) is not None:
-                found[k] += np.array(by_pose) @ self.axes[k]
-        return found.ravel()
+    def jacobian(self, rows: Sequence[Row]) -> Array:
+        """Compute the derivatives of rows by the weighted velocities of all n stations, (rows, 3 n)."""
+        count, points = len(self.points), self.mechanism.points
+        origins = {station: (k, complex(*points[station.point])) for k, station in enumerate(self.points)}
+        forms = Forms(rows, count, points, locate=lambda end: origins.get(end, (count, 0j)))  # with all other bodies at rest
+        poses = np.array([(*points[station.point], 0.0) for station in self.points]).reshape(count, 3)
+        _, by_pose = forms.system(poses)
+        return np.einsum("rki,kij->rkj", by_pose.reshape(len(rows), count, 3), self.axes).reshape(len(rows), 3 * count)
 
 
 def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
@@ -88,9 +91,7 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
 
 def compute_jacobians(linkage: Linkage, q: Array) -> tuple[Array, Array]:
     """Compute the rows' derivatives by coordinates of m rigid links, (rows, 3 m), and by n stations, (rows, 3 n)."""
-    stations = Stations(linkage.mechanism)
-    flexible = np.array([stations.columns(row) for row in linkage.rows])
-    return linkage.jacobian(q), flexible.reshape(len(linkage.rows), 3 * len(stations.points))
+    return linkage.jacobian(q), Stations(linkage.mechanism).jacobian(linkage.rows)
 
 
 def name_surplus_drives(linkage: Linkage) -> str:
@@ -110,8 +111,9 @@ def start(linkage: Linkage) -> Start:
     rigid, flexible = compute_jacobians(linkage, linkage.reference)
     right, names = linkage.drive_travel(0.0, order=1), list(linkage.names)  # speeds of the drives, 0 in other rows
     stations = Stations(linkage.mechanism)
-    for name, row, by_stations, value in _velocity_rows(linkage, stations):
-        rigid, flexible = np.vstack([rigid, row]), np.vstack([flexible, by_stations])
+    for name, given, value in _velocity_rows(linkage.mechanism):
+        _, of_links = linkage.make_forms([given]).system(linkage.reference * (1.0, 1.0, 0.0))  # with angles since t = 0
+        rigid, flexible = np.vstack([rigid, of_links]), np.vstack([flexible, stations.jacobian([given])])
         right, names = np.append(right, value), [*names, name]
     weighted, residual = _solve_flexible(rigid, flexible, right)
     scale = max(1.0, np.abs(right).max(initial=0.0))
@@ -152,22 +154,14 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     return rates + to_rates @ np.linalg.lstsq(rows @ to_rates, residual, rcond=DEPENDENT)[0]
 
 
-def _velocity_rows(linkage: Linkage, stations: Stations) -> Iterator[tuple[str, Array, Array, float]]:
-    """Yield the equations of the given `velocities`: name in messages, coefficients of links' rates and of stations, value.
-
-    A number is the angular velocity of a link, a pair of numbers the velocity of a point.
-    """
-    for name, value in linkage.mechanism.velocities.items():
+def _velocity_rows(mechanism: Mechanism) -> Iterator[tuple[str, Row, float]]:
+    """Yield the rows of the given `velocities`: name in messages, row, value of its rate [m/s or rad/s]."""
+    for name, value in mechanism.velocities.items():
+        where = f"velocities['{name}']"
         if isinstance(value, float):
-            link, point, equations = name, "", [((0.0, 0.0, 1.0), value)]
-        else:
-            body, point = place(name)  # without a body any link that has the point will do: joints hold them
-            link = body or next(link.name for link in linkage.mechanism.links if point in link.points)
-            x, y = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
-            equations = [((1.0, 0.0, -y), value[0]), ((0.0, 1.0, x), value[1])]
-        for by_rates, rate in equations:
-            row, by_stations = np.zeros((len(linkage.index), 3)), np.zeros((len(stations.points), 3))
-            row[linkage.index[link]] = by_rates
-            if (k := stations.numbers.get((link, point))) is not None:
-                by_stations[k] = by_rates[:2] @ stations.axes[k][:2]
-            yield f"velocities['{name}']", row.ravel(), by_stations.ravel(), float(rate)
+            yield where, row(Turn(Place(name, ""), Place(GROUND, ""))), value  # without a point: of the link as a rigid body
+            continue
+        body, point = place(name)  # without a body any link that has the point will do: joints hold them
+        moving = Place(body or next(link.name for link in mechanism.links if point in link.points), point)
+        for direction, component in zip(((1.0, 0.0), (0.0, 1.0)), value, strict=True):
+            yield where, row(Along(moving, Place(GROUND, point), direction)), component

@@ -16,6 +16,7 @@ from buckler.mbs.elements.strut import StrutLaw
 from buckler.mbs.engine.solve import run_once
 from buckler.mbs.geometry import cross
 from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.scene.forms import Forms
 
 
 def test_a_gradient_of_a_row_is_that_of_its_measure():
@@ -32,8 +33,11 @@ def test_a_gradient_of_a_row_is_that_of_its_measure():
         c, s = (math.cos(a2), math.sin(a2)) if measure.turns else (1.0, 0.0)
         return (c * d[0] - s * d[1]) * (x1 - x2) + (s * d[0] + c * d[1]) * (y1 - y2)
 
+    pose = np.array([(*points[end.point], 0.0) for end in (one, other)])
+    origins = {end: (i, complex(*points[end.point])) for i, end in enumerate((one, other))}
     for measure in (Along(one, other, d), Along(one, other, d, turns=True), Turn(one, other), Distance(one, other)):
-        for end, gradient in row(measure).gradient(points):
+        _, jacobian = Forms([row(measure)], 2, points, locate=origins.__getitem__).system(pose)
+        for end, gradient in zip((one, other), jacobian.reshape(2, 3), strict=True):
             for k in range(3):
                 sides = [value(measure, {one: np.zeros(3), other: np.zeros(3)} | {end: h * np.eye(3)[k]}) for h in (1e-6, -1e-6)]
                 assert gradient[k] == pytest.approx((sides[0] - sides[1]) / 2e-6, abs=1e-8), (measure, end, k)

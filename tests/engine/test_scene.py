@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulations import closed
+from simulations import closed, position, velocity
 
 from buckler import mbs
 from buckler.mbs.laws import ExactRestitution
@@ -190,7 +190,7 @@ def ideal(mechanism, duration):
     """Positions and velocities of all points at the end, by loop closure."""
     closure, (state,) = closed(mechanism, [duration])
     return {
-        point: (closure.position(link.name, point, state.q), closure.velocity(link.name, point, state.q, state.q_t))
+        point: (position(closure, link.name, point, state.q), velocity(closure, link.name, point, state.q, state.q_t))
         for link in mechanism.links
         for point in link.points
     }

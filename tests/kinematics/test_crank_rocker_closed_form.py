@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from clearance_pair import beam_modes
 from fourbar import FourBar
-from simulations import closed
+from simulations import closed, position
 
 from buckler.mbs.library import CLOSED, RATTLING
 
@@ -21,7 +21,7 @@ def test_it_is_the_motion_of_the_general_loop_closure(bar):
     assert np.abs(change - exact.acceleration[..., 2]).max() < 1e-10 * bar.speed**2
     assert states[-1].q[0, 2] - closure.reference[0, 2] == pytest.approx(np.copysign(4 * np.pi, bar.speed), abs=1e-12)
     for joint in closure.mechanism.joints:
-        ends = [[closure.position(link, joint.point, state.q) for state in states] for link in (joint.first, joint.second)]
+        ends = [[position(closure, link, joint.point, state.q) for state in states] for link in (joint.first, joint.second)]
         assert np.abs(np.subtract(*ends)).max() < 1e-12
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulations import BAR, closed
+from simulations import BAR, closed, position, velocity
 
 from buckler.mbs import Drive, Ramp, slider_crank
 from buckler.mbs.kinematics.slidercrank import SliderCrank
@@ -23,8 +23,8 @@ def test_slider_position_and_speed_agree_with_closed_form(lengths):
     angles = np.linspace(0, 2 * np.pi, 73)
     closure, states = closed(driven_slider_crank(lengths=lengths), angles / SPEED)
     for angle, state in zip(angles, states, strict=True):
-        x, y = closure.position("coupler", "B", state.q)
-        vx, vy = closure.velocity("coupler", "B", state.q, state.q_t)
+        x, y = position(closure, "coupler", "B", state.q)
+        vx, vy = velocity(closure, "coupler", "B", state.q, state.q_t)
         assert abs(x - lengths.slider(angle)) < 1e-12 and abs(y) < 1e-12
         assert abs(vx - SPEED * lengths.slider_rate(angle)) < 1e-11 and abs(vy) < 1e-12
 
@@ -38,7 +38,7 @@ def test_slider_acceleration_agrees_with_the_closed_form_differentiated(ramp):
         angle, omega, alpha = motion.position(t), motion.speed(t), motion.acceleration(t)
         second = PAPER.slider_rate(angle + 1e-30j).imag / 1e-30
         expected = second * omega**2 + PAPER.slider_rate(angle) * alpha
-        arm = closure.position("coupler", "B", state.q) - state.q[1, :2]
+        arm = position(closure, "coupler", "B", state.q) - state.q[1, :2]
         spin, gain = state.q_t[1, 2], state.q_tt[1, 2]
         found = state.q_tt[1, :2] + gain * np.array([-arm[1], arm[0]]) - spin**2 * arm
         assert found == pytest.approx([expected, 0.0], abs=1e-9)

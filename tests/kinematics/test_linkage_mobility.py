@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulations import BAR, closed, parallelogram
+from simulations import BAR, closed, parallelogram, position
 
 from buckler.mbs import Drive, Gear, Guide, Link, Mechanism, Revolute, crank_rocker
 from buckler.mbs.library import PAPER
@@ -59,8 +59,8 @@ def test_inclined_guide_is_the_level_one_turned(along):
         for before, after in ((one.q_t, two.q_t), (one.q_tt, two.q_tt)):
             assert after[:, 2] == pytest.approx(before[:, 2], abs=1e-11)
             assert after[:, :2] @ (1, 1j) == pytest.approx(turn * (before[:, :2] @ (1, 1j)), abs=1e-11)
-        assert complex(*turned.position("coupler", "B", two.q)) == pytest.approx(
-            turn * complex(*level.position("coupler", "B", one.q)), abs=1e-12
+        assert complex(*position(turned, "coupler", "B", two.q)) == pytest.approx(
+            turn * complex(*position(level, "coupler", "B", one.q)), abs=1e-12
         )
 
 

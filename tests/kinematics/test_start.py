@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulations import closed
+from simulations import closed, position
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker
 from buckler.mbs.scene.linkage import KinematicsError
@@ -136,6 +136,6 @@ def test_two_drives_turn_two_cranks():
     assert state.q[[0, 3], 2] - closure.reference[[0, 3], 2] == pytest.approx([0.4, -0.32], abs=1e-12)
     assert state.q_t[[0, 3], 2] == pytest.approx([1.0, -1.6], rel=1e-12)
     assert state.q_tt[[0, 3], 2] == pytest.approx([0.0, -4.0], abs=1e-9)
-    ends = [closure.position(link, "B", state.q) for link in "bc"]
+    ends = [position(closure, link, "B", state.q) for link in "bc"]
     assert ends[0] == pytest.approx(ends[1], abs=1e-12)
     assert Scene.of(closure.mechanism).is_determined

@@ -37,6 +37,22 @@ def closed(mechanism, times):
     return follower.linkage, [Course(*each) for each in zip(*follower.at(times), strict=True)]
 
 
+def position(linkage, link, point, q):
+    """Place of a point of a link, or of the ground, at coordinates q (links, 3)."""
+    if link == "ground":
+        return np.array(linkage.mechanism.points[point])
+    i = linkage.index[link]
+    arm = complex(*linkage.mechanism.points[point]) - complex(*linkage.reference[i, :2])  # at t = 0
+    z = arm * np.exp(1j * (q[i, 2] - linkage.reference[i, 2]))
+    return q[i, :2] + [z.real, z.imag]
+
+
+def velocity(linkage, link, point, q, q_t):
+    i = linkage.index[link]
+    arm = position(linkage, link, point, q) - q[i, :2]
+    return q_t[i, :2] + q_t[i, 2] * np.array([-arm[1], arm[0]])
+
+
 def pendulum(angle, swapped=False):
     names = ("bar", "ground") if swapped else ("ground", "bar")
     return Mechanism(
