@@ -66,8 +66,12 @@ def assemble(
         raise _out_of_reach(of_length, {**points, **poses[0]})
     # an angle as an equation allows the opposite direction, too; if no pose has all given directions, `check_links` raises below
     directed = [pose for pose in poses if all(_has_direction(link, {**points, **pose}) for link in deciding)]
-    candidates = sorted(directed or poses, key=_topmost(unknown, size))
-    first = min(candidates, key=_nearest(near, size))  # of several equally near ones, or without `near`, the topmost
+    step = SAME_POSE * size  # both orders are of rounded numbers, so that equal poses are equal
+    # first comes the pose whose first differing point is highest, then farthest right
+    candidates = sorted(directed or poses, key=lambda pose: [-round(x / step) for p in unknown for x in reversed(pose[p])])
+    squares = [sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) for pose in candidates]
+    distances = [round(square / (step * size)) for square in squares]
+    first = candidates[distances.index(min(distances))]  # of several equally near ones, or without `near`, the topmost
     others = [pose for pose in candidates if pose is not first]
     check_links({**points, **first}, deciding)
     equations.check_regular(unknown, first)
@@ -219,18 +223,6 @@ class _LengthEquations:
         if values[-1] < SINGULAR * values[0]:
             names = ", ".join(f"'{link.name}'" for link in self.links)
             raise ValueError(f"links {names}: are at a dead centre, in line; start from another angle, or give places of points")
-
-
-def _nearest(near: Mapping[str, Pair], size: float) -> Any:
-    """Make a sorting key of poses: the sum of squared distances from rough places, rounded so that equal poses are equal."""
-    step = SAME_POSE * size**2
-    return lambda pose: round(sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) / step)
-
-
-def _topmost(unknown: list[str], size: float) -> Any:
-    """Make a sorting key of poses: first comes the pose whose first differing point is highest, then farthest right."""
-    step = SAME_POSE * size
-    return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
 
 
 def _has_direction(link: Any, points: Mapping[str, Pair]) -> bool:
