@@ -77,18 +77,6 @@ def one_of(name: str, value: object, kinds: tuple[type, ...]) -> Any:
     return value
 
 
-def function(name: str, value: object, *arguments: float) -> Any:
-    """Return `value` if it can be called with the `arguments`; else raise a ValueError that quotes the exception of the call."""
-    if not callable(value):
-        raise ValueError(f"{name} = {short(value)}: must be a function")
-    try:
-        value(*arguments)
-    except Exception as error:
-        called = ", ".join(f"{a:g}" for a in arguments)
-        raise ValueError(f"{name}({called}) raises {type(error).__name__}: {error}") from error
-    return value
-
-
 def as_tuple(name: str, values: object) -> tuple[Any, ...]:
     """Return `values` as a tuple if it is iterable and not a text; ValueError otherwise."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):

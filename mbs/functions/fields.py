@@ -12,7 +12,6 @@ import numpy as np
 
 from ..declare import Either, Quantity, Schema, Several, Spec, any_of, build, fields_written, is_list, known_kinds, nameless, show
 from ..units import is_measured
-from ..validate import function as call_checked
 from ..validate import short
 from .values import Components, Expression, component_functions
 
@@ -99,9 +98,13 @@ class Function(Callables):
             parts: list[Any] = component_functions(function, names) if is_formula else [function]
         except ValueError as error:
             raise ValueError(f"{name} = {error}") from None
+        values = []
         for part in parts:
-            call_checked(name, part, *arguments)  # a ValueError if the call fails; it does not return the value
-        values = [part(*arguments) for part in parts]
+            try:
+                values.append(part(*arguments))
+            except Exception as error:
+                called = ", ".join(f"{a:g}" for a in arguments)
+                raise ValueError(f"{name}({called}) raises {type(error).__name__}: {error}") from error
         value, label = values[0] if len(values) == 1 else values, f"{name} at {names[0]} = {arguments[0]:g}"
         if np.shape(value) != ((self.size,) if self.size > 1 else ()):
             raise ValueError(f"{label} = {short(value)}: must be {f'{self.size} numbers' if self.size > 1 else 'a number'}")
