@@ -14,8 +14,7 @@ from ..elements.element import GROUND
 from ..geometry import Array
 from ..record.errors import Failure, Status
 from ..record.record import Record
-from ..scene.linkage import Linkage, invert, involved_elements
-from ..scene.remarks import independent_rows
+from ..scene.linkage import Linkage, independent_rows, invert, involved_elements
 from ..scene.scene import Scene
 
 CLOSED = 1e-9

@@ -177,6 +177,19 @@ def rank(jacobian: Array) -> int:
     return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
 
+def independent_rows(matrix: Array) -> list[int]:
+    """Find the rows that do not depend on rows before them, by Gram-Schmidt orthogonalisation, repeated against rounding."""
+    independent: list[int] = []
+    basis = np.empty((0, matrix.shape[1]))
+    for k, row in enumerate(matrix):
+        rest = row - basis.T @ (basis @ row)
+        rest = rest - basis.T @ (basis @ rest)
+        if float(np.linalg.norm(rest)) > DEPENDENT * max(1.0, float(np.linalg.norm(row))):
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+            independent.append(k)
+    return independent
+
+
 def involved_elements(names: list[str], weights: Array) -> list[str]:
     """Return the elements, each once, of rows with weights that are not zero: residuals, or coefficients of dependent rows."""
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved

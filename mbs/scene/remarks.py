@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..elements.element import GROUND
-from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import DEPENDENT, Linkage, rank
-from .start import compute_jacobians, name_surplus_drives
+from .linkage import Linkage, rank
+from .start import name_surplus_drives
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -81,46 +80,3 @@ def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str
         for name in joined:
             groups[name] = joined
     return groups
-
-
-def find_redundant(linkage: Linkage) -> list[str]:
-    """Find the elements whose rows depend on other rows in a pose in general position; flexible links may deform."""
-    names, matrix = _constraints(linkage)
-    independent = independent_rows(matrix)
-    return list(dict.fromkeys(name for k, name in enumerate(names) if k not in independent))
-
-
-def find_undetermined(linkage: Linkage) -> list[str]:
-    """Find the elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
-    names, matrix = _constraints(linkage)
-    left, values, _ = np.linalg.svd(matrix)
-    count = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # of independent rows; relative to the largest value, or 1
-    shares = np.abs(left[:, count:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
-    # 1e-6: rounding changes components by up to 1e-16 over the least singular value above zero, at least DEPENDENT = 1e-9
-    return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > 1e-6))
-
-
-def _constraints(linkage: Linkage) -> tuple[list[str], Array]:
-    """Return elements and scaled derivatives, in general position, of the rows that hold throughout a run.
-
-    Rows of drives come first: where a drive and a joint depend on each other, the joint is redundant. Columns are for places and
-    angles (times the longest link) of links, and for deformations of flexible ones, whose scale has no effect on the rank.
-    """
-    rigid, flexible = compute_jacobians(linkage, linkage.general_pose)
-    unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))  # d/d(angle L) = d/d(angle)/L for the longest link L
-    order = sorted(linkage.permanent_rows, key=lambda k: linkage.rows[k].motion is None)
-    matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
-    return [linkage.names[k] for k in order], matrix
-
-
-def independent_rows(matrix: Array) -> list[int]:
-    """Find the rows that do not depend on rows before them, by Gram-Schmidt orthogonalisation, repeated against rounding."""
-    independent: list[int] = []
-    basis = np.empty((0, matrix.shape[1]))
-    for k, row in enumerate(matrix):
-        rest = row - basis.T @ (basis @ row)
-        rest = rest - basis.T @ (basis @ rest)
-        if float(np.linalg.norm(rest)) > DEPENDENT * max(1.0, float(np.linalg.norm(row))):
-            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
-            independent.append(k)
-    return independent

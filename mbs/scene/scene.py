@@ -11,10 +11,11 @@ from ..elements import Link
 from ..elements.clearance import Clearance
 from ..elements.element import Burden, Element
 from ..functions import step_ends
+from ..geometry import Array
 from ..mechanism import Mechanism
-from .linkage import Linkage
-from .remarks import find_redundant, find_undetermined, remarks
-from .start import Start, start
+from .linkage import DEPENDENT, Linkage, independent_rows
+from .remarks import remarks
+from .start import Start, compute_jacobians, start
 
 
 class Scene:
@@ -65,13 +66,34 @@ class Scene:
 
     @cached_property
     def redundant(self) -> list[str]:
-        """Elements whose rows depend on other rows in a pose in general position, also with deformations of flexible links."""
-        return find_redundant(self.linkage)
+        """Elements whose rows depend on rows before them in a pose in general position; flexible links may deform."""
+        names, matrix = self._constraints
+        independent = independent_rows(matrix)
+        return list(dict.fromkeys(name for k, name in enumerate(names) if k not in independent))
 
     @cached_property
     def undetermined(self) -> list[str]:
-        """Elements whose forces no equation determines, as rows are redundant."""
-        return find_undetermined(self.linkage)
+        """Elements whose forces no equation determines: their rows occur in a null vector of the transposed Jacobian."""
+        names, matrix = self._constraints
+        left, values, _ = np.linalg.svd(matrix)
+        count = int((values > DEPENDENT * values.max(initial=1.0)).sum())  # of independent rows; relative to the largest, or 1
+        shares = np.abs(left[:, count:]).max(axis=1, initial=0.0)  # largest component of the null vectors in each row
+        # 1e-6: rounding changes components by up to 1e-16 over the least singular value above zero, at least DEPENDENT = 1e-9
+        return list(dict.fromkeys(name for name, share in zip(names, shares, strict=True) if share > 1e-6))
+
+    @cached_property
+    def _constraints(self) -> tuple[list[str], Array]:
+        """Elements and scaled derivatives, in general position, of the rows that hold throughout a run.
+
+        Rows of drives come first: where a drive and a joint depend on each other, the joint is redundant. Columns are for places
+        and angles (times the longest link) of links, and for deformations of flexible ones, whose scale does not affect the rank.
+        """
+        linkage = self.linkage
+        rigid, flexible = compute_jacobians(linkage, linkage.general_pose)
+        unit = np.tile([1.0, 1.0, linkage.size], len(linkage.index))  # d/d(angle L) = d/d(angle)/L for the longest link L
+        order = sorted(linkage.permanent_rows, key=lambda k: linkage.rows[k].motion is None)
+        matrix = np.hstack([rigid / unit, flexible / (np.abs(flexible).max(initial=0.0) or 1.0)])[order]
+        return [linkage.names[k] for k in order], matrix
 
     @cached_property
     def remarks(self) -> list[str]:
