@@ -11,13 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..geometry import Array
 from .edge_search import Edges, evaluate, find_edges, find_edges_in_time
-from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, Interpolant, find_crossings, find_state_of_edges, is_resolved, scan_states
+from .probing import MEASURE, MOST_EDGES, ON_SAMPLE, find_crossings, find_state_of_edges, is_resolved, scan_states
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 CLOSE = 0.025
 """Distance of two edges, over the run, below which one step may pass both: the longest step of the second level is as long.
@@ -38,7 +41,7 @@ class Argument(NamedTuple):
     values: Array
     rates: Array | None = None
 
-    def curve(self, time: Array, samples: Array) -> Interpolant:
+    def curve(self, time: Array, samples: Array) -> PPoly:
         """Return the cubic interpolant through the samples of these indices, at increasing times [s]."""
         from scipy.interpolate import CubicHermiteSpline, PchipInterpolator  # they take a while to load, and few runs need them
 
@@ -82,14 +85,14 @@ class _Known(NamedTuple):
         count = len(distinct if state == MEASURE else values)
         return cls(state, distinct, low, high) if count <= MOST_EDGES else None
 
-    def covers(self, time: Array, curves: Sequence[Interpolant]) -> bool:
+    def covers(self, time: Array, curves: Sequence[PPoly]) -> bool:
         """Return True if the state stays in the searched range in a run, up to `BEYOND`."""
         if self.state == TIME:
             return True
         values, margin = curves[self.state](time), BEYOND * (self.high - self.low)
         return bool(self.low - margin <= values.min() and values.max() <= self.high + margin)
 
-    def times(self, curves: Sequence[Interpolant], end: float) -> Array:
+    def times(self, curves: Sequence[PPoly], end: float) -> Array:
         """Return the times of the edges in a run [s]."""
         return self.values if self.state == TIME else find_crossings(curves[self.state : self.state + 1], [self.values], end)
 
@@ -161,9 +164,7 @@ class EdgeMemory:
         self.step_ends = np.unique([self.edges - sides, self.edges + sides]) if len(self.edges) else passed
         return Passed(passed, shift, too_many)
 
-    def _find_all(
-        self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[Interpolant]]]
-    ) -> tuple[list[Array], bool]:
+    def _find_all(self, time: Array, called: Sequence[tuple[Callable[..., object], Sequence[PPoly]]]) -> tuple[list[Array], bool]:
         """Find the edges [s] of each function in a run, without located ones, and if a function has too many to be resolved."""
         found, too_many = [], False
         for k, (function, curves) in enumerate(called):
@@ -178,9 +179,7 @@ class EdgeMemory:
         capped = [function for function, edges in self._of_time.values() if edges.capped]
         return found, too_many or not all(is_resolved(function, time, ()) for function in capped)
 
-    def _search_run(
-        self, k: int, function: Callable[..., object], time: Array, curves: Sequence[Interpolant]
-    ) -> tuple[Array, bool]:
+    def _search_run(self, k: int, function: Callable[..., object], time: Array, curves: Sequence[PPoly]) -> tuple[Array, bool]:
         """Search a run for the edges [s] of function k, note them as known if they are, and tell if some were left out."""
         end = float(time[-1])
         edges = find_edges(lambda t: evaluate(function, t, *(curve(t) for curve in curves)), end)

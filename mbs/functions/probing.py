@@ -4,13 +4,18 @@ Edges are jumps and kinks. Along one state all other states and the time are zer
 each, by cubics between its samples `time`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..geometry import Array
 from .edge_search import WIDTH, evaluate, find_edges_between
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 ON_SAMPLE = 1e-9
 """Distance of an edge from a sample, over the run, below which the edge lies on the sample, as if a step ended there."""
@@ -27,17 +32,7 @@ MEASURE = 0
 """Index of the state at whose values the solver can end steps: elongation or angle. A speed has kinks where bodies stick."""
 
 
-class Interpolant(Protocol):
-    """Argument of a function over time: a cubic interpolant of SciPy between the samples of a run."""
-
-    def __call__(self, time: Array, /) -> Array:
-        """Return the values at times [s]."""
-
-    def solve(self, y: float, *, extrapolate: bool) -> Array:
-        """Return the times [s] at which the value is y."""
-
-
-def scan_states(function: Callable[..., object], time: Array, curves: Sequence[Interpolant]) -> list[Array]:
+def scan_states(function: Callable[..., object], time: Array, curves: Sequence[PPoly]) -> list[Array]:
     """Find the edges of a function along each state over the state's range; a run that passes them has edges there, too."""
     found = []
     for k, curve in enumerate(curves):
@@ -55,14 +50,14 @@ def scan_states(function: Callable[..., object], time: Array, curves: Sequence[I
     return found
 
 
-def find_crossings(curves: Sequence[Interpolant], values: Sequence[Array], end: float) -> Array:
+def find_crossings(curves: Sequence[PPoly], values: Sequence[Array], end: float) -> Array:
     """Find the times within a run [s] at which states pass values."""
     found = [curve.solve(value, extrapolate=False) for curve, some in zip(curves, values, strict=True) for value in some]
     times = np.concatenate([np.empty(0), *found])
     return np.asarray(times[(times > 0) & (times < end)])  # nan if a state stays at a value
 
 
-def find_state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[Interpolant], edges: Array) -> int | None:
+def find_state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> int | None:
     """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
     probes = edges[:: 1 + len(edges) // MOST_EDGES]  # every second, third, ... if there are many
     state = _only_state(function, time, curves, probes)
@@ -71,7 +66,7 @@ def find_state_of_edges(function: Callable[..., object], time: Array, curves: Se
     return state
 
 
-def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[Interpolant], edges: Array) -> bool:
+def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> bool:
     """Return True if a function has kinks at these values of the first state, whatever time and other states are."""
     states, zero = [curve(edges) for curve in curves], np.zeros_like(edges)
     values, step = states[MEASURE], 1e-6 * float(np.ptp(curves[MEASURE](time)))
@@ -84,7 +79,7 @@ def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Seque
     return True
 
 
-def _only_state(function: Callable[..., object], time: Array, curves: Sequence[Interpolant], edges: Array) -> int | None:
+def _only_state(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> int | None:
     """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
     near = ON_SAMPLE * float(time[-1])
     times = np.clip(np.concatenate([np.linspace(0.0, time[-1], 50), edges - near, edges + near]), 0.0, time[-1])
@@ -97,7 +92,7 @@ def _only_state(function: Callable[..., object], time: Array, curves: Sequence[I
     return None
 
 
-def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[Interpolant]) -> bool:
+def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[PPoly]) -> bool:
     """Return True if a cubic through the samples of a run fits a function on all but a `MISFIT_SHARE` of the run."""
     from scipy.interpolate import PchipInterpolator
 
