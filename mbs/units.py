@@ -11,9 +11,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
-FORCE_UNITS = ("N", "N m")
-"""Units of forces and torques."""
-
 
 class Unit(NamedTuple):
     """Unit in SI, factor * 10**power. The power of ten is separate so that 300um is exactly the float 3e-4."""

@@ -18,7 +18,6 @@ import numpy as np
 from ..elements.signal import Kind
 from ..record.errors import Key, Norm
 from ..record.lookup import unknown
-from ..units import FORCE_UNITS
 from .difference import is_normal_force
 from .estimate import LEAST_ERROR
 from .trajectory import FORCE_KINDS, Trajectory
@@ -114,7 +113,7 @@ class Asked:
         found = dict[Key, float]()  # `of` is ALL_FORCES
         for name, signal in run.signals.items():
             is_running_mean = signal.period > 0  # a signal `F.mean`, beside the force F, which has the limit
-            if signal.kind in FORCE_KINDS and signal.unit in FORCE_UNITS and not is_running_mean:
+            if signal.kind in FORCE_KINDS and signal.unit in ("N", "N m") and not is_running_mean:
                 norms = (Norm.RMS, Norm.PEAK, Norm.IMPULSE) if signal.kind is Kind.CONTACT else (Norm.RMS,)
                 found |= {(name, norm): self.accuracy for norm in norms}
         return found

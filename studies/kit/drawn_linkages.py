@@ -13,8 +13,7 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import laws
 from buckler.mbs.functions import Expression, Table
-from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
+from buckler.mbs.library import BAR, PAPER, CrankRocker, SliderCrank, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
 
 from .published import GRAVITY, STRIP_WIDTH

@@ -22,8 +22,8 @@ from buckler.mbs import (
     Strut,
     slider_crank,
 )
-from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
+from buckler.mbs.library import SliderCrank
 
 
 def strut_slider(section, crank, coupler, mass, speed, duration, contact=lambda x, v: 0.0):

@@ -7,7 +7,7 @@ import pytest
 from made import BAR, GUIDES, JOINTS, LAW, LENGTH, LINKS, POINTS, STRIP, mechanism, steel
 
 from buckler import mbs
-from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.library import SliderCrank
 from buckler.mbs.validate import non_negative, number, positive, whole
 
 INF, NAN = math.inf, math.nan

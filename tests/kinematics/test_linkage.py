@@ -5,8 +5,7 @@ import pytest
 from simulations import BAR, closed, position, velocity
 
 from buckler.mbs import Drive, Ramp, slider_crank
-from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.mbs.library import PAPER, PAPER_STOP, SliderCrank
 
 SPEED = 1.25
 

@@ -15,10 +15,9 @@ from spectral_scenes import energy
 from buckler.mbs import Drive, Guide, Modal
 from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Ramp, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.functions import Table
-from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import HuntCrossley, Impact, KelvinVoigt
 from buckler.mbs.laws.rebound import restitution
-from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.library import SliderCrank, crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate

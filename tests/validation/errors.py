@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from buckler.mbs import Result, Status, Strut, simulate
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.library import SliderCrank
 from buckler.studies.extremes.case import run_reference
 from buckler.studies.kit.drawn import EVERYTHING, Draw, draw
 
