@@ -79,15 +79,8 @@ def slider_crank(
 ) -> Mechanism:  # fmt: skip
     """Return the compliant slider-crank at crank angle 0, its slider at negative x, on the far side of the crank pivot.
 
-    Parameters
-    ----------
-    coupler : Beam, Cable, Strut or Rigid, body of the coupler, from the crank pin A to the slider B
-    law : NormalLaw or None, contact law of the stopper; None leaves the stopper out
-    mass : float, mass of the slider, kg
-    speed : float, Ramp or Motion, speed of the crank, rad/s
-    friction : GuideFriction, optional, friction of the slider's guide
-    stop : float, place of the stopper on the slider's line, m, negative
-    lengths : SliderCrank, lengths of crank and coupler, m
+    `speed` [rad/s] is that of the crank. `coupler` is the body from the crank pin A to the slider B, whose `mass` [kg] slides in
+    a guide with `friction`. `law` is that of the contact with the stopper at x = `stop` < 0 [m]; None leaves the stopper out.
     """
     crank = Rigid(Section(width=0.030, thickness=0.005))  # its speed is prescribed: its mass changes the torque only
     return Mechanism(
@@ -141,15 +134,9 @@ def crank_rocker(
 ) -> Mechanism:  # fmt: skip
     """Return the crank-rocker with clearance in any of its joints, its journals centred at the start.
 
-    Parameters
-    ----------
-    rocker : Rigid or Beam, body of the rocker, from the frame C to the coupler's end B
-    speed : float, Ramp or Motion, speed of the crank, rad/s
-    play : callable, optional, function that makes each joint with clearance, see `Play`; None leaves all joints ideal
-    with_play : str, joints with clearance among O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker)
-    section : Section, section of crank and coupler
-    lengths : CrankRocker, lengths, m
-    angle : float, crank angle at the start, rad
+    `rocker` is the body from the frame C to the coupler's end B, `section` that of crank and coupler. The crank has the `speed`
+    [rad/s] and starts at the `angle` [rad]. `play` makes each joint with clearance, None leaves all joints ideal. `with_play`
+    names those with clearance: O (frame-crank), A (crank-coupler), B (coupler-rocker), C (frame-rocker).
     """
     joints = [("O", "ground", "crank"), ("A", "crank", "coupler"), ("B", "coupler", "rocker"), ("C", "ground", "rocker")]
     return Mechanism(
