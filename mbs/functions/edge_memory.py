@@ -97,14 +97,6 @@ class _Known(NamedTuple):
         return self.values if self.state == TIME else find_crossings(curves[self.state : self.state + 1], [self.values], end)
 
 
-class _Comparison(NamedTuple):
-    """Edges (n,) [s] of a run, compared with the run before."""
-
-    shift: float  # largest of edges closer than `CLOSE`, over their distance from the nearest edge
-    edges: Array
-    distances: Array  # from the nearest edge [s], (n,), at most `CLOSE` of the run
-
-
 class EdgeMemory:
     """`edges` [s] of the last run of a call, and `step_ends` [s], shortly before and after them, for the next run.
 
@@ -150,7 +142,7 @@ class EdgeMemory:
             self._names.append(name)
             every_function.append((function, [each.curve(time, first) for each in arguments]))
         found, too_many = self._find_all(time, every_function)
-        if self._known and not self._confirmed and self._compare(time, found).shift <= SETTLED:
+        if self._known and not self._confirmed and self._compare(time, found)[0] <= SETTLED:
             self._known = {}  # a second search of this run, now of known functions as well, confirms their edges
             found, too_many = self._find_all(time, every_function)
         self._located = {}  # each run calls `locate` anew, or locates no edges
@@ -204,8 +196,12 @@ class EdgeMemory:
         distance = np.abs(values[:, None] - self._located[self._names[k]]).min(axis=1, initial=np.inf)
         return state == MEASURE and bool((distance <= ON_SAMPLE * (high - low)).all())
 
-    def _compare(self, time: Array, found: list[Array]) -> _Comparison:
-        """Compare the edges found in a run with those of the run before; without edges if they are more than `MOST_EDGES`."""
+    def _compare(self, time: Array, found: list[Array]) -> tuple[float, Array, Array]:
+        """Compare the edges found in a run with those of the run before: return shift, edges [s], distances [s].
+
+        The shift is the largest of edges closer than `CLOSE`, over their distance from the nearest edge, which is cut off at
+        `CLOSE` of the run. More than `MOST_EDGES` edges count as none.
+        """
         every, limit = _merge(found, time), CLOSE * float(time[-1])
         edges = every if len(every) <= MOST_EDGES else np.empty(0)
         gaps = np.diff(edges, prepend=-np.inf, append=np.inf)
@@ -213,7 +209,7 @@ class EdgeMemory:
         before = np.concatenate([[-np.inf], self.edges, [np.inf]])
         place = np.searchsorted(before, edges)
         shifts = np.minimum(edges - before[place - 1], before[place] - edges) / distances
-        return _Comparison(float(shifts[distances < limit].max(initial=0.0)), edges, distances)
+        return float(shifts[distances < limit].max(initial=0.0)), edges, distances
 
 
 _MEMORY: ContextVar[EdgeMemory | None] = ContextVar("edge_memory", default=None)
