@@ -49,11 +49,6 @@ def positive(name: str, value: float, unit: str) -> float:
     return number(name, value, 0.0, math.inf, unit, open_low=True)
 
 
-def non_negative(name: str, value: float, unit: str) -> float:
-    """Return `value` if it is finite and not below zero; ValueError otherwise."""
-    return number(name, value, 0.0, math.inf, unit)
-
-
 def whole(name: str, value: object, low: int, high: int) -> int:
     """Return `value` if it is an integer in [low, high]; ValueError otherwise."""
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:

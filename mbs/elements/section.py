@@ -6,11 +6,11 @@ E, G are the moduli, A the area, I the second moment of area, rho the density, k
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any
 
 from ..declare import Declared, Part, Schema, any_of, declared, did_you_mean, field, quantity, show
-from ..validate import non_negative
+from ..validate import number
 
 
 @declared
@@ -133,7 +133,7 @@ class Section(SlenderSection, Declared):
 
     def damped(self, ratio: float, length: float) -> Section:
         """Return the section with the bending damping that gives mode n of the pinned strip the damping ratio n^2 `ratio`."""
-        non_negative("ratio", ratio, "1")
+        number("ratio", ratio, 0.0, inf, "1")
         retardation = 2 * ratio / self.first_frequency(length)
         return replace(self, material=replace(self.material, bending_damping=retardation))
 

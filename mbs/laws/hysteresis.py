@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import ClassVar
 
 from ..declare import Declared, declared, quantity
-from ..validate import non_negative, number
+from ..validate import number
 from .normal import PowerLaw
 from .pieces import Reals, ramp
 from .rebound import chi_exact, restitution
@@ -30,7 +30,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
         """Raise a ValueError at a pole of the hysteresis factor, or if it is negative, so that energy would be created."""
         if self.pole_at_zero:
             number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
-        non_negative("chi", self.chi, "1")
+        number("chi", self.chi, 0.0, math.inf, "1")
 
     @staticmethod
     @abstractmethod

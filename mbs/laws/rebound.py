@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..validate import non_negative, number, positive
+from ..validate import number, positive
 from .pieces import NormalLaw
 
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
@@ -29,7 +29,7 @@ def restitution(chi: float) -> float:
     The unknown is y = chi e, and the relation g(y) = -ln(1 - y) - y = chi - ln(1 + chi), written without cancellation. As g is
     convex and increasing and the start is above the root, the iteration converges monotonically.
     """
-    chi = non_negative("chi", chi, "1")
+    chi = number("chi", chi, 0.0, math.inf, "1")
     if chi < 1e-6:  # Taylor series, with an error of order chi^3
         return 1.0 - 2.0 / 3.0 * chi * (1.0 - 2.0 / 3.0 * chi)
     target = -_log1p_minus(chi)
@@ -54,7 +54,7 @@ def restitution_linear(damping_ratio: float) -> float:
     Contact ends when the force returns to zero, at a positive depth:
     e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
     """
-    zeta = non_negative("damping_ratio", damping_ratio, "1")
+    zeta = number("damping_ratio", damping_ratio, 0.0, math.inf, "1")
     if zeta == 1.0:
         return math.exp(-2.0)
     if zeta < 1.0:

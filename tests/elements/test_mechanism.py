@@ -8,7 +8,7 @@ from made import BAR, GUIDES, JOINTS, LAW, LENGTH, LINKS, POINTS, STRIP, mechani
 
 from buckler import mbs
 from buckler.mbs.library import SliderCrank
-from buckler.mbs.validate import non_negative, number, positive, whole
+from buckler.mbs.validate import number, positive, whole
 
 INF, NAN = math.inf, math.nan
 
@@ -29,9 +29,9 @@ def test_open_ends_are_shown_and_kept():
     assert positive("mass", 1e-29, "kg") > 0
     with pytest.raises(ValueError, match="counts as zero"):
         positive("mass", 5e-324, "kg")
-    assert non_negative("mass", 0.0, "kg") == 0
+    assert number("mass", 0.0, 0.0, math.inf, "kg") == 0
     with pytest.raises(ValueError, match=r"mass = -1 kg: must lie in \[0, inf\) kg"):
-        non_negative("mass", -1, "kg")
+        number("mass", -1, 0.0, math.inf, "kg")
 
 
 def test_whole_takes_whole_numbers_only():
