@@ -27,8 +27,6 @@ class Setting(Declared):
 class Controlled(Setting):
     """Steps adapted to the local error; equal ones, 400 in a turn of the drive, if constraints alone determine the motion.
 
-    Examples
-    --------
     >>> Spectral(Controlled(tolerance=1e-7)).steps.tolerance
     1e-07
     """
@@ -61,8 +59,6 @@ class Controlled(Setting):
 class Equal(Setting):
     """Steps of one size.
 
-    Examples
-    --------
     >>> Exudyn(Equal(1000)).steps.count
     1000
     """
@@ -97,8 +93,6 @@ def subdivide(kinks: Sequence[float], longest: float, default_longest: float) ->
 class Closure(Setting):
     """Loop closure and inverse dynamics, for linkages whose motion is determined by joints and drives; nothing is integrated.
 
-    Examples
-    --------
     >>> Closure(Equal(500)).steps.count
     500
     """
@@ -115,8 +109,6 @@ class Closure(Setting):
 class Exudyn(Setting):
     """The solver Exudyn: generalized-alpha, or an explicit method if all joints of rigid links have clearance.
 
-    Examples
-    --------
     >>> Exudyn(spectral_radius=0.9).newton_absolute is None
     True
     """
@@ -143,8 +135,6 @@ TOLERANCE = 1e-6
 class Spectral(Setting):
     """The compiled solver: spectral strips, joints as constraints; the defaults suit most mechanisms.
 
-    Examples
-    --------
     >>> Spectral(degree=8).contact_tolerance
     0.01
     """

@@ -95,8 +95,6 @@ class Flexible(Body):
 class Beam(Flexible):
     """A flexible link of geometrically exact (shear-deformable) beam elements.
 
-    Examples
-    --------
     >>> Beam(Section(width=0.03, thickness=3e-4), elements=6, imperfection=-3e-5).nodes
     3
     """
@@ -112,8 +110,6 @@ class Beam(Flexible):
 class Cable(Flexible):
     """A flexible link of shear-rigid ANCF cable elements (cubic Hermite).
 
-    Examples
-    --------
     >>> Cable(Section(width=0.03, thickness=3e-4), elements=8).elements
     8
     """

@@ -29,8 +29,6 @@ PIERCED = 0.05
 class Clearance(Joint):
     """A pin of the first body in a bush of the second, with clearance between them, contact and friction.
 
-    Examples
-    --------
     >>> joint = Clearance("B", "coupler", "rocker", pin=0.01, gap=2e-4, law=Hertz(1e9), friction=Coulomb(0.1))
     >>> joint.key
     'B.coupler-rocker'

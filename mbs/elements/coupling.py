@@ -51,8 +51,6 @@ class Gear(Coupling):
     The teeth act at the pitch point, normal to the line of centres. The component of their force along this line, which loads the
     axles only, is left out. If both gears turn about one point, only a torque acts.
 
-    Examples
-    --------
     >>> Gear("pinion:O", "wheel:P", ratio=-0.5).key
     'gear.pinion-wheel'
     """
@@ -103,8 +101,6 @@ class Rack(Coupling):
     The teeth act along the line at the pitch point. The component of their force across the line, which loads axle and guide
     only, is left out. Guide and axle are separate joints.
 
-    Examples
-    --------
     >>> Rack("pinion:O", "rack:A", radius=0.02).key
     'rack.pinion-rack'
     """
@@ -144,8 +140,6 @@ class Belt(Coupling):
     Torques act on both pulleys and on the carrier of their axles. The load of the axles by the belt's pretension and the mass of
     the belt are left out.
 
-    Examples
-    --------
     >>> Belt("motor:A", "drum:B", radius=0.01, other_radius=0.03).key
     'belt.motor-drum'
     """
@@ -176,8 +170,6 @@ class Rope(Coupling):
     The pulleys are points without friction. A check reports negative tension, where a real rope goes slack. A wheel with inertia
     is a link, and each part of the rope on it a `Rack`.
 
-    Examples
-    --------
     >>> Rope("A", "B", over=("P",)).key
     'rope.A-B'
     """

@@ -28,8 +28,6 @@ SPEED_ERROR = 1e-3
 class Ramp(Declared):
     """Motion whose speed changes linearly for a time and is constant afterwards.
 
-    Examples
-    --------
     >>> Ramp(0.0, 10.0, duration=0.5).position(0.5)  # rad or m
     2.5
     """
@@ -60,8 +58,6 @@ class Ramp(Declared):
 class Motion(Declared):
     """Any motion, given by position and speed; if only the speed is known, give it to the drive as a formula or table.
 
-    Examples
-    --------
     >>> from math import cos, sin
     >>> Motion(position=sin, speed=cos).speed(0.0)
     1.0
@@ -144,8 +140,6 @@ class SpeedField(Either):
 class Drive(Element):
     """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
 
-    Examples
-    --------
     >>> Drive("crank", speed=Ramp(0.0, 10.0, duration=0.5)).target
     'crank'
     """

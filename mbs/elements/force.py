@@ -22,8 +22,6 @@ from .signal import Energy, Kind, Signal, vector
 class Force(Stateful):
     """A force on a point of a link or a guide's block: constant, or a function of time, or of time, motion and states.
 
-    Examples
-    --------
     >>> Force("B", (0.0, -10.0)).key
     'force.B'
     """
@@ -124,8 +122,6 @@ class Force(Stateful):
 class Torque(Stateful):
     """A torque on a link: constant, or a function of time, angle, speed and states.
 
-    Examples
-    --------
     >>> Torque("crank", lambda time, angle, speed: -0.01 * speed).key
     'torque.crank'
     """
@@ -174,8 +170,6 @@ class Torque(Stateful):
 class LineLoad(Load):
     """A constant force and moment per length along a whole Beam; the force may turn with the sections of the beam.
 
-    Examples
-    --------
     >>> LineLoad("strip", force=(0.0, -0.5)).key  # N/m
     'line_load.strip'
     """

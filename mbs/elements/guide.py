@@ -25,8 +25,6 @@ class GuideFriction(Declared):
     F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r).
     Below v_r it is linear through zero, so a resting slider creeps instead of sticking.
 
-    Examples
-    --------
     >>> GuideFriction(dynamic=0.1, static=0.15).regularisation  # m/s
     0.001
     """
@@ -55,8 +53,6 @@ class GuideFriction(Declared):
 class Guide(GuideBase):
     """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
 
-    Examples
-    --------
     >>> Guide("B", "coupler", along=(1, 0), mass=0.3, friction=Coulomb(0.1)).mass  # of its block, kg
     0.3
     """

@@ -40,8 +40,6 @@ class Joint(JointBase):
 class Revolute(Joint):
     """An ideal pin at a point between two links, or a link and 'ground'.
 
-    Examples
-    --------
     >>> Revolute("O", "ground", "crank").key
     'O.ground-crank'
     """
@@ -69,8 +67,6 @@ class Revolute(Joint):
 class Weld(Joint):
     """A clamp: two bodies share a point and keep the angle they have there at t = 0.
 
-    Examples
-    --------
     >>> Weld("B", "coupler", "rocker").key
     'B.coupler-rocker'
     """
@@ -105,8 +101,6 @@ class Weld(Joint):
 class Slot(Joint):
     """A pin in a straight slot: a point of the first body stays on a line of the second; the angle is free.
 
-    Examples
-    --------
     >>> Slot("P", "pin", "bar", along=(1, 0)).key
     'P.pin-bar'
     """
@@ -157,8 +151,6 @@ class Slot(Joint):
 class Slider(Slot):
     """A prismatic joint: a point of the first body stays on a line of the second; the angle between them is constant.
 
-    Examples
-    --------
     >>> Slider("P", "block", "bar", along=(1, 0)).key
     'P.block-bar'
     """

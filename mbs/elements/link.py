@@ -75,8 +75,6 @@ class Carried(Spec):
 class Link(LinkBase):
     """A named link from one point to another.
 
-    Examples
-    --------
     >>> Link("crank", "O", "A", Rigid(Section(width=0.03, thickness=5e-3))).end
     'A'
     """

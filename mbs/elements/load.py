@@ -45,8 +45,6 @@ def sample(function: Callable[..., object], *columns: Array) -> Array:
 class States(Declared):
     """States of a load's law, with rates and initial values. Formulas call them state1, state2 and so on.
 
-    Examples
-    --------
     >>> States(rates=lambda time, angle, speed, s: 1.0 - speed, initial=(0.0,)).initial
     (0.0,)
     """

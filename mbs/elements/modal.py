@@ -121,8 +121,6 @@ class BarModes(Declared):
 class AdamsDamping(Declared):
     """Damping ratios by frequency, in the three bands that MSC ADAMS uses for flexible bodies by default.
 
-    Examples
-    --------
     >>> AdamsDamping(low=0.02).high
     1.0
     """
@@ -149,8 +147,6 @@ class InterfaceSpec(Part):
 class Modal(Body):
     """A link whose deformation is a sum of chosen modes of a solid.
 
-    Examples
-    --------
     >>> Modal(Section(width=0.03, thickness=5e-3), damping=0.02).mesh.elements
     (16, 2, 1)
     """

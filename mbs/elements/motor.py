@@ -27,8 +27,6 @@ class Motor(Load):
     voltage less the dead band. The link's torque is gear (constant i - friction sign(w)). The rotor adds inertia gear^2 to the
     link.
 
-    Examples
-    --------
     >>> Motor("crank", voltage=12.0, resistance=1.2, constant=0.05, gear=20.0).key
     'motor.crank'
     """

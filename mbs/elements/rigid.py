@@ -19,8 +19,6 @@ from .signal import Energy, Kind, Signal
 class Rigid(Body):
     """A rigid link: a uniform bar of a section, or a body of given mass, inertia and centre of mass (`Rigid.of`).
 
-    Examples
-    --------
     >>> round(Rigid(Section(width=0.03, thickness=5e-3)).mass_properties(0.2)[0], 4)  # kg
     0.2355
     >>> Rigid.of(mass=0.2, inertia=1e-4).mass
@@ -66,8 +64,6 @@ class Rigid(Body):
 class Mass(Element):
     """A mass fixed to a link, or to a guide's block, at a point.
 
-    Examples
-    --------
     >>> Mass("A", 0.2).key
     'mass.A'
     """

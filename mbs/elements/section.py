@@ -21,8 +21,6 @@ class Material(Declared):
     curvature kappa and the axial strain eps. The two retardation times differ because measured losses in bending contain losses
     in air and joints.
 
-    Examples
-    --------
     >>> Material(modulus=70e9, density=2700.0).poisson
     0.3
     """
@@ -83,8 +81,6 @@ class SlenderSection:
 class Section(SlenderSection, Declared):
     """Rectangular section of a link.
 
-    Examples
-    --------
     >>> round(Section(width=0.03, thickness=3e-4).euler_load(0.31), 4)  # pi^2 E I / L^2, N
     1.4558
     """
@@ -144,8 +140,6 @@ class Profile(SlenderSection, Declared):
 
     Drawings and stresses assume a square bar with the same bending and axial stiffness.
 
-    Examples
-    --------
     >>> strip = Profile(0.1, 1e6, 4e5, mass_per_length=0.07, inertia_per_length=1e-9)
     >>> strip.bending_stiffness  # N m^2
     0.1

@@ -88,8 +88,6 @@ class Elastic(Load):
 class Spring(Elastic):
     """A spring with a damper on the line between two points.
 
-    Examples
-    --------
     >>> Spring("A", "B", stiffness=120.0, damping=0.3).key
     'spring.A-B'
     """
@@ -149,8 +147,6 @@ class Spring(Elastic):
 class TorsionSpring(Elastic):
     """A torsion spring with a damper between two links, or a link and the ground.
 
-    Examples
-    --------
     >>> TorsionSpring("crank", "coupler", stiffness=0.02).key
     'torsion.crank-coupler'
     """

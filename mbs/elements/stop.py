@@ -33,8 +33,6 @@ class Stop(Element):
     At t = 0 the face is the line of all places whose dot product with its unit normal `along` is `at`. The contact force acts on
     both bodies at the point. Friction, the law's coefficient times this force, opposes the sliding of the point along the face.
 
-    Examples
-    --------
     >>> Stop("B", at=-0.355, law=Hertz(1e9)).on
     'ground'
     """

@@ -20,8 +20,6 @@ from .signal import Energy, Kind, Signal
 class Strut(Body):
     """A massless pinned strip: straight and stiff up to the Euler load, buckled with the force of the exact elastica beyond.
 
-    Examples
-    --------
     >>> Strut(Section(width=0.03, thickness=3e-4)).massless
     True
     """

@@ -41,8 +41,6 @@ class LuGre(_Bristle):
 
     Below mu_s the bristle bends like a spring. Each contact has one bristle.
 
-    Examples
-    --------
     >>> law = LuGre(static=0.3, dynamic=0.1, v_stribeck=0.01)
     >>> round(float(law.coefficient(0.0, 1e-6)), 3)  # a stuck bristle is a spring: s0 z
     0.1
@@ -71,8 +69,6 @@ class Stiction(_Bristle):
     however long or often the load changes below the limit g(0) = mu_s. A body that slides at v comes to rest under a load below
     g(v), as g grows while v falls. The elastic range of Dupont et al. 2002, doi 10.1109/TAC.2002.1000274, here reaches up to g.
 
-    Examples
-    --------
     >>> law = Stiction(static=0.3, dynamic=0.1)
     >>> round(float(law.after(0.0, 1e-3, 1e-3)), 9)  # a stuck bristle follows the displacement
     1e-06

@@ -71,8 +71,6 @@ def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: floa
 class NoFriction(Declared):
     """No friction, mu = 0.
 
-    Examples
-    --------
     >>> NoFriction().coefficient(0.5)
     0.0
     """
@@ -86,8 +84,6 @@ class NoFriction(Declared):
 class Coulomb(Declared):
     """mu(v) = mu_d v/v_reg for |v| < v_reg, mu_d sign(v) beyond; plus a viscous term beta v.
 
-    Examples
-    --------
     >>> Coulomb(0.1, v_reg=1e-3).coefficient(-0.5)
     -0.1
     """
@@ -108,8 +104,6 @@ class AdamsFriction(Declared):
     Friction of an ADAMS contact (MSC Software, Adams/Solver documentation, CONTACT). It rises to mu_s at v_s and falls to mu_d at
     v_d, with a continuous derivative.
 
-    Examples
-    --------
     >>> law = AdamsFriction(static=0.3, dynamic=0.1)
     >>> law.coefficient(0.1), law.coefficient(1.0)
     (0.3, 0.1)
@@ -133,8 +127,6 @@ class Ambrosio(Declared):
 
     J. A. C. Ambrosio, in Virtual Nonlinear Multibody Systems, Kluwer (2003) 57-81; see also doi 10.1007/s11071-016-2999-3.
 
-    Examples
-    --------
     >>> law = Ambrosio(0.1, v0=1e-3, v1=1e-2)
     >>> law.coefficient(5e-4), law.coefficient(1e-2)
     (0.0, 0.1)
@@ -154,8 +146,6 @@ class Ambrosio(Declared):
 class Threlfall(Declared):
     """mu(v) = mu_d sign(v) [1 - exp(-3 |v|/v0)]: 95 % of mu_d at v0 (Threlfall 1978, doi 10.1016/0094-114X(78)90020-4).
 
-    Examples
-    --------
     >>> round(float(Threlfall(0.1, v0=1e-2).coefficient(1e-2)), 3)  # 0.1 (1 - exp(-3))
     0.095
     """
@@ -174,8 +164,6 @@ class Stribeck(Declared):
 
     B. Armstrong-Helouvry et al., Automatica 30 (1994) 1083-1138, doi 10.1016/0005-1098(94)90209-7.
 
-    Examples
-    --------
     >>> law = Stribeck(static=0.3, dynamic=0.1, v_stribeck=0.01)
     >>> round(float(law.coefficient(1e-3)), 3), round(float(law.coefficient(1.0)), 3)
     (0.298, 0.1)

@@ -54,8 +54,6 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
 class HuntCrossley(HysteresisLaw):
     """chi = 3 (1 - e) / 2. First order in 1 - e, for light damping; Hunt and Crossley 1975, doi 10.1115/1.3423596.
 
-    Examples
-    --------
     >>> round(HuntCrossley(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.768
     """
@@ -66,8 +64,6 @@ class HuntCrossley(HysteresisLaw):
 class LankaraniNikravesh(HysteresisLaw):
     """chi = 3 (1 - e^2) / 4. From the energy lost in a nearly elastic impact; 1990, doi 10.1115/1.2912617.
 
-    Examples
-    --------
     >>> round(LankaraniNikravesh(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.796
     """
@@ -78,8 +74,6 @@ class LankaraniNikravesh(HysteresisLaw):
 class HerbertMcWhannell(HysteresisLaw):
     """chi = 6 (1 - e) / [(2 e - 1)^2 + 3]. Herbert and McWhannell 1977, doi 10.1115/1.3439270.
 
-    Examples
-    --------
     >>> round(HerbertMcWhannell(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.723
     """
@@ -90,8 +84,6 @@ class HerbertMcWhannell(HysteresisLaw):
 class LeeWang(HysteresisLaw):
     """chi = 3 (1 - e) / 4. Half of `HuntCrossley`, so that rebounds are too fast; Lee and Wang 1983, doi 10.1115/1.3267392.
 
-    Examples
-    --------
     >>> round(LeeWang(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.869
     """
@@ -104,8 +96,6 @@ class Gonthier(HysteresisLaw):
 
     It tends to 1/e as e -> 0, like that of `ExactRestitution`, and is a third too large as e -> 1.
 
-    Examples
-    --------
     >>> round(Gonthier(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.67
     """
@@ -119,8 +109,6 @@ class ZhiyingQishao(HysteresisLaw):
 
     Qin Zhiying, Lu Qishao, J. Dynamics and Control 4 (2006) 294-298; quoted by Hu and Guo, doi 10.1007/s11044-015-9453-z.
 
-    Examples
-    --------
     >>> round(ZhiyingQishao(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.68
     """
@@ -131,8 +119,6 @@ class ZhiyingQishao(HysteresisLaw):
 class Flores(HysteresisLaw):
     """chi = 8 (1 - e) / (5 e). For soft as well as hard contacts; Flores et al. 2011, doi 10.1007/s11044-010-9237-4.
 
-    Examples
-    --------
     >>> round(Flores(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.683
     """
@@ -144,8 +130,6 @@ class Flores(HysteresisLaw):
 class HuGuo(HysteresisLaw):
     """chi = 3 (1 - e) / (2 e). Hu and Guo 2015, doi 10.1007/s11044-015-9453-z.
 
-    Examples
-    --------
     >>> round(HuGuo(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.697
     """
@@ -157,8 +141,6 @@ class HuGuo(HysteresisLaw):
 class CarvalhoMartins(HysteresisLaw):
     """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Delivers e to 2e-4 for e >= 0.5; doi 10.1016/j.mechmachtheory.2019.03.028.
 
-    Examples
-    --------
     >>> round(CarvalhoMartins(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.7
     """
@@ -171,8 +153,6 @@ class ExactRestitution(HysteresisLaw):
 
     ``buckler.mbs.laws.chi_exact`` solves the equation of Carvalho and Martins (doi 10.1016/j.mechmachtheory.2019.03.028) once.
 
-    Examples
-    --------
     >>> round(ExactRestitution(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.7
     """

@@ -40,8 +40,6 @@ class Hertz(PowerLaw, Declared):
 
     For K from material and radii see ``hertz_external`` and ``hertz_internal``.
 
-    Examples
-    --------
     >>> round(Hertz(1e9).force(1e-6, 0.0, 1.0), 9)  # K d^1.5
     1.0
     """
@@ -65,8 +63,6 @@ class KelvinVoigt(PowerLaw, Declared):
     The force jumps to c d' at onset. It returns to zero at a positive depth, from which the body leaves freely. So
     ``restitution_linear`` gives the restitution, which does not depend on the speed (doi 10.1007/s10035-007-0065-z).
 
-    Examples
-    --------
     >>> law = KelvinVoigt.from_restitution(1e5, restitution=0.8, mass=0.2)
     >>> round(law.delivered(mass=0.2), 9)
     0.8
@@ -99,8 +95,6 @@ class Impact(PowerLaw, Declared):
     The damping grows from zero with the depth, so the force starts at zero. The restitution has no closed form, and the class no
     method for it: the function ``buckler.mbs.laws.delivered`` integrates the impact. See the Adams/Solver documentation.
 
-    Examples
-    --------
     >>> round(Impact(1e8, damping=100.0, damping_depth=1e-5, exponent=1.0).force(1e-5, 0.1, 0.1), 9)  # k d + c d'
     1010.0
     """

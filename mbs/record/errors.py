@@ -22,8 +22,6 @@ class Status(StrEnum):
     LOCKED: the linkage cannot go on as it is driven. SINGULAR: its constraints no longer decide the motion. STRUT_OUT_OF_RANGE: a
     strut is shorter than its law allows.
 
-    Examples
-    --------
     >>> Status.OK.name
     'OK'
     """
