@@ -102,8 +102,9 @@ class Arc:
             return self._rest(self.problem.vector(rest) + arc * direction)
 
         def is_behind(arc: float) -> bool:
-            """Return True if the tangent has turned."""
-            return float(self.metric * direction @ self.direction(at(arc), direction)) < np.cos(CORNER)
+            """Return True if the tangent has turned, or that of the coordinates alone, as a large change of p may hide theirs."""
+            after = self.direction(at(arc), direction)
+            return float(self.metric * direction @ after) < np.cos(CORNER) or self._turns(direction, after, far)
 
         if not is_behind(far):
             return None
@@ -202,13 +203,15 @@ class Arc:
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
     def may_have_jumped(self, step: Step, after: Array) -> bool:
-        """Return True if the tangent of the coordinates turns beyond `CORNER` to `after` a step, and the step can be shorter."""
-        n = len(step.rest.q)
-        first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (step.direction, after))
+        """Return True if the tangent of the coordinates turns to `after` a step, and the step can be shorter."""
+        return step.arc > 10.0 * SHORTEST and self._turns(step.direction, after, step.arc)
+
+    def _turns(self, before: Array, after: Array, arc: float) -> bool:
+        """Return True if the tangent of the coordinates turns beyond `CORNER`, and they change in an arc."""
+        n = len(self.problem.units)
+        first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (before, after))
         size = float(np.linalg.norm(last))
-        turns = float(first @ last) < np.cos(CORNER) * float(np.linalg.norm(first)) * size
-        has_moved = step.arc * size > NEAR
-        return step.arc > 10.0 * SHORTEST and has_moved and turns
+        return arc * size > NEAR and float(first @ last) < np.cos(CORNER) * float(np.linalg.norm(first)) * size
 
     def angle(self, step: Step, after: Array) -> float:
         """Return the angle between the direction of a step and another direction [rad]."""

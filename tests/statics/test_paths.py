@@ -236,6 +236,28 @@ def test_a_damped_flutter_ends_where_its_motions_cease_to_swing(first, second):
     assert found.flutter == pytest.approx(exact, rel=1e-6)
 
 
+@pytest.mark.parametrize("behind", [0.0, 1e-9, 1e-4])
+def test_a_plate_is_pressed_through_the_contacts_of_its_two_ends(behind):
+    """A plate turns about its first stop until the second, deeper by `behind`, holds it; forces balance all along."""
+    spring, torsion, face, arm, load = 1000.0, 50.0, 5e4, 0.1, 20.0
+    law = KelvinVoigt(face, 0.0)
+    plate = Mechanism(
+        {"A": (-arm, 0), "B": (arm, 0), "M": (0, 0), "G": (0, -1)},
+        [Link("plate", "A", "B", Rigid.of(mass=1.0, inertia=0.01), carries=("M",))],
+        guides=[Guide("M", "plate", along=(0, 1))],
+        stops=[Stop("A", at=-0.01, law=law, along=(0, 1)), Stop("B", at=-0.01 - behind, law=law, along=(0, 1))],
+        loads=[Spring("M", "ground:G", spring), TorsionSpring("ground", "plate", torsion), Force("M", (0, -load))],
+    )
+    found = path(plate, load="force.M", to=1.5)
+    assert (found.status, found.ended) == ("OK", "reached")
+    y, a, b = (found.point("plate", name)[:, 1] for name in "MAB")
+    push_a, push_b = face * np.maximum(0.0, -0.01 - a), face * np.maximum(0.0, -0.01 - behind - b)
+    assert spring * y + found.parameter * load == pytest.approx(push_a + push_b, abs=1e-6)
+    half = (b - a) / 2
+    assert torsion * np.arcsin(half / arm) == pytest.approx(np.sqrt(arm**2 - half**2) * (push_b - push_a), abs=1e-6)
+    assert push_b[-1] > 0.0
+
+
 def test_a_thickness_is_followed_to_where_the_column_buckles():
     load = 2.0
     thin = (load * 12 * LENGTH**2 / np.pi**2 / SECTION.material.modulus / SECTION.width) ** (1 / 3)
