@@ -45,18 +45,22 @@ def test_a_spring_of_two_stiffnesses_keeps_its_period(draw):
     check(spring, 6 * sum(half) + half[0] / 2, "end(A.x)", speed * half[0] / np.pi)
 
 
+def turning(inertia, speed, torque):
+    return Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0)},
+        links=[Link("rotor", "O", "A", Rigid.of(mass=0.1, inertia=inertia, centre=(0, 0)))],
+        joints=[Revolute("O", "ground", "rotor")],
+        loads=[Torque("rotor", torque)],
+        velocities={"rotor": speed},
+    )
+
+
 @pytest.mark.parametrize("draw", range(4))
 def test_pulses_over_a_narrow_angle_are_all_felt(draw):
     """A rotor gains the same energy from each: its speed between them is known, and so is the time that each takes."""
     inertia, speed, width, share = 10 ** DRAWS.uniform([-4, 0.5, -3, -2.5], [-2, 1.5, -1.5, -2])
     torque = share * inertia * speed**2 / 2 / width
-    rotor = Mechanism(
-        points={"O": (0, 0), "A": (0.1, 0)},
-        links=[Link("rotor", "O", "A", Rigid.of(mass=0.1, inertia=inertia, centre=(0, 0)))],
-        joints=[Revolute("O", "ground", "rotor")],
-        loads=[Torque("rotor", lambda t, angle, rate: torque if (angle + 0.5) % 1.0 < width else 0.0)],
-        velocities={"rotor": speed},
-    )
+    rotor = turning(inertia, speed, lambda t, angle, rate: torque if (angle + 0.5) % 1.0 < width else 0.0)
     speeds = speed * np.sqrt(1 + share * np.arange(8))
     ways = np.array([0.5, *[1 - width] * 6, 0.5 - width])
     time = (ways / speeds).sum() + (2 * width / (speeds[1:] + speeds[:-1])).sum()
@@ -67,13 +71,7 @@ def test_pulses_over_a_narrow_angle_are_all_felt(draw):
 def test_edges_in_the_angle_are_found_beside_a_drag_of_the_speed(drag):
     """Between the edges the angle is known in closed form: its way is the sum of an exponential and a line."""
     inertia, torque, width, end = 2e-3, 0.05, 0.03, 1.0
-    rotor = Mechanism(
-        points={"O": (0, 0), "A": (0.1, 0)},
-        links=[Link("rotor", "O", "A", Rigid.of(mass=0.1, inertia=inertia, centre=(0, 0)))],
-        joints=[Revolute("O", "ground", "rotor")],
-        loads=[Torque("rotor", lambda t, angle, rate: (torque if angle % 1.0 < width else 0.0) - drag * rate)],
-        velocities={"rotor": 10.0},
-    )
+    rotor = turning(inertia, 10.0, lambda t, angle, rate: (torque if angle % 1.0 < width else 0.0) - drag * rate)
     time, angle, speed = 0.0, 0.0, 10.0
     for k in range(40):
         push, way = (torque, width) if k % 2 == 0 else (0.0, 1 - width)

@@ -75,22 +75,30 @@ def test_a_motion_is_asked_for_nothing_beyond_the_run():
     assert motion.acceleration(0.0) == pytest.approx(2.0, rel=1e-9) and np.min(np.hstack(asked)) >= 0.0
 
 
-def test_a_stop_between_two_links_pushes_both_alike():
-    """Its forces on both cancel, and so do their moments about any point."""
+def test_a_stop_on_a_link_is_as_deep_as_its_force_says_and_pushes_both_alike():
+    """The face lies 0.15 m below the point at the start. Forces on both links cancel, and so do moments about any point."""
     made = mbs.Mechanism(
-        points={"A": (-0.25, 0.1), "B": (0.25, 0.1), "C": (0.1, -0.2), "D": (0.4, -0.1)},
+        points={"A": (-0.25, 0), "B": (0.25, 0), "C": (0.1, -0.2), "D": (0.4, -0.1)},
         links=[mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=0.8, inertia=0.02)), mbs.Link("table", "C", "D", mbs.Rigid(BAR))],
-        joints=[mbs.Revolute("A", "ground", "rod"), mbs.Weld("C", "ground", "table")],
-        stops=[mbs.Stop("B", at=-0.15, law=KelvinVoigt(1e4, 1.0), along=(0, 1), on="table:D")],
+        joints=[mbs.Weld("C", "ground", "table")],
+        stops=[mbs.Stop("B", at=-0.15, law=KelvinVoigt(1e5, 0.0), along=(0, 1), on="table:D")],
         gravity=(0, -9.81),
     )
-    record = run_once(made, 0.3, mbs.Exudyn(), None, None).record
+    result = mbs.simulate(made, 0.2, solver=mbs.Exudyn())
+    force, record = result["B.contact_force"], result.film.record
+    assert result.time[np.argmax(force > 0)] == pytest.approx(math.sqrt(2 * 0.15 / 9.81), abs=1e-3)
+    assert result["B.penetration"][np.argmax(force)] == pytest.approx(force.max() / 1e5, rel=1e-6)
     pushes = list(made.stops[0].pushes("B", record))
     assert len(pushes) == 2 and np.abs(pushes[0].force).max() > 1.0
     assert sum(push.force for push in pushes) == pytest.approx(0.0, abs=1e-12)
     moments = [cross(record.point(push.at)[0], push.force) + push.torque for push in pushes]
     assert sum(moments) == pytest.approx(0.0, abs=1e-9 * np.abs(moments[0]).max())
     assert (pushes[0].force[:, 1] >= 0).all()  # the face lies below the point
+
+
+def test_a_pin_hole_takes_the_nodes_on_and_within_its_circle():
+    nodes = np.array([[0.1, 0.005, 0.0], [0.1, 0.0, 0.3], [0.1, 0.006, 0.0], [0.09, 0.0, 0.0]])
+    assert mbs.modal.PinHole(0.005)(nodes, np.array([0.1, 0.0, 0.0])).tolist() == [True, True, False, False]
 
 
 def test_the_bending_of_a_pressed_strip_grows_as_its_formula_says_however_it_has_turned():

@@ -1,25 +1,16 @@
-"""Motions and sections, and what a mechanism is made of: frozen, normalised, portable."""
+"""Motions and sections."""
 
 import math
-import pickle
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from made import BAR, LAW, LENGTH, STRIP, mechanism, steel
-from scipy.integrate import quad, solve_ivp
+from made import BAR, LENGTH, STRIP, steel
+from scipy.integrate import quad
+from simulations import simply_supported
 
 from buckler.elastica import law, pinned
-from buckler.mbs import STEEL, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Stop, Strut, simulate
+from buckler.mbs import STEEL, Beam, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Strut, frequencies, simulate
 from buckler.mbs.functions import Piecewise, Table
-
-# --- frozen, normalised, portable -------------------------------------------------------------------------------------
-
-
-def test_a_mechanism_pickles():
-    one = mechanism(stops=[Stop("B", at=2.1, law=LAW)], drives=[Drive("crank", Ramp(0.0, 1.0, 2.0))])
-    assert pickle.loads(pickle.dumps(one)) == one
-
 
 # --- motions ----------------------------------------------------------------------------------------------------------
 
@@ -76,30 +67,12 @@ def test_euler_load_is_where_the_elastica_begins():
     assert Strut(STRIP).load is law.fast
 
 
-def test_first_frequency_against_finite_differences():
-    """E I w'''' = rho A omega^2 w, pinned: on n intervals, second order in 1/n."""
-
-    def frequency(n):
-        step = LENGTH / n
-        bend = (np.diag(np.full(n - 2, 1.0), 1) + np.diag(np.full(n - 2, 1.0), -1) - 2 * np.eye(n - 1)) / step**2
-        return math.sqrt(STRIP.bending_stiffness / STRIP.mass_per_length * np.linalg.eigvalsh(bend @ bend)[0])
-
-    errors = [abs(frequency(n) / STRIP.first_frequency(LENGTH) - 1) for n in (10, 20, 40)]
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2, abs=0.02)
-    assert errors[-1] < 1e-3
-
-
-@pytest.mark.parametrize("ratio", [0.0, 0.02, 0.3])
-def test_damped_section_has_that_damping_ratio_in_its_first_mode(ratio):
-    """Modal equation q'' + tau omega^2 q' + omega^2 q = 0, integrated over one damped period."""
-    section = STRIP.damped(ratio, LENGTH)
-    omega, tau = section.first_frequency(LENGTH), section.material.bending_damping
-    period = 2 * math.pi / (omega * math.sqrt(1 - ratio**2))
-    run = solve_ivp(
-        lambda _, y: (y[1], -tau * omega**2 * y[1] - omega**2 * y[0]), (0, period), (0.0, 1.0), rtol=1e-10, atol=1e-14
-    )
-    decrement = -math.log(run.y[1, -1])
-    assert decrement / math.hypot(2 * math.pi, decrement) == pytest.approx(ratio, abs=1e-7)
+def test_a_damped_section_has_that_damping_ratio_in_its_first_mode():
+    """Of a pinned beam: its slowest vibration has the section's frequency, less by the damping."""
+    section = STRIP.damped(0.3, LENGTH)
+    found = frequencies(simply_supported(Beam(section), length=LENGTH), count=1)
+    assert found.angular[0] == pytest.approx(section.first_frequency(LENGTH) * math.sqrt(1 - 0.3**2), rel=1e-4)
+    assert found.damping[0] == pytest.approx(0.3, rel=1e-4)
 
 
 def test_shear_stiffness_by_cowper():
