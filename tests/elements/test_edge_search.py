@@ -110,9 +110,6 @@ def test_named_breaks_are_stepped_onto_though_finer_than_a_function_is_looked_at
     assert result.ok and result["A.x"][-1] == pytest.approx(float((duration - blows - lasts / 2).sum()), rel=1e-6)
 
 
-# --- short pulses, whoever describes them ---------------------------------------------------------------------------------
-
-
 HUMP, AT, DURATION = 5e-5, 0.3127, 0.8
 """Width of a Gaussian, of the run; its place, of the run; the run, s."""
 

@@ -93,9 +93,6 @@ def test_a_mechanism_does_not_change():
         mechanism.points["A"] = (5.0, 5.0)
 
 
-# --- right, and accepted ----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "mechanism",
     [
@@ -109,9 +106,6 @@ def test_a_mechanism_does_not_change():
 )
 def test_rest_is_no_suspicion(mechanism):
     fine(mbs.simulate(mechanism, 1.0, ledger=True))
-
-
-# --- ramps and kinks --------------------------------------------------------------------------------------------------
 
 
 def test_a_lone_crank_starts_with_its_acceleration():

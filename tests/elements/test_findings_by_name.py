@@ -11,8 +11,6 @@ from simulations import BAR, STRIP, block, fine, parallelogram, pendulum
 from buckler import mbs
 from buckler.mbs.laws import Hertz
 
-# --- what fails, fails by name ----------------------------------------------------------------------------------------
-
 
 def test_a_parallel_fourth_leg_is_redundant_and_runs_right():
     result = fine(mbs.simulate(parallelogram([mbs.Drive("a", 1.0)]), 0.5, ledger=True))
@@ -57,9 +55,6 @@ def test_what_a_progress_raises_comes_through(error):
 
     with pytest.raises(error):
         mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, accuracy=1e-2, progress=progress)
-
-
-# --- notes ------------------------------------------------------------------------------------------------------------
 
 
 NOTED = {

@@ -13,9 +13,6 @@ from buckler.mbs.validate import number, positive, whole
 INF, NAN = math.inf, math.nan
 
 
-# --- validate: one voice ----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("value", [-1e-300, 2.5000001, NAN, INF, -INF, None, "1", True, 1j, [1.0]])
 def test_number_names_parameter_value_range_and_unit(value):
     with pytest.raises(ValueError) as caught:
@@ -40,9 +37,6 @@ def test_whole_takes_whole_numbers_only():
         with pytest.raises(ValueError) as caught:
             whole("n", value, 1, 3)
         assert str(caught.value) == f"n = {value!r}: must be a whole number in [1, 3]"
-
-
-# --- wrong input ------------------------------------------------------------------------------------------------------
 
 
 WRONG = {  # beside ranges of fields (tests/files/test_declared.py): what is made -> parameter = value, range, unit

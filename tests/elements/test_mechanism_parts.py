@@ -12,8 +12,6 @@ from buckler.elastica import law, pinned
 from buckler.mbs import STEEL, Beam, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Strut, frequencies, simulate
 from buckler.mbs.functions import Piecewise, Table
 
-# --- motions ----------------------------------------------------------------------------------------------------------
-
 
 RAMPS = [Ramp(0.75, 6.58, 15.0), Ramp(2.0, -3.0, 0.5), Ramp(1.25, 1.25, 1.0), Ramp(0.0, 1.0, 1e-3)]
 
@@ -56,9 +54,6 @@ def test_a_fast_oscillation_is_the_derivative_of_itself(frequency):
     Motion(lambda t: math.sin(w * t) / w, lambda t: math.cos(w * t)).check_run(1.0, "drive")
     with pytest.raises(ValueError, match="is not the derivative"):
         Motion(lambda t: math.sin(w * t) / w, lambda t: 1.01 * math.cos(w * t)).check_run(1.0, "drive")
-
-
-# --- sections ---------------------------------------------------------------------------------------------------------
 
 
 def test_euler_load_is_where_the_elastica_begins():

@@ -38,9 +38,6 @@ def refused(content):
     return message
 
 
-# --- there and back -----------------------------------------------------------------------------------------------------
-
-
 def there_and_back(mechanism, folder):
     for name in ("m.toml", "m.json"):
         assert Mechanism.load(mechanism.save(folder / name)) == mechanism
@@ -160,9 +157,6 @@ def test_a_python_function_is_refused_with_its_place():
         mechanism.to_dict()
 
 
-# --- what is wrong, and where ---------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -215,8 +209,6 @@ def test_files_that_are_none(tmp_path, monkeypatch, name, content, message):
         Mechanism.load(name)
     assert str(error.value).startswith(message) and "\n" not in str(error.value)
 
-
-# --- mutilated files ------------------------------------------------------------------------------------------------------
 
 EXAMPLE = slider_crank(
     Beam(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=Expression("1.25*(1-exp(-t/0.2))")

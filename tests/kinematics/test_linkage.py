@@ -14,9 +14,6 @@ def driven_slider_crank(speed=SPEED, lengths=PAPER):
     return slider_crank(BAR, law=None, mass=0.3, speed=speed, lengths=lengths)
 
 
-# --- slider-crank: closed form against general closure ----------------------------------------------------------------
-
-
 @pytest.mark.parametrize("lengths", [PAPER, SliderCrank(0.3, 0.31), SliderCrank(0.01, 2.0)])
 def test_slider_position_and_speed_agree_with_closed_form(lengths):
     angles = np.linspace(0, 2 * np.pi, 73)

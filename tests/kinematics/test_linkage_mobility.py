@@ -9,8 +9,6 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.scene.linkage import KinematicsError, Linkage
 from buckler.mbs.scene.scene import Scene
 
-# --- other drives and guides ------------------------------------------------------------------------------------------
-
 
 def slider_driven(start_angle, speed):
     """The slider-crank driven at its slider."""
@@ -62,9 +60,6 @@ def test_inclined_guide_is_the_level_one_turned(along):
         assert complex(*position(turned, "coupler", "B", two.q)) == pytest.approx(
             turn * complex(*position(level, "coupler", "B", one.q)), abs=1e-12
         )
-
-
-# --- mobility ---------------------------------------------------------------------------------------------------------
 
 
 def bars(points, *pairs):

@@ -69,9 +69,6 @@ def test_wrong_velocities_are_refused_when_made(velocities, words):
     assert not [word for word in words if word not in str(caught.value)], str(caught.value)
 
 
-# --- flexible links start as flexible ---------------------------------------------------------------------------------
-
-
 def truss(body, speed=-0.1, height=0.1):
     """Von Mises: two strips from the ground to a driven apex."""
     return Mechanism(
@@ -110,9 +107,6 @@ def test_a_strip_between_two_held_points_may_be_pressed_at_speed():
     begun = Scene.of(held).start
     assert begun.velocity("strip", "A") == pytest.approx([0.5, 0.0], abs=1e-12)
     assert begun.velocity("strip", "B") == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-# --- several drives ---------------------------------------------------------------------------------------------------
 
 
 def five_bar(first=1.0, second=-2.0):

@@ -23,9 +23,6 @@ from buckler.studies.striking.stitched import Stitched
 WISH = Wish(2.0, 30.0, np.radians(120.0))
 
 
-# --- the design does what was wished ----------------------------------------------------------------------------------
-
-
 def test_contact_force_is_static_equilibrium_of_strip_and_stop():
     """From the other end: given the strip and the stop, find how far the stop gives way, with the elliptic integrals."""
     d = design(WISH)
@@ -100,9 +97,6 @@ def test_impact_force_is_what_the_stop_gives_a_slider_pushed_late(name):
     assert without_push < 0.98 * peak  # or the test could not tell
 
 
-# --- arrays -----------------------------------------------------------------------------------------------------------
-
-
 def random_cases(count, seed=0):
     """Random wishes and givens that keep all limits, as arrays of shape (count,)."""
     g = np.random.default_rng(seed)
@@ -125,9 +119,6 @@ def picked(spec, index):
     """A Wish or Given whose arrays are taken at an index; floats stay."""
     changes = {f.name: getattr(spec, f.name)[index] for f in fields(spec) if np.ndim(getattr(spec, f.name))}
     return replace(spec, **changes)
-
-
-# --- limits -----------------------------------------------------------------------------------------------------------
 
 
 def test_compression_on_the_way_is_that_of_the_rigid_mechanism_and_stress_that_of_the_strip():
@@ -158,9 +149,6 @@ def test_each_limit_can_be_broken_and_says_so_in_one_line(name):
     assert text.startswith(f"{name}: ") and text.endswith(" allowed") and "\n" not in text
 
 
-# --- wrong input ------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("make", "text"),
     [
@@ -175,9 +163,6 @@ def test_each_limit_can_be_broken_and_says_so_in_one_line(name):
 def test_wrong_input_is_named(make, text):
     with pytest.raises(ValueError, match=text):
         make()
-
-
-# --- the study --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("count", [5, pytest.param(100, marks=pytest.mark.slow)])

@@ -43,9 +43,6 @@ def test_comparison_takes_the_worst_measure_over_what_is_allowed():
     assert compare({"force": np.array([np.nan])}, {"force": np.array([10.0])}, {}, {})[0] == np.inf
 
 
-# --- references -------------------------------------------------------------------------------------------------------
-
-
 def test_a_clearance_larger_by_a_thousandth_decides_how_long_a_motion_is_compared(monkeypatch):
     """A made-up reference whose perturbed motion leaves it by a tenth of the clearance after half the run."""
     made = draw(1, 0, ("rigid clearance",))
@@ -90,9 +87,6 @@ def test_measures_on_which_the_references_differ_do_not_count():
     assert set(kept) == {"place", "force peak of a"}
     assert dict(case.find_agreed(one, other, {"place": 1.0}, 10))["place"].shape == (2, 10)
     assert not dict(case.find_agreed(one, other, {"place": 0.1}, 10))
-
-
-# --- the study --------------------------------------------------------------------------------------------------------
 
 
 def few(count, *families, **given):

@@ -13,8 +13,6 @@ from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.own.study import Settings
 
-# --- measures -------------------------------------------------------------------------------------------------------------
-
 
 def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
     assert main(argv=["run", "pendulum.json"]) == 0
@@ -123,9 +121,6 @@ def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):
         assert err.startswith("error: bad.toml: links.arm: lacks 'body'") and err.count("\n") == 1, command
     assert main(argv=["run", "absent.toml"]) == 2
     assert capsys.readouterr().err == "error: absent.toml: No such file or directory; there are: bad.toml\n"
-
-
-# --- sweep ----------------------------------------------------------------------------------------------------------------
 
 
 def test_verify_tells_the_other_solvers_difference(pendulum, capsys):

@@ -27,9 +27,6 @@ def pulses(trace):
     return trace.force[modes], trace.time[modes]
 
 
-# --- rebounds ---------------------------------------------------------------------------------------------------------
-
-
 def test_rebound_agrees_with_an_integration_of_its_motion():
     rebound = Rebound.of(speed=0.15, push=1.35, friction=0.3, mass=0.3)
 
@@ -75,9 +72,6 @@ def test_impulse_of_the_first_impact():
     assert trace.force.max() == pytest.approx(27, abs=0.01)
 
 
-# --- contact and the rigid mode ---------------------------------------------------------------------------------------
-
-
 def test_contact_force_is_the_published_quartic():
     u = 1 - (0.140 * np.cos(0) + (-PAPER_STOP) - 2 * 0.140) / 0.310
     assert MODEL.contact_force(np.pi) == pytest.approx(law.quartic(u) * EI / 0.310**2, rel=1e-12)
@@ -111,9 +105,6 @@ def test_compression_is_newtons_law_of_the_slider():
 def test_strip_buckles_on_the_way_above_a_crank_speed():
     assert follow(MODEL, *turn(5.80)).buckling_ratio.max() < 1 < follow(MODEL, *turn(5.90)).buckling_ratio.max()
     assert follow(replace(MODEL, friction=1.46), *turn(0.1)).buckling_ratio.max() > 1  # the Euler load is 1.456 N
-
-
-# --- time and energy --------------------------------------------------------------------------------------------------
 
 
 def test_ledger_closes_until_the_slider_is_let_go():

@@ -29,9 +29,6 @@ OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
 FAR = np.inf
 
 
-# --- pins -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
     """Joint C: without friction the side of the pin is not felt. The rocker's surface slides otherwise by w (e + 2 R).
@@ -80,9 +77,6 @@ def test_engine_and_reference_agree_on_either_body(pins):
 
 def test_a_joint_has_one_pin():
     assert RockerParameters(pin_on="B.rocker").reversed_joints == "B" and len(PINS) == 8
-
-
-# --- the rest ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("study", [clearance_speed, crank_rocker, modes])

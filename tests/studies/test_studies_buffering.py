@@ -29,9 +29,6 @@ ONE = {
 PLACE = {claim.name: k for k, claim in enumerate(CLAIMS)}
 
 
-# --- measures ---------------------------------------------------------------------------------------------------------
-
-
 def test_ideal_motion_is_that_of_the_closed_form():
     times = np.linspace(0, TURN, 777, endpoint=False)
     motion, exact = ideal_motion(10 * np.pi), FourBar().ideal(times)
@@ -48,9 +45,6 @@ def test_ratio_has_the_scatter_of_ratios():
     assert ratio(Mean(1.0, 0.1, 8), Mean(1.0, 0.1, 8)).freedom == pytest.approx(14)
     assert ratio(Mean(1.0, 1e-9, 8), Mean(1.0, 0.1, 8)).freedom == pytest.approx(7)
     assert found._replace(freedom=1e9).half_width(0.02275) == pytest.approx(2 * found.error, rel=1e-3)
-
-
-# --- judgement --------------------------------------------------------------------------------------------------------
 
 
 def test_sampling_and_model_errors_are_told_apart():
@@ -104,9 +98,6 @@ def test_overall_words():
     assert overall([FAILS, UNDECIDED]) == "does not hold where decided" and overall([UNDECIDED]) == "undecided"
 
 
-# --- samples ----------------------------------------------------------------------------------------------------------
-
-
 def test_every_assumption_takes_all_its_values_alike_and_alone():
     p = Parameters(samples=256, seed=3)
     cases = p.cases()
@@ -144,9 +135,6 @@ def test_values_reach_the_mechanism():
     )
     assert raised == pytest.approx(1.1 * plain, rel=1e-9) and len(few) == len(plain) - 1
     assert euler[0] / plain[0] > 1.02 and euler[-1] == pytest.approx(plain[-1], rel=1e-9)  # bending by shear; axial alike
-
-
-# --- the study --------------------------------------------------------------------------------------------------------
 
 
 def made_up(p, mechanisms, of, batch, curves):

@@ -32,9 +32,6 @@ def short():
     return ran(**SHORT)
 
 
-# --- crank-rocker, ideal joints ---------------------------------------------------------------------------------------
-
-
 def test_ideal_mechanism_is_that_of_loop_closure_and_newton():
     result = crank_rocker.run(crank_rocker.Parameters(rocker="rigid", clearance_joints=0, settle=0, duration=0.2))
     assert result.status == "OK", result.message
@@ -48,9 +45,6 @@ def test_ideal_mechanism_is_that_of_loop_closure_and_newton():
         assert value["energy_balance"] < 1e-3
         assert value["contacts"] == value["penetration"] == value["rms_vx_error_coupler"] == 0
     assert "orbits" not in crank_rocker.figure(result)
-
-
-# --- crank-rocker, with clearance -------------------------------------------------------------------------------------
 
 
 def test_default_variants_and_all_their_numbers(short):

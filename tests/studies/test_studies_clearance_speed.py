@@ -40,9 +40,6 @@ def small():
     return clearance_speed.run(parameters())
 
 
-# --- numbers ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("speed", [10.0, 75.0])
 def test_ideal_joints_are_those_of_inverse_dynamics(speed):
     p = parameters()
@@ -117,9 +114,6 @@ def test_powers_of_a_made_up_law_and_their_errors():
     assert found["y.scatter"].value == pytest.approx(0.1, rel=0.1)
 
 
-# --- what is wrong ----------------------------------------------------------------------------------------------------
-
-
 def made_up(p, monkeypatch, points=None):
     """The study with points of a power law instead of ensembles."""
 
@@ -145,9 +139,6 @@ def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
     draw(result)
 
 
-# --- figures, words ---------------------------------------------------------------------------------------------------
-
-
 def draw(result):
     figures = inked(clearance_speed, result)
     assert all(ax.get_ylabel() for ax in figures["lines"].axes)
@@ -166,9 +157,6 @@ def test_command_line(tmp_path, capsys):
     assert all(name in printed for name in ("peak force B [N]", "depth/c", "PENETRATION"))
     assert {path.name for path in (tmp_path / "clearance-speed").glob("*.png")} == {"lines.png"}
     assert len(MEASURES) == 3
-
-
-# --- what flips a number: who carries the pin at the frame, the friction's threshold speeds ----------------------------------
 
 
 def ensemble(**given):

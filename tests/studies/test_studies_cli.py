@@ -36,9 +36,6 @@ def dummy(monkeypatch, tmp_path):
     return call
 
 
-# --- list, help, wrong input ------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("code", "heavy"),
     [
@@ -138,9 +135,6 @@ def test_unwritable_out_is_exit_2_before_the_run(dummy, capsys, tmp_path):
     assert re.fullmatch(r"error: --out: cannot write to \S+/file/dummy: Not a directory\n", err)
 
 
-# --- runs -------------------------------------------------------------------------------------------------------------
-
-
 def test_fine_run_prints_a_table_and_writes_every_file(dummy, capsys):
     assert dummy("--thickness", "0.5mm", "--speed", "-12rpm", "--models", "strut,beam") == 0
     out, err = capsys.readouterr()
@@ -213,9 +207,6 @@ def test_interrupt_is_exit_130_and_writes_nothing(dummy, capsys):
     assert dummy("--ending", "interrupts") == 130
     assert capsys.readouterr() == ("", "interrupted\n")
     assert list(dummy.folder.iterdir()) == []
-
-
-# --- the how-to, and what the project says of itself ------------------------------------------------------------------
 
 
 @pytest.fixture

@@ -38,9 +38,6 @@ def test_a_wrong_first_mode_is_seen(monkeypatch):
     assert "off the first mode" in run(FAST).message
 
 
-# --- Hoff's column ----------------------------------------------------------------------------------------------------
-
-
 def airy_peak(rate, bow):
     """While bending shortens the column little, a_zz = z a + a0 s^(-2/3), z = s^(1/3) (tau - 1/s), from rest on its bow."""
     start, share = -(rate ** (-2 / 3)), rate ** (-2 / 3)

@@ -39,9 +39,6 @@ def slender(depth):
     return (ROOTS / L) ** 2 * np.sqrt(E / RHO * depth**2 / 12) / (2 * np.pi)
 
 
-# --- what the numbers mean --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_frequencies_of_the_solid_are_those_of_the_free_bar(depth):
     """Axial n c/2L; bending below the slender bar's, by ever more, and near it where the bar is slender for the mode."""
@@ -109,9 +106,6 @@ def test_modal_data_of_the_solid_are_those_of_the_beam(depth):
     assert (solid.damping == 0.02).all() and np.diag(solid.gram) == pytest.approx(np.diag(beam.gram), rel=0.01)
 
 
-# --- marks ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("value", "error", "mark"), [
     (1.0, 0.01, AGREES), (1.0, 0.03, UNDECIDED), (1.02, 0.005, AGREES), (1.1, 0.02, DIFFERS), (0.9, 0.02, DIFFERS),
     (1.1, 0.06, UNDECIDED), (1.0, 0.0, AGREES), (1.045, 0.01, DIFFERS),
@@ -154,9 +148,6 @@ def test_planted_difference_gets_its_mark(monkeypatch):
     summary = next(row for row in result.tables[-1].rows if row[0] == "bending 1")
     assert len(summary) == 5 and all(cell.split(", ")[0].endswith(DIFFERS) and cell.endswith(AGREES) for cell in summary[1:])
     assert len(modes.figure(result).axes) == 4
-
-
-# --- in earnest -------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

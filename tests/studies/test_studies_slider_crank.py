@@ -22,9 +22,6 @@ NAMES = {
 SPEED = 1.25 * abs(float(PAPER.slider_rate(PAPER.contact_angle(PAPER_STOP))))
 
 
-# --- one turn ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def turn():
     return slider_crank.run(slider_crank.Parameters())
@@ -88,9 +85,6 @@ def test_published_values_stand_only_where_they_were_published():
     assert thick.metrics["stitched.contact_force_180"].exact == pytest.approx(1.72465 * (4 / 3) ** 3, rel=1e-5)
 
 
-# --- what goes wrong has a name ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("changes", "names"),
     [
@@ -126,9 +120,6 @@ def test_run_out_of_time_is_named():
 def test_wrong_input_is_refused_by_name(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         slider_crank.Parameters(**wrong)
-
-
-# --- reading a run ----------------------------------------------------------------------------------------------------
 
 
 def made_up(pulses, turns=1):

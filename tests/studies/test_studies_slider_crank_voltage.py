@@ -9,8 +9,6 @@ from buckler.studies.striking import slider_crank
 from buckler.studies.striking.impact import read
 from buckler.studies.striking.impact_models import NotCalibratedError, calibrate, strike
 
-# --- calibration and voltage ------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(
     ("model", "stop", "within"), [("stitched", 3.7748e-3, 1e-4), ("strut", 7.17e4, 0.01), ("beam", 3.73e3, 0.03)]
@@ -70,9 +68,6 @@ def test_what_a_straight_beam_contradicts_and_the_causes_explain(voltage):
     assert len(voltage.tables) == 1 and "44.18 N, the range of the sensor" in str(voltage)
 
 
-# --- ramp -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def ramp():
     return slider_crank.run(slider_crank.Parameters(drive="ramp", mass="20g", models="stitched,strut"))
@@ -97,9 +92,6 @@ def test_ramp_has_every_turn_and_needs_one(ramp):
     drawn(slider_crank, ramp)
     with pytest.raises(ValueError, match="duration"):
         slider_crank.Parameters(duration=1)
-
-
-# --- slow: the beam's physics -----------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -9,8 +9,6 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.strips import contact_force_table, elastica_law
 
-# --- elastica-law -----------------------------------------------------------------------------------------------------
-
 
 @pytest.fixture(scope="module")
 def laws():
@@ -27,9 +25,6 @@ def test_each_law_is_as_far_from_the_closed_form_as_it_may_be(laws):
     assert laws.metrics["strip_difference"].value == pytest.approx(4.45e-6, rel=0.02)
     _, lower = drawn(elastica_law, laws).axes
     assert lower.get_yscale() == "log" and len(lower.get_legend().get_texts()) == 4
-
-
-# --- contact-force-table ----------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -79,9 +74,6 @@ def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
     result = contact_force_table.run(contact_force_table.Parameters(thicknesses="0.3mm", elements=8, angles=2))
     assert result.status == "SUSPECT"
     assert result.message.startswith("h = 0.3 mm: at u = ")
-
-
-# --- the command line -------------------------------------------------------------------------------------------------
 
 
 def test_command_line_writes_the_table_study(tmp_path, capsys):

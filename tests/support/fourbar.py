@@ -133,9 +133,6 @@ def _cross(a, b):
     return (np.conj(a) * b).imag
 
 
-# --- runs ------------------------------------------------------------------------------------------------------------------
-
-
 def ideal_state(bar, t=0.0):
     """Coordinates and velocities of the ideal mechanism, journals centred, rocker undeformed; shape (2 n,)."""
     place, velocity, _ = bar.ideal(t)

@@ -40,9 +40,6 @@ def test_the_engine_gives_the_same_bits_in_a_process_as_here():
     assert forces[1] / forces[0] == pytest.approx(1.5**3, rel=1e-3)  # the load of a pinned strip grows as its thickness cubed
 
 
-# --- failures -----------------------------------------------------------------------------------------------------------
-
-
 def test_every_ending_is_a_row_and_only_the_case_that_kills_its_process_is_blamed():
     endings = ("fine", "dies", "suspect", "fails", "raises", "dies", "fine", "fine")
     rows = sweep(sweep_toy, [Parameters(length=i, ending=ending) for i, ending in enumerate(endings)], workers=2)
@@ -103,9 +100,6 @@ def test_parts_are_read_as_one(tmp_path, monkeypatch):
     rows = sweep(sweep_toy, cases, store=path)
     assert ran == [2 / 8, 5 / 8]  # the part that never ran
     assert same(rows) == same(sweep(sweep_toy, cases))
-
-
-# --- killed -------------------------------------------------------------------------------------------------------------
 
 
 def begun(process, path):

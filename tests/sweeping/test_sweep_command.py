@@ -25,9 +25,6 @@ def lines_of(out):
     return [re.split(r"  +", line.strip()) for line in body if "  " in line.strip()]
 
 
-# --- what it prints and files -------------------------------------------------------------------------------------------
-
-
 def test_a_table_of_units_values_and_files(toy, capsys):
     assert toy("--vary", "length=100mm,200mm", "--vary", "speed=1:2:2", "--metrics", "strut.force") == 0
     out, err = capsys.readouterr()
@@ -101,9 +98,6 @@ def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, cap
     assert capsys.readouterr().err == message
 
 
-# --- wrong input --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -131,9 +125,6 @@ def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
     assert len(stored(toy.store)) == 2
 
 
-# --- figures ------------------------------------------------------------------------------------------------------------
-
-
 def drawn(*texts, endings=("fine",)):
     """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
     kind = sweep_toy.Parameters
@@ -157,9 +148,6 @@ def test_failed_and_suspect_cases_are_marks(texts):
     assert sum(len(line.get_xdata()) for line in crosses) == total // 3
     hollow = [line for line in ax.lines if line.get_markerfacecolor() == "white" and line.get_marker() != "x"]
     assert sum(len(line.get_xdata()) for line in hollow) == (total + 1) // 3
-
-
-# --- pipes, and the page ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("words", [["list"], ["sweep", "toy", "--vary", "length=0:1:40", "--workers", "1"]])

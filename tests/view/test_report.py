@@ -90,9 +90,6 @@ def test_frames_on_the_page_are_those_of_the_movie(name):
     assert set(motion["bands"]) == set(result.movie.bands)
 
 
-# --- verdicts ---------------------------------------------------------------------------------------------------------
-
-
 def test_every_check_has_its_question():
     """All checks, and the words that begin the sentences of an accuracy and of a second solver."""
     assert set(QUESTIONS) == {check.name for check in CHECKS} | {"ACCURACY", "SOLVERS"}
