@@ -14,25 +14,12 @@ from buckler.mbs.imports import extensions
 OUTSIDE = Path(__file__).parents[1] / "outside"
 FILE = """
 gravity = [0, -9.81]
-[points]
-O = [0, 0]
-A = [0.2, 0]
-P = [0, 0.2]
-B = [0.2, 0.2]
-G = [0.2, -0.15]
+points = { O = [0, 0], A = [0.2, 0], P = [0, 0.2], B = [0.2, 0.2], G = [0.2, -0.15] }
+pins = ["O: ground one", "P: ground two"]
+couplings = [{ kind = "Parallel", first = "one:O", second = "two:P" }]
 [links]
 one = {start = "O", end = "A", body = {kind = "Rigid", mass = 0.5, inertia = 2e-3}}
 two = {start = "P", end = "B", body = {kind = "Rigid", mass = 0.3, inertia = 1e-3}}
-[[joints]]
-kind = "Revolute"
-point = "O"
-first = "ground"
-second = "one"
-[[joints]]
-kind = "Revolute"
-point = "P"
-first = "ground"
-second = "two"
 [[loads]]
 kind = "Magnet"
 a = "A"
@@ -43,10 +30,6 @@ point = "A"
 at = -0.02
 along = [0, 1]
 law = {kind = "Rubber", stiffness = "50 kN/m", slowest = 0.5}
-[[couplings]]
-kind = "Parallel"
-first = "one:O"
-second = "two:P"
 """
 SCRIPT = """
 import numpy as np

@@ -12,7 +12,6 @@ from buckler.elastica import law, pinned
 from buckler.mbs import STEEL, Beam, Drive, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Strut, frequencies, simulate
 from buckler.mbs.functions import Piecewise, Table
 
-
 RAMPS = [Ramp(0.75, 6.58, 15.0), Ramp(2.0, -3.0, 0.5), Ramp(1.25, 1.25, 1.0), Ramp(0.0, 1.0, 1e-3)]
 
 

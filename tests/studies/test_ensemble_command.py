@@ -11,22 +11,10 @@ from buckler.mbs.ensembles import ensemble as ensembles
 from buckler.studies.kit.cli import main
 
 PENDULUM = """
-[points]
-A = [0, 0]
-B = [0.5, 0]
-[links.bar]
-start = "A"
-end = "B"
-body = { kind = "Rigid", section = { width = "20 mm", thickness = "5 mm" } }
-[[joints]]
-kind = "Revolute"
-point = "A"
-first = "ground"
-second = "bar"
-[[loads]]
-kind = "Force"
-point = "B"
-value = [0.0, -1.0]
+points = { A = [0, 0], B = [0.5, 0] }
+pins = ["A: ground bar"]
+links.bar = { start = "A", end = "B", body = { kind = "Rigid", section = { width = "20 mm", thickness = "5 mm" } } }
+loads = [{ kind = "Force", point = "B", value = [0.0, -1.0] }]
 """
 MASS = 7850 * 0.02 * 0.005 * 0.5
 

@@ -41,6 +41,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--duration", "-1"], "error: --duration = -1.0 s: must lie in (0, inf) s"),
         (["--accuracy", "1e-3", "--of", "speeds"], "error: pendulum.json: of = ('speeds',): must be one of 'places'"),
         (["--accuracy", "1e-3", "--of", "A.z"], "error: pendulum.json: no signal 'A.z'; near it: A.y"),
+        (["--accuracy", "1e-9"], "error: --accuracy = 1e-09: must lie in [1e-06, 0.1]"),
         (["--of", "forces"], "error: pendulum.json: of: without an accuracy; give both"),
         (["--duration", "1 kg"], "error: --duration = 1 kg: must be in s"),
         (["--durtion", "1"], "error: unknown option '--durtion'; did you mean --duration?"),

@@ -8,30 +8,29 @@ from buckler.mbs.progress import Watch
 from buckler.studies.kit.cli import EXAMPLES, main
 
 COLUMN = """
-[points]
-A = [0, 0]
-M = [0.25, 0]
-B = [0.5, 0]
-[links.strip]
-start = "A"
-end = "B"
-carries = { M = 0.5 }
-[links.strip.body]
-kind = "Beam"
-section = { width = 0.02, thickness = 0.001 }
-[[joints]]
-kind = "Revolute"
-point = "A"
+points = { A = [0, 0], M = [0.25, 0], B = [0.5, 0] }
+pins = ["A: ground strip"]
+defaults.section = { width = 0.02, thickness = 1e-3 }
+links.strip = { start = "A", end = "B", carries = { M = 0.5 }, body = { kind = "Beam" } }
+guides = [{ point = "B", link = "strip" }]
+loads = [{ kind = "Force", point = "B", value = [-1.0, 0.0] }]
+"""
+DRIVEN = """
+points = { A = [0, 0], B = [0.5, 0] }
+pins = ["A: ground strip"]
+links.strip = { start = "A", end = "B", body = { kind = "Rigid", mass = 1.0, inertia = 1e-3 } }
+[[loads]]
+kind = "TorsionSpring"
 first = "ground"
 second = "strip"
-[[guides]]
-point = "B"
-link = "strip"
+stiffness = 4.0
+damping = 0.01
 [[loads]]
-kind = "Force"
-point = "B"
-value = [-1.0, 0.0]
+kind = "Torque"
+link = "strip"
+value = "0.1*cos(2*t)"
 """
+"""A rigid bar on a torsion spring, turned by a torque in time."""
 
 
 @pytest.fixture
@@ -61,7 +60,7 @@ def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
 
 
 def test_a_response_is_printed_drawn_and_written(file, tmp_path, capsys):
-    file.write_text(driven())
+    file.write_text(DRIVEN)
     asked = ["response", str(file), "--period", "3.141592653589793", "--to", "0.4", "--point", "strip:B"]
     assert main(argv=[*asked, "--plot", str(tmp_path / "d.png"), "--csv", str(tmp_path / "d.csv")]) == 0
     assert "ended: reached at 0.4 after" in capsys.readouterr().out
@@ -71,28 +70,8 @@ def test_a_response_is_printed_drawn_and_written(file, tmp_path, capsys):
     assert (tmp_path / "d.png").stat().st_size > 5000
 
 
-def driven():
-    """A rigid bar on a torsion spring, turned by a torque in time."""
-    text = COLUMN.replace("[links.strip.body]", "[links.strip.body]\ninertia = 1e-3\nmass = 1.0")
-    text = text.replace('kind = "Beam"', 'kind = "Rigid"').replace("section = { width = 0.02, thickness = 0.001 }\n", "")
-    return (
-        text[: text.index("[[guides]]")]
-        + """[[loads]]
-kind = "TorsionSpring"
-first = "ground"
-second = "strip"
-stiffness = 4.0
-damping = 0.01
-[[loads]]
-kind = "Torque"
-link = "strip"
-value = "0.1*cos(2*t)"
-"""
-    )
-
-
 def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
-    file.write_text(driven())
+    file.write_text(DRIVEN)
     assert main(argv=["periodic", str(file), "--period", "3141.592653589793 ms"]) == 0
     said = capsys.readouterr().out
     assert said.startswith("OK\nperiod: 3.14159265 s\nstable: yes\nerror: ")

@@ -124,20 +124,13 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
 @pytest.mark.parametrize(("study", "wrong", "message"), [
     (crank_rocker, {"settle": 1.0}, "settle = 1 s: must be less than duration = 0.2 s"),
     (crank_rocker, {"dynamic_friction": 0.4}, "static = 0.3"),
-    (crank_rocker, {"damping_unit": "N"}, "damping_unit = 'N': must be one of 'N.s/m'"),
-    (crank_rocker, {"clearance": 0.0}, r"clearance = 0.0 m: must lie in \[1e-07, 0.002\] m"),
-    (crank_rocker, {"clearance_joints": 5}, r"clearance_joints = 5: must be a whole number in \[0, 4\]"),
     (crank_rocker, {"rocker": "beam,modal"}, "rocker = beam,modal: name one flexible rocker at most"),
     (crank_rocker, {"modal_damping": "ADAMS"}, "only a rocker of modes"),
     (crank_rocker, {"pin_on": "B.coupler,B.rocker"}, "one body a joint"),
     (modes, {"modes_of": "Craig-Bampton"}, "add craig_bampton to sets"),
-    (modes, {"sets": "nonsense"}, r"sets\[0\] = 'nonsense': must be one of 'none'"),
-    (clearance_speed, {"clearances": "5mm"}, r"clearances\[0\] = 5mm: must lie in \[1e-06, 0.002\] m"),
-    (clearance_speed, {"members": 1}, r"members = 1: must be a whole number in \[2, 10000\]"),
     (clearance_speed, {"frequency_factor": 1.1}, r"frequency_factor = 1\.1: only a rocker of modes"),
     (clearance_speed, {"rocker": "modal", "bending": 0, "axial": 0}, "the flexible rocker needs one mode at least"),
     (buffering, {"clearance": "1mm,0.5mm,0.1mm"}, r"clearance = 0.001,0.0005,0.0001: must be one number or two ends"),
-    (buffering, {"members": 1}, "members = 1"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(study, wrong, message):
     with pytest.raises(ValueError, match=message) as refused:

@@ -74,9 +74,10 @@ def test_an_option_in_place_of_a_command_takes_no_further_arguments(capsys):
 
 
 @pytest.mark.parametrize("name", registry.STUDIES)
-def test_parameters_written_as_options_are_read_again(name):
+def test_a_study_has_its_name_and_its_parameters_written_as_options_are_read_again(name):
     study = find_study(name)
-    usual = study.module.Parameters()
+    usual, module = study.module.Parameters(), study.module
+    assert module.__name__.rpartition(".")[2] == name.replace("-", "_") and module.__doc__ and callable(module.figure)
     texts = {key: ",".join(map(str, value)) if isinstance(value, tuple) else str(value) for key, value in vars(usual).items()}
     words = [f"--{key.replace('_', '-')}={text}" for key, text in texts.items()]
     assert study.parameters(make_parser(study, "run").read(words)) == usual

@@ -110,18 +110,6 @@ def test_run_out_of_time_is_named():
     assert math.isnan(value(result, "strut.contact_force_180"))
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"thickness": 0.04e-3}, {"speed": 0.05}, {"speed": 61}, {"restitution": 0.05}, {"friction": 0.95}, {"mass": 0},
-        {"stop_stiffness": 1e9}, {"models": "rod"}, {"elements": 1},
-    ],
-)  # fmt: skip
-def test_wrong_input_is_refused_by_name(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong))):
-        slider_crank.Parameters(**wrong)
-
-
 def made_up(pulses, turns=1):
     """A run at 1 rad/s with half-sine pulses (start, duration, peak); the slider's speed is 0.2, then -0.1 m/s."""
     time = np.linspace(0, 2 * np.pi * turns, 200_001)

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from drawing import drawn
+from scipy.optimize import linprog
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.strips import contact_force_table, elastica_law
+from buckler.studies.strips.contact_force_table import friction_interval
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +76,22 @@ def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
     result = contact_force_table.run(contact_force_table.Parameters(thicknesses="0.3mm", elements=8, angles=2))
     assert result.status == "SUSPECT"
     assert result.message.startswith("h = 0.3 mm: at u = ")
+
+
+@pytest.mark.parametrize(("push", "limit"), [(1.7, 0.3), (0.2, 0.3), (8.0, 0.0)])
+def test_friction_leaves_the_interval_of_all_that_equilibrium_allows(push, limit):
+    """Push, friction within its limit and a stop that only presses: extremes of the stop's force by linear programming."""
+    ends = []
+    for sign in (1, -1):
+        found = linprog([sign, 0], A_eq=[[1, -1]], b_eq=[push], bounds=[(0, None), (-limit, limit)])
+        ends.append(found.x[0])
+    np.testing.assert_allclose(friction_interval(push, limit), ends, atol=1e-9)
+
+
+def test_friction_interval_of_the_study():
+    result = contact_force_table.run(contact_force_table.Parameters(thicknesses=3e-4, elements=4, angles=3))
+    low, high = (result.metrics[f"friction_h0.3.{end}"].value for end in ("low", "high"))
+    assert (high - low) / 2 == pytest.approx(0.15 * 0.3 * 9.81) and (high + low) / 2 == pytest.approx(1.7246507, rel=1e-6)
 
 
 def test_command_line_writes_the_table_study(tmp_path, capsys):
