@@ -26,6 +26,22 @@ def run(*words, timeout=120, **options):
     return process.returncode, out, err
 
 
+def after(count, act):
+    """Progress that calls a function when so many items have ended."""
+
+    def progress(items, total=None, label=""):
+        for k, item in enumerate(items, 1):
+            yield item
+            if k == count:
+                act()
+
+    return progress
+
+
+def interrupt():
+    raise KeyboardInterrupt
+
+
 def same(rows):
     """Write rows without run time and provenance as text, so that NaN equals NaN."""
     return [repr((r.number, r.parameters, r.status, r.message, r.metrics, r.work)) for r in rows]

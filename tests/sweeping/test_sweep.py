@@ -12,7 +12,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 import sweep_toy
-from sweep_runs import descendants, gone, run, same, start, stored
+from sweep_runs import after, descendants, gone, interrupt, run, same, start, stored
 from sweep_toy import Parameters, toys
 
 from buckler.studies.striking import slider_crank
@@ -78,15 +78,9 @@ def test_a_study_that_workers_cannot_load_stops_the_sweep_before_any_case():
 
 
 def test_interrupt_ends_workers_at_once_and_keeps_what_has_ended(tmp_path):
-    class Impatient:
-        def __call__(self, items, total=None, label=""):
-            for item in items:
-                yield item
-                raise KeyboardInterrupt
-
     cases, begin = [Parameters(length=1), Parameters(length=2, pause=60)], time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        sweep(sweep_toy, cases, workers=2, store=tmp_path / "s.sqlite", progress=Impatient())
+        sweep(sweep_toy, cases, workers=2, store=tmp_path / "s.sqlite", progress=after(1, interrupt))
     assert time.monotonic() - begin < 30
     assert stored(tmp_path / "s.sqlite") == same(sweep(sweep_toy, cases[:1]))
 

@@ -6,7 +6,7 @@ import time
 
 import pytest
 import sweep_toy
-from sweep_runs import ENVIRONMENT, same, stored
+from sweep_runs import ENVIRONMENT, after, same, stored
 from sweep_toy import Parameters
 
 from buckler.studies.sweeping.sweep import sweep
@@ -48,17 +48,10 @@ def cluster(tmp_path):
 def test_a_cluster_gives_the_rows_of_this_process_though_a_worker_dies(cluster, tmp_path):
     first, _ = cluster.worker(), cluster.worker()
 
-    class Killing:
-        def __call__(self, items, total=None, label=""):
-            for i, item in enumerate(items):
-                yield item
-                if i == 5:
-                    first.kill()
-
     endings = ("fine", "suspect", "raises")
     cases = [Parameters(length=i / 11, ending=ending, noise=1) for i in range(12) for ending in endings]
     with distributed.Client(scheduler_file=str(cluster.file)) as client:
         executor = client.get_executor(pure=False)
-        rows = sweep(sweep_toy, cases, executor=executor, store=tmp_path / "s.sqlite", progress=Killing())
+        rows = sweep(sweep_toy, cases, executor=executor, store=tmp_path / "s.sqlite", progress=after(6, first.kill))
     assert same(rows) == stored(tmp_path / "s.sqlite") == same(sweep(sweep_toy, cases))
     assert {row.status for row in rows} == {"OK", "SUSPECT", "ERROR"}

@@ -34,11 +34,16 @@ SHADES = """(() => {
 })()"""
 
 
-def test_nothing_goes_wrong_and_nothing_is_fetched(report):
+UNNAMED = """[...document.querySelectorAll('button, input, select, canvas[role]')].filter((control) =>
+  !(control.getAttribute('aria-label') || control.textContent.trim() || (control.labels && control.labels.length))).length"""
+
+
+def test_nothing_goes_wrong_nothing_is_fetched_and_controls_have_names(report):
     _, tab = report
     tab.run("report.seek(1e9); report.seek(0); report.step(3)")
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith(("file:", "data:", "about:"))] == []
+    assert tab.run(UNNAMED) == 0 and tab.run("document.documentElement.lang") == "en"
 
 
 def test_the_scene_is_drawn_and_moves(report):
@@ -148,11 +153,3 @@ def test_a_run_that_failed_opens_where_it_ended(tab, tmp_path):
     for name, share in (("failed", 1.0), ("pendulum", 0.0)):
         tab.open(run(name).write_html(tmp_path / f"{name}.html"))
         assert tab.run("report.state().time") == pytest.approx(share * run(name).time[-1])
-
-
-def test_controls_have_names(report):
-    _, tab = report
-    unnamed = """[...document.querySelectorAll('button, input, select, canvas[role]')].filter((control) =>
-      !(control.getAttribute('aria-label') || control.textContent.trim() || (control.labels && control.labels.length))).length"""
-    assert tab.run(unnamed) == 0
-    assert tab.run("document.documentElement.lang") == "en"

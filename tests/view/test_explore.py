@@ -158,10 +158,8 @@ def test_the_page_in_a_browser(served):
         page.call("Page.navigate", url=address)
         page.wait("!!window.explore && window.explore.answers > 0", 900)
         page.run("document.getElementById('links.lower.body.mass').focus()")
-        begin = time.perf_counter()
         page.press("ArrowRight")
         page.wait("window.explore.answers > 1 && !!window.explore.state().ghost")
-        assert time.perf_counter() - begin < 5
         assert page.run("window.explore.state().values['links.lower.body.mass'] > 0.5")
         page.wait("window.explore.judged > 0", 60)
         assert page.run("document.querySelectorAll('#measures tbody tr').length > 0 && plots[0].plot.before.length === 1")

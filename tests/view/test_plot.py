@@ -1,6 +1,7 @@
 """Pictures by matplotlib."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -40,13 +41,13 @@ def test_a_mechanism_is_drawn_with_its_names(make):
     assert min(text.get_fontsize() for text in axes.texts) >= 7
 
 
-def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_and_after_the_last():
-    """Four unstable equilibria, with a critical point in the first interval and one in the last: no part is stable."""
-    parameter = np.arange(4.0)
-    criticals = [SimpleNamespace(rest=SimpleNamespace(q=np.zeros(1), parameter=at)) for at in (0.4, 2.6)]
-    path = SimpleNamespace(parameter=parameter, q=np.zeros((4, 1)), stable=np.zeros(4, dtype=bool), points=criticals)
-    pieces = plot._pieces(path, parameter)
-    assert [stable for _, stable in pieces] == [False, False, False]
+@pytest.mark.parametrize(("count", "criticals"), [(4, (0.4, 2.6)), (3, (0.0,))])
+def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_and_after_the_last(count, criticals):
+    """Unstable equilibria, critical points in the first interval and the last, or at the start: no part is stable or empty."""
+    parameter = np.arange(float(count))
+    points = [SimpleNamespace(rest=SimpleNamespace(q=np.zeros(1), parameter=at)) for at in criticals]
+    path = SimpleNamespace(parameter=parameter, q=np.zeros((count, 1)), stable=np.zeros(count, dtype=bool), points=points)
+    assert [stable for _, stable in plot._pieces(path, parameter)] == [False] * (3 if len(criticals) == 2 else 1)
 
 
 def test_the_axis_of_a_path_names_what_changes():
@@ -60,14 +61,6 @@ def test_the_axis_of_a_path_names_what_changes():
     paths = mbs.path(mechanism, to=1.0), mbs.path(mechanism, to=20.0, parameter="loads.0.stiffness")
     labels = [path.plot("block", "P", "x").get_xlabel() for path in paths]
     assert labels == ["factor of the loads", "loads.0.stiffness [SI]"]
-
-
-def test_a_path_may_begin_at_a_critical_point():
-    """No piece has the length 0, and the rest of the path has the stability of its equilibria."""
-    parameter = np.arange(3.0)
-    critical = SimpleNamespace(rest=SimpleNamespace(q=np.zeros(1), parameter=0.0))
-    path = SimpleNamespace(parameter=parameter, q=np.zeros((3, 1)), stable=np.zeros(3, dtype=bool), points=[critical])
-    assert [stable for _, stable in plot._pieces(path, parameter)] == [False]
 
 
 def test_signals_are_drawn_by_unit():
@@ -89,8 +82,6 @@ def test_a_failed_run_says_so_above_its_plot():
 
 
 def test_the_ledger_is_drawn_with_its_error():
-    from dataclasses import replace
-
     result = run("pendulum")
     lines = {line.get_label(): line.get_ydata() for line in result.plot_energy().lines}
     assert set(lines) >= {"kinetic", "weight", "error of the balance"}
