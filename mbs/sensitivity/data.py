@@ -13,12 +13,15 @@ import numpy as np
 
 from ..geometry import Array
 from ..units import measured, parse_quantity, parse_unit
-from ..validate import near
+from ..validate import near, short
 
 SIDES = {"is": 0, "at most": 1, "at least": -1}
 """Sign of the residuals that count, by `side` of a measurement: 0 for both signs, 1 above an upper bound, -1 below a lower."""
 BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 """Pattern of a name with a unit in brackets. Digits in brackets are no unit: `value[0]` is the path of a number."""
+
+TIME_NAMES = ("t", "time")
+"""Names, in small letters, of a column that is the time. Others are read as the time only where no column has one of these."""
 
 
 class Read(NamedTuple):
@@ -126,7 +129,8 @@ def _table(text: str) -> tuple[list[DataColumn], Rows]:
         first = has_numbers.index(True) if any(has_numbers) else 0  # number of lines above the numbers
         if first and len(rows) > first + 1:
             return _columns([row for _, row in rows[:first]], rows[first - 1][0]), rows[first:]
-    raise ValueError("needs a line of names and two of numbers at least")
+    last = next((f"; the last line is {short(line)}" for line in reversed(lines) if line.strip()), "")
+    raise ValueError(f"needs a line of names and two of numbers at least{last}")
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -163,6 +167,10 @@ def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     columns = [_column(cell, unit) for cell, unit in zip(names, units, strict=False)]
     if len({column.name for column in columns}) < len(columns):
         raise ValueError(f"two columns of the same name; there are: {', '.join(column.name for column in columns)}")
+    times = [column.heading for column in columns if column.name.lower() in TIME_NAMES]
+    if times and columns[0].heading not in times:
+        first = f"'{columns[0].heading}'" if columns[0].heading else "which has no name"
+        raise ValueError(f"line {line}: the first column, {first}, is read as the time; leave out columns before '{times[0]}'")
     return columns
 
 

@@ -56,6 +56,9 @@ def test_tables_of_other_programs(tmp_path, mark, point, start, end):
         (["time [N],place", *ROWS], "time [N]: 'N' is no unit for a quantity in s"),
         (["time,place [foo]", *ROWS], "place [foo]: unknown unit 'foo'"),
         (["place,place", *ROWS], "two columns of the same name"),
+        ([",t [s],place", "0,0.00,1", "1,0.01,2"], "line 1: the first column, which has no name, is read as the time; leave out"),
+        (["frame,Time (s),place", "0,0.00,1", "1,0.01,2"], "the first column, 'frame', is read as the time"),
+        ([HEAD, "12:00:01,1", "12:00:02,2"], "needs a line of names and two of numbers at least; the last line is '12:00:02,2'"),
     ],
 )
 def test_what_is_no_table(tmp_path, lines, message):
