@@ -50,10 +50,6 @@ class Controlled(Setting):
         """Return the longest step of a run [s]; `Spectral.longest` has another default."""
         return self.max_step or duration / 200
 
-    def count_steps(self, duration: float) -> int:
-        """Return the least number of steps of a run by Exudyn or loop closure."""
-        return max(1, ceil(duration / self.longest(duration)))
-
 
 @declared
 class Equal(Setting):
@@ -72,10 +68,6 @@ class Equal(Setting):
     def longest(self, duration: float) -> float:
         """Return the step of a run, s."""
         return duration / self.count
-
-    def count_steps(self, _duration: float) -> int:
-        """Return the number of steps of a run."""
-        return self.count
 
 
 def subdivide(kinks: Sequence[float], longest: float, default_longest: float) -> list[float]:

@@ -1,6 +1,7 @@
 """One run of the engine: assembly, choice and settings of the integrator, record."""
 
 from dataclasses import replace
+from math import ceil
 from time import perf_counter
 
 import exudyn as exu
@@ -52,7 +53,8 @@ def _make_common_settings(duration: float, solver: Exudyn) -> exu.SimulationSett
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.verboseMode = 0
-    settings.timeIntegration.numberOfSteps = solver.steps.count_steps(duration)
+    steps = solver.steps
+    settings.timeIntegration.numberOfSteps = steps.count if isinstance(steps, Equal) else ceil(duration / steps.longest(duration))
     return settings
 
 

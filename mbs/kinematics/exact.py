@@ -89,8 +89,8 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
 
     The resolution grows with the level of a refinement, so that two runs have other samples. By default it is 40.
     """
-    if not steps.adaptive:
-        return np.linspace(0.0, duration, steps.count_steps(duration) + 1)
+    if isinstance(steps, Equal):
+        return np.linspace(0.0, duration, steps.count + 1)
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), 10 * steps.contact_resolution * turns))  # by default each 0.9 degrees
     equidistant = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)  # one step above the limit is enough
