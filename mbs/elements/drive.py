@@ -1,15 +1,15 @@
 """Drives: a prescribed angle or travel, by a constant speed, a ramp of the speed, or any motion with its derivative."""
 
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from math import inf
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..declare import Declared, Either, Part, Quantity, declared, field, names, quantity
-from ..functions import Expression, Integral, Table, kinks
+from ..functions import Expression, Table, kinks
 from ..functions.fields import Function
 from ..geometry import Array
 from ..validate import number, short
@@ -126,16 +126,6 @@ def _evaluate(name: str, function: Callable[[float], float], t: float) -> float:
     return number(f"{name}({t:g})", value, -inf, inf, "")
 
 
-class SpeedField(Either):
-    """Specification of a speed. Files keep the formula or table that a user gave, not the `Motion` that `Drive` makes of it."""
-
-    def write(self, name: str, value: object) -> Any:
-        """Return the form of a speed in files."""
-        if isinstance(value, Motion) and isinstance(value.position, Integral):  # made by `Drive`
-            value = value.speed
-        return super().write(name, value)
-
-
 @declared
 class Drive(Element):
     """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
@@ -149,15 +139,13 @@ class Drive(Element):
 
     target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
     speed: float | Ramp | Motion | Expression | Table = field(
-        SpeedField((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
-        "a constant, a Ramp or a Motion; a formula or table of the speed over time is converted to a Motion",
+        Either((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
+        "a constant, a Ramp, a Motion, or a formula or table of the speed over time",
     )
 
     def agree(self) -> None:
-        """Convert a formula or table of the speed to a motion; raise a ValueError for a function without an integral."""
-        if isinstance(self.speed, Expression | Table):
-            object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
-        elif callable(self.speed):
+        """Raise a ValueError for a function without an integral."""
+        if callable(self.speed) and not isinstance(self.speed, Expression | Table):
             raise ValueError(f"{self.where}: speed = {short(self.speed)}: must be a Motion, a Ramp, a formula or a Table")
 
     def check(self, mechanism: Parts) -> None:
@@ -184,13 +172,14 @@ class Drive(Element):
         """Return the torque [N m] or force [N] of the drive."""
         return {"effort": multipliers}
 
-    @property
+    @cached_property
     def motion(self) -> Motion | Ramp:
         """Motion of the driven coordinate: angle [rad] or travel [m]."""
         if isinstance(self.speed, Ramp | Motion):
             return self.speed
-        speed = float(self.speed)  # type: ignore[arg-type]  # `agree` has converted formulas and tables
-        return Ramp(start=speed, end=speed, duration=1.0)  # constant: any duration will do
+        if isinstance(self.speed, Expression | Table):
+            return Motion(self.speed.integral(), self.speed)
+        return Ramp(start=self.speed, end=self.speed, duration=1.0)  # constant: any duration will do
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield torque [N m] or force [N] of the drive, and the angle [rad] or travel [m] since t = 0."""
