@@ -50,12 +50,13 @@ def assemble(
     unknown = _find_unknown(points, links, deciding, lengths)
     for point in near:
         if point not in unknown:
-            known = ", ".join(unknown) or "none"
-            raise ValueError(f"near.{point}: no point whose place follows from lengths; those are: {known}")
+            raise ValueError(
+                f"near.{point}: no point whose place follows from lengths; those are: {', '.join(unknown) or 'none'}"
+            )
     if not deciding or not unknown:
         return Assembly({})
     places = _as_linear_forms(points, unknown)
-    linear = [*_link_equations(places, links, lengths), *_guide_equations(places, guides)]
+    linear = list(_linear_equations(places, links, lengths, guides))
     of_length = [link for link in deciding if link.angle is None and {link.start, link.end} <= set(places)]
     equations = _LengthEquations(of_length, places, *_solve_linear(linear, 2 * len(unknown)))
     equations.check_decided()
@@ -72,10 +73,9 @@ def assemble(
     squares = [sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) for pose in candidates]
     distances = [round(square / (step * size)) for square in squares]
     first = candidates[distances.index(min(distances))]  # of several equally near ones, or without `near`, the topmost
-    others = [pose for pose in candidates if pose is not first]
     check_links({**points, **first}, deciding)
     equations.check_regular(unknown, first)
-    return Assembly(first, tuple(others))
+    return Assembly(first, tuple(pose for pose in candidates if pose is not first))
 
 
 def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
@@ -115,15 +115,13 @@ def _as_linear_forms(points: Mapping[str, Pair], unknown: list[str]) -> dict[str
     return places
 
 
-def _guide_equations(places: Mapping[str, Array], guides: Iterable[Any]) -> Iterator[Array]:
-    """Yield real linear forms that must vanish: distances of guided points from the line through a second point."""
+def _linear_equations(
+    places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float], guides: Iterable[Any]
+) -> Iterator[Array]:
+    """Yield real linear forms that must vanish: of guided points, of angles of links, and of the points that links carry."""
     for guide in guides:
-        if guide.through and guide.point in places and guide.through in places:
+        if guide.through and guide.point in places and guide.through in places:  # distance from the line through a second point
             yield ((places[guide.point] - places[guide.through]) * complex(*guide.along).conjugate()).imag
-
-
-def _link_equations(places: Mapping[str, Array], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Array]:
-    """Yield real linear forms that must vanish: of angles of links, and of the points that links carry."""
     for link in links:
         if link.start not in places or link.end not in places:
             continue
