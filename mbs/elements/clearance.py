@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from enum import IntEnum
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -199,21 +198,16 @@ def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time
     return PinContact(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
 
 
-class ContactState(IntEnum):
-    """Contact states of a pin in its bush."""
-
-    FREE = 0
-    IMPACT = 1  # from onset to separation, or until the depth has its first minimum within the contact
-    CONTINUOUS = 2  # from this minimum on: the pin has rebounded once without separation
-
-
 def contact_state(depth: Array) -> Array:
-    """Return the `ContactState` at each sample, as a float."""
+    """Return the contact state at each sample, as a float: 0 free, 1 impact, 2 continuous.
+
+    An impact lasts from the onset to the separation, or until the depth has its first minimum within the contact. From this
+    minimum on the contact is continuous: the pin has rebounded once without separation.
+    """
     touching = depth > 0
     is_minimum = np.zeros_like(touching)
     within = touching[:-2] & touching[1:-1] & touching[2:]
     is_minimum[1:-1] = within & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:])
     minima = np.cumsum(is_minimum)
     earlier = np.maximum.accumulate(np.where(touching, 0, minima))  # minima before the present contact
-    state = np.where(minima > earlier, ContactState.CONTINUOUS, ContactState.IMPACT)
-    return np.where(touching, state, ContactState.FREE).astype(float)
+    return np.where(touching, np.where(minima > earlier, 2.0, 1.0), 0.0)
