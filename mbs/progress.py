@@ -24,7 +24,7 @@ GROWTH = 8 ** (1 / 4)
 
 
 class TimeUpError(Exception):
-    """The time limit of a call is over."""
+    """The time limit of a call is over, or an inner call has been stopped."""
 
 
 USER_STOPS = (TimeUpError, KeyboardInterrupt)
@@ -74,13 +74,11 @@ class Forecast:
 
 
 class Ticker:
-    """Thread that renews a line in a terminal, also within a long step, and prints the expected time once, after 2 s.
+    """Thread that renews a line in a terminal, also within a long step, and prints the expected time once.
 
-    The first steps of a run are slower than others.
-
-    `state.line()` and `state.text()` write the line and the expected time; an empty text is not printed. While a call compiles a
-    function, a second ticker, with `compiles`, prints instead of that of the call. `announced` is True if an earlier ticker has
-    printed the time.
+    It does so after 2 s, as the first steps of a run are slower than others. `state.line()` and `state.text()` write the line and
+    the expected time; an empty text is not printed. While a call compiles a function, a second ticker, with `compiles`, prints
+    instead of that of the call. `announced` is True if an earlier ticker has printed the time.
     """
 
     def __init__(self, state: Forecast | Watch, compiles: bool = False, announced: bool = False) -> None:
@@ -191,7 +189,7 @@ def watch(unit: str) -> Callable[[F], F]:
             if outer is not UNWATCHED:
                 ended_before = outer.ended
                 answer = _call_under(outer, call, arguments, named)
-                if outer.ended != ended_before:
+                if outer.ended != ended_before:  # stopped in this call, also by Ctrl-C: the outer call makes its best answer
                     raise TimeUpError(outer.ended)
                 return answer
             state = Watch(unit, limit)

@@ -68,9 +68,6 @@ def _inline(each: Any) -> str:
     return f"[{', '.join(map(_inline, each))}]"
 
 
-ENDINGS = (".toml", ".json")  # of names of files
-
-
 def write(content: Mapping[str, object], path: Path) -> Path:
     """Write a document to a TOML or JSON file, by the ending of its name; ValueError for other endings."""
     path.write_text(text(content, _ending(path)), encoding="utf-8")
@@ -111,8 +108,8 @@ def read(path: Path) -> dict[str, Any]:
 
 
 def _ending(path: Path) -> str:
-    if path.suffix.lower() not in ENDINGS:
-        raise ValueError(f"{path}: a mechanism's file ends in {' or '.join(ENDINGS)}")
+    if path.suffix.lower() not in (".toml", ".json"):
+        raise ValueError(f"{path}: a mechanism's file ends in .toml or .json")
     return path.suffix.lower()
 
 
