@@ -94,11 +94,6 @@ class Declaration(typing.NamedTuple):
     group: str = ""
 
     @property
-    def unit(self) -> str:
-        """Unit of a quantity; '' for other values."""
-        return self.spec.unit
-
-    @property
     def allowed(self) -> str:
         """Allowed range, with the unit."""
         return self.spec.allowed + self._suffix
@@ -113,13 +108,13 @@ class Declaration(typing.NamedTuple):
 
     @property
     def _suffix(self) -> str:
-        return f" {self.unit}" if self.unit not in ("", "1") else ""
+        return f" {self.spec.unit}" if self.spec.unit not in ("", "1") else ""
 
     @property
     def about(self) -> str:
         """Unit, range and default, for the reference; of a field with none of the three the description `spec.words`."""
         ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
-        unit = self.unit if self.unit != "1" else ""
+        unit = self.spec.unit if self.spec.unit != "1" else ""
         default = "" if self.required else f"default {short(self.default)}"
         return ", ".join(part for part in (unit, *ranges, default) if part) or self.spec.words
 

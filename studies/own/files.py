@@ -96,7 +96,7 @@ def declare_path(document: Mapping[str, object], path: str) -> Declaration:
     """Declare the entry at a path of a document: a count, a number with its unit, or a word; a ValueError for an unknown path."""
     declared, now, unit = find_entry(document, path)
     spec: Spec = TomlValue()
-    if declared and type(now) is int and not declared.unit:  # a count; with a unit, as 2 for 2 m, it is a quantity
+    if declared and type(now) is int and not declared.spec.unit:  # a count; with a unit, as 2 for 2 m, it is a quantity
         spec = declared.spec
     elif Quantity(unit).fits(now) or (unit and now is None):  # None: an optional number that the file does not have
         spec = Quantity(unit)

@@ -122,7 +122,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     store = Path(options.store or folder / "cases.sqlite")
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
-    units = {key: about.unit for key, about in maker.known.items()}
+    units = {key: about.spec.unit for key, about in maker.known.items()}
     return _Sweep(study, options, axes, cases, units, study.stored_name(cases[0]), folder, store, part)
 
 

@@ -72,7 +72,7 @@ def sweep(
         if not isinstance(case, module.Parameters):
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
     name = name or (study if isinstance(study, str) else module.__name__)
-    units = {key: spec.unit for key, spec in declarations(module.Parameters).items()} if units is None else units
+    units = {key: each.spec.unit for key, each in declarations(module.Parameters).items()} if units is None else units
     about, numbers = About(name, versions(), units), range(len(cases))
     if part:  # every `part.of`-th case; parts are counted from 1
         numbers = numbers[part.number - 1 :: part.of]

@@ -62,7 +62,7 @@ def parse(text: str, known: Mapping[str, Declaration]) -> Axis:
             items = [_value(name, part, known[name]) for part in values.split(",")]
             if len(set(items)) < len(items):
                 raise ValueError("one of them given twice")
-        unit, factor = known[name].unit, 1.0
+        unit, factor = known[name].spec.unit, 1.0
         if isinstance(items[0], float) and (written := written_unit(re.split("[:,]", values)[0])):  # the unit of the first value
             one = f"1 {written}"  # `measured` reads any unit, for a parameter without a declared one
             unit, factor = written, parse_quantity(one, unit) if unit else float(measured(one))
