@@ -36,12 +36,8 @@ class Controlled(Setting):
         doc="local error of positions allowed a step, relative to the longest link or, if that is less, a tenth of the smallest "
         "clearance; by default 1e-5, with clearance 1e-3, with stiffly damped clearance 3e-5; for `Spectral` see there",
     )  # fmt: skip
-    max_step: float | None = quantity(
-        "s", above=0, doc="largest step; by default a 200th of the duration, for `Spectral` a 50th", default=None
-    )
-    contact_resolution: int = whole(
-        1, 10_000, doc="least number of steps in half an oscillation of a block on its stop or strut", default=40
-    )
+    max_step: float | None = quantity("s", above=0, doc="by default a 200th of the duration, for `Spectral` a 50th", default=None)
+    contact_resolution: int = whole(1, 10_000, doc="least steps in half an oscillation of a block on a stop or strut", default=40)
     max_steps: int = whole(1, 10**9, doc="a run that takes more ends as TOO_MANY_STEPS", default=1_000_000)
 
     adaptive: ClassVar[bool] = True
@@ -138,9 +134,7 @@ class Spectral(Setting):
         "step is by default a 50th of the duration; steps end where contacts begin, equal steps, too",
     )  # fmt: skip
     degree: int | None = whole(2, 60, doc="degree of the strips' polynomials; 8 by default", default=None)
-    contact_tolerance: float = quantity(
-        "1", above=0, high=1, doc="local error allowed of the depth of a contact, relative to the depth", default=1e-2
-    )
+    contact_tolerance: float = quantity("1", above=0, high=1, doc="local error allowed of a depth, relative to it", default=1e-2)
     method: str = choice(
         "chosen", "implicit", "explicit", default="chosen",
         doc="'chosen' from the scene: explicit if all joints of rigid links have clearance",

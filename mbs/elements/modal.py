@@ -101,10 +101,7 @@ class BarModes(Declared):
 
     bending: int = whole(0, MOST_BAR_MODES, doc="number of modes in bending, which come first", default=2)
     axial: int = whole(0, MOST_BAR_MODES, doc="number of axial modes", default=1)
-    shear: bool = flag(
-        doc="Timoshenko's theory (shear deformation and rotary inertia); otherwise Euler and Bernoulli's, without either",
-        default=True,
-    )
+    shear: bool = flag(doc="Timoshenko's theory, with shear and rotary inertia, not Euler and Bernoulli's", default=True)
 
     def agree(self) -> None:
         """Raise a ValueError unless there is a mode."""

@@ -35,9 +35,7 @@ class Motor(Load):
     label: ClassVar[str] = "motor.{link:body}"
 
     link: str = names(doc="any but a Strut; on a flexible link the motor acts at the start; 'beam:B' names another point")
-    voltage: float | Callable[[float], float] = field(
-        Either((Quantity("V"), Function("t", "V"))), "constant, or a function of t [s]"
-    )
+    voltage: float | Callable[[float], float] = field(Either((Quantity("V"), Function("t", "V"))), "constant, or over t [s]")
     resistance: float = quantity("Ohm", above=0, doc="of the winding")
     constant: float = quantity("N m/A", above=0, doc="torque constant, which is the voltage constant in V s/rad")
     inertia: float = quantity("kg m^2", low=0, doc="of the rotor", default=0.0)

@@ -161,9 +161,7 @@ class TorsionSpring(Elastic):
     second: str = names(doc="the other link, given likewise")
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
-    free_angle: float | None = quantity(
-        "rad", doc="turn of `second` less turn of `first` without torque; 0 by default", default=None
-    )
+    free_angle: float | None = quantity("rad", doc="turn of `second` less that of `first` without torque, or 0", default=None)
     law: Law | None = field(
         Function("x, v", "N m"),
         "torque on `first`, and its opposite on `second`, which replaces stiffness and damping: a function of the angle less "

@@ -47,9 +47,8 @@ class Stop(Element):
     link: str | None = names(doc="link of the point; by default the guided link, or the first that has the point", default=None)
     on: str = names(doc="body with the face: 'ground', a rigid link, or 'link:point' on a flexible link", default=GROUND)
     friction: FrictionLaw = part(
-        FrictionLaw, example="Coulomb(0.1)", default_factory=NoFriction,
-        doc="of the face, of `buckler.mbs.laws`, without memory; none by default",
-    )  # fmt: skip
+        FrictionLaw, example="Coulomb(0.1)", doc="law of the face, without memory; none by default", default_factory=NoFriction
+    )
 
     @property
     def friction_at(self) -> str:
