@@ -6,7 +6,7 @@ import numpy as np
 
 from ..elements.element import GROUND
 from ..geometry import Array
-from ..kinematics.closing import has_other_branch
+from ..kinematics.determined import Follower, UnclosedError
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
@@ -17,6 +17,9 @@ from .check import check, without
 GAP = 1e-5
 """Largest residual of a constraint [m or rad]; for a longest link above 1 m it is multiplied by this length in m. It is a hundred
 times the residual of a run with the coarsest steps."""
+LEFT = 1e-2
+"""Largest distance of a recorded pose from exact loop closure, over the longest link or in rad: chosen. A larger one is another
+assembly. At a tenth of it runs with coarse steps would be suspect; at ten times it assemblies that stay close would be missed."""
 
 
 def determinant(jacobian: Array) -> Array:
@@ -47,25 +50,35 @@ def _determined_linkages(run: Run) -> list[Linkage]:
 def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
-    The determinant of the Jacobian is zero at a dead centre and changes its sign from one assembly to the other. Redundant rows
-    may determine the motion even there. Then a second pose that closes the loops, searched close to the next regular pose, shows
-    that they do not.
+    The determinant of the Jacobian vanishes there. If it may vanish between samples, exact loop closure is followed from the
+    start: it ends at a dead centre, and otherwise tells the poses, also past a dead centre that is missed by little.
     """
-    time, places = run.record.time, _places(run.record, range(len(run.record.mechanism.links)))
-    linkage = Scene.of(run.record.mechanism).linkage.limit_drives(float(time[-1]))  # no drive's speed is asked for after the run
-    jacobian = linkage.jacobian(places)
-    values = determinant(jacobian)
-    # at a dead centre the determinant is below a thousandth of its largest in the run: chosen; true for nan as well
-    singular = ~(values * np.sign(values[0]) > 1e-3 * np.abs(values).max())
-    has_redundant_rows = jacobian.shape[1] != jacobian.shape[2]
-    for k in np.flatnonzero(singular):
-        regular = np.flatnonzero(~singular[k:])
-        j = k + int(regular[0]) if len(regular) else len(singular) - 1  # next regular sample, else the last one
-        ends_here = j == k  # no later pose can show that the motion is determined
-        distance = float(np.abs(places[j] - places[k]).max())  # largest change of a coordinate: where to search [m or rad]
-        if not has_redundant_rows or ends_here or has_other_branch(linkage, float(time[j]), places[j], distance):
-            yield f"at t = {time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
-            return
+    record = run.record
+    time, places = record.time, _places(record, range(len(record.mechanism.links)))
+    linkage = Scene.of(record.mechanism).linkage.limit_drives(float(time[-1]))  # no drive's speed is asked for after the run
+    if not _may_vanish(time, determinant(linkage.jacobian(places))):
+        return
+    follower = Follower(record.mechanism, float(time[-1]))
+    if follower.ended is not None:
+        yield follower.ended.message
+        return
+    try:
+        exact = follower.at(time).q
+    except UnclosedError as error:
+        yield str(error)
+        return
+    distance = np.abs((places - exact) / (linkage.size, linkage.size, 1.0)).max(axis=(1, 2))
+    if distance.max() > LEFT:
+        left = float(time[np.argmax(distance > LEFT)])
+        yield f"at t = {left:.4g} s the run has left its assembly, near a dead centre: lower the tolerance or the longest step"
+
+
+def _may_vanish(time: Array, values: Array) -> bool:
+    """Return True if samples of a function allow it a zero: its sign changes, or the slopes of steps nearby would reach zero."""
+    steps = np.diff(time)
+    slopes = np.abs(np.diff(values)) / steps
+    steepest, longest = (np.maximum(np.append(x, 0.0), np.append(0.0, x)) for x in (slopes, steps))  # at each sample
+    return not (values * np.sign(values[0]) > steepest * longest).all()  # True for nan as well
 
 
 def _rigid_links(run: Run) -> list[int]:

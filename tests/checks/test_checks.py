@@ -94,6 +94,15 @@ def test_a_linkage_that_is_integrated_through_a_dead_centre():
     assert "is not determined" in suspect(short_of_dead_centre(0.0, mbs.Exudyn), "BRANCH")
 
 
+def test_a_linkage_that_is_integrated_past_a_dead_centre():
+    """The compiled solver keeps to the assembly, as exact loop closure does; too long steps lead Exudyn into the other."""
+    exact, right, wrong = (short_of_dead_centre(1e-6, solver) for solver in (mbs.Closure, mbs.Spectral, mbs.Exudyn))
+    fine(right)
+    assert right["B.y"] == pytest.approx(exact.at("B.y", right.time), abs=1e-6)
+    assert abs(wrong["B.y"] - exact.at("B.y", wrong.time)).max() > 0.1
+    assert "has left its assembly" in suspect(wrong, "BRANCH")
+
+
 COARSE = {
     "1 of 3 nodes": mbs.Beam(WET, elements=1, imperfection=-1e-4 * LENGTH),
     "2 of 2 nodes": mbs.Beam(WET, elements=2, nodes=2, imperfection=-1e-4 * LENGTH),

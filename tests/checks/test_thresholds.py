@@ -202,13 +202,27 @@ def _(wrong):
 # --- linkages ------------------------------------------------------------------------------------------------------------
 
 
-@near("BRANCH", "determinant")
+@near("BRANCH", "distance")
 def _(wrong):
+    """All links turned, of a run whose determinant seems to vanish."""
     run, result = right("rocker")
-    size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
+    places, turn = linkages._places(run.record, range(3)), 1.2e-2 if wrong else 0.8e-2
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linkages, "determinant", lambda _jacobian: size)
+        patch.setattr(linkages, "determinant", lambda _jacobian: np.linspace(1.0, -1.0, len(result.time)))
+        patch.setattr(linkages, "_places", lambda _record, _indices: places + np.array([0.0, 0.0, turn]))
         return said("BRANCH", run, result)
+
+
+@pytest.mark.parametrize(
+    ("least", "phase", "vanishes"), [(0.0, 0.5, True), (0.1, 0.5, True), (4.0, 0.5, False), (4.0, 0.0, False)]
+)
+def test_a_determinant_between_samples(least, phase, vanishes):
+    """Of a dead centre that is missed, sqrt(t^2 + least^2), at samples of distance 1; the second is seen by no sample."""
+    time = np.arange(-20, 20) + phase
+    assert linkages._may_vanish(time, np.hypot(time, least)) == vanishes
+    uneven = time * np.where(time > 0, 0.1, 1.0)  # short steps on one side
+    assert linkages._may_vanish(uneven, np.hypot(uneven, least)) == vanishes
+    assert linkages._may_vanish(time, time) and linkages._may_vanish(time, np.full(len(time), np.nan))
 
 
 # --- all of them ---------------------------------------------------------------------------------------------------------
