@@ -76,21 +76,20 @@ def choose_independent_rows(jacobian: Array) -> Array:
 
 
 def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
-    """Return True if a singular pose, beyond which the motion is not determined, lies between two ends of a step.
+    """Return True if a singular pose, beyond which the motion is not determined, lies in a step of a linkage with redundant rows.
 
-    Each end is a course of one time. In a singular pose the determinant of independent rows changes its sign. If rows are
-    redundant, the chosen ones may become dependent where all rows together still have full rank. Then the pose counts as
+    Each end is a course of one time. In a singular pose the determinant of independent rows changes its sign. But the chosen rows
+    may become dependent where all rows together still have full rank, or where all rows allow one way on. So the pose counts as
     singular only if a second branch, which meets the first there, is found.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
         return False
     distance = float(np.abs(after.q - before.q).max())  # in m or rad: a rough size of the step is enough
-    has_redundant_rows = len(rows) < len(linkage.rows)
-    return not has_redundant_rows or has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
+    return _has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
 
 
-def has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
+def _has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
     """Return True if a second pose closes the loops near the pose q, at the end of a step of length `distance`."""
     direction = np.linalg.svd(linkage.jacobian(q))[2][-1].reshape(q.shape)  # singular vector of the least singular value
     direction *= distance / np.abs(direction).max()

@@ -26,6 +26,11 @@ from .closing import Course, choose_independent_rows, close_loops, explain_singu
 
 LARGEST_ERROR = 0.05
 """Largest error of the prediction of a step, over the longest link: chosen; a step with a larger error is halved."""
+STEEPEST = 0.7
+"""Largest change of ln D in a step, D the determinant of the Jacobian: chosen; D at most halves or doubles.
+
+D is in the denominator of rates and forces. So the distance to its zeros, also to those at complex times, bounds the steps: they
+pass over neither a dead centre nor the peak of a force near one. At ten times it they would pass over both."""
 
 
 class Ended(NamedTuple):
@@ -55,6 +60,7 @@ class Follower:
         self.linkage = Scene.of(mechanism).linkage.limit_drives(duration)  # a drive may be known up to the end only
         # factors (links, 3), in the order of coordinates, with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
+        self.has_redundant_rows = len(self.linkage.rows) > self.linkage.reference.size
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
 
@@ -65,6 +71,8 @@ class Follower:
         anchors, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, 0.02 / fastest if fastest > 0 else duration / 100)  # 0.02 rad, or any first step, which adapts
+        while self._steepness(state.jacobian, self.linkage.jacobian(state.q + h * state.q_t)) > STEEPEST:
+            h /= 2
         slow = 0.01 * self.linkage.size / duration  # [m/s]: least scale of errors of speeds, for a start at rest
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -76,8 +84,11 @@ class Follower:
             h = duration - t if duration - t - h < 1e-12 * duration else h  # no last step of the size of rounding
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = close_loops(self.linkage, np.array([t + h]), guess)
-            error = np.inf if after is None else float(np.abs((after.q - guess) * self.lengths).max()) / self.linkage.size
-            if after is None or error > LARGEST_ERROR or self._is_refused(state, after, slow):
+            error = steepness = np.inf
+            if after is not None:
+                error = float(np.abs((after.q - guess) * self.lengths).max()) / self.linkage.size
+                steepness = self._steepness(state.jacobian, after.jacobian)
+            if after is None or error > LARGEST_ERROR or steepness > STEEPEST or self._is_refused(state, after, slow):
                 h /= 2
                 if h < 1e-9 * duration:
                     self.ended = self._diagnose_end(anchors)
@@ -87,16 +98,31 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             anchors.append(state)
-            h *= _step_factor(error)
+            h *= _step_factor(error, steepness)
         return Course(*(np.concatenate(part) for part in zip(*anchors, strict=True)))
 
     def _is_refused(self, before: Course, after: Course, slow: float) -> bool:
-        """Return True if speeds differ much from their linear prediction in a step, or if it passes a singular pose."""
+        """Return True if speeds differ much from their linear prediction in a step, or if a singular pose lies in it."""
         h = float(after.time[0] - before.time[0])
         error = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         largest = max(slow, self._largest_speed(before), self._largest_speed(after))
         is_inaccurate = error > 0.3 * largest  # 0.3: chosen
-        return is_inaccurate or passes_singularity(self.linkage, before, after)
+        if is_inaccurate or self.has_redundant_rows:
+            return is_inaccurate or passes_singularity(self.linkage, before, after)
+        # Rounding eps of residuals errs the pose, angles as lengths, by eps |1/J| and its Jacobian J by about as much. If that is
+        # more than the least singular value of J, about 1 / |1/J|, the side of the dead centre on which the pose lies is unknown.
+        amplification = float(np.linalg.norm(np.linalg.inv(after.jacobian[0]) * self.lengths.reshape(-1, 1)))  # |1/J|
+        return amplification**2 * float(np.finfo(float).eps) > 1
+
+    def _steepness(self, before: Array, after: Array) -> float:
+        """Return |ln(D_after/D_before)|, D the determinants of two Jacobians (1, rows, columns); infinite if their signs differ.
+
+        It is 0 with redundant rows, which may all be dependent in a pose from which there is one way on.
+        """
+        if self.has_redundant_rows:
+            return 0.0
+        (sign, log), (next_sign, next_log) = (np.linalg.slogdet(jacobian[0]) for jacobian in (before, after))
+        return float(abs(next_log - log)) if sign == next_sign else np.inf
 
     def _largest_speed(self, course: Course) -> float:
         return float(np.abs(course.q_t * self.lengths).max())  # of start points, and of angles times lengths [m/s]
@@ -195,14 +221,14 @@ class Follower:
         return total
 
 
-def _step_factor(error: float) -> float:
+def _step_factor(error: float, steepness: float) -> float:
     """Return the factor of the next step; the error of the prediction grows with the step's third power."""
     small = 0.01  # over the longest link, chosen: below it the next step is longer
-    if error < small / 8:
-        return 2.0  # then the error is `small` at most
     if error < small:
-        return 1.3  # the error grows by 2.2
-    return 0.8 if error > LARGEST_ERROR / 2 else 1.0  # 0.8: about half of the error
+        factor = 2.0 if error < small / 8 else 1.3  # at most to `small`; the error grows by 2.2
+    else:
+        factor = 0.8 if error > LARGEST_ERROR / 2 else 1.0  # 0.8: about half of the error
+    return min(factor, 0.26 / max(steepness, 0.1))  # 0.26, chosen: towards D = 0 each step then reduces D by 1.5
 
 
 def _quintic(anchors: Course, times: Array) -> Array:

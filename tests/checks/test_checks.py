@@ -84,6 +84,7 @@ def short_of_dead_centre(room, solver=mbs.Closure):
 def test_a_linkage_that_meets_a_dead_centre():
     fine(short_of_dead_centre(1e-2))
     fine(short_of_dead_centre(1e-5))
+    fine(short_of_dead_centre(1e-9))
     result = short_of_dead_centre(0.0)
     assert result.status is mbs.Status.SINGULAR and "coupler and rocker in line" in result.message
     assert "is not determined" in result.message

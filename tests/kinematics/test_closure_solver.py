@@ -9,6 +9,7 @@ from buckler.mbs.functions import Piecewise
 from buckler.mbs.kinematics.determined import Follower, UnclosedError
 from buckler.mbs.kinematics.exact import once
 from buckler.mbs.laws import Coulomb
+from buckler.mbs.library import CrankRocker
 from buckler.mbs.process import has_compiler
 
 BEAM = mbs.Beam(mbs.Section(0.02, 1e-3))
@@ -104,3 +105,29 @@ def test_error_covers_forces_between_the_samples():
     second = w**2 * h * r * np.cos(w * t) * (h**2 - r**2) / square**2
     error = np.abs(result.at("drive.torque", t) - inertia * second * rate / w)
     assert error.max() < result.error.absolute("drive.torque", "peak") < 20 * error.max()
+
+
+@pytest.mark.parametrize("room", [1e-8, 3e-5, 1e-3])
+@pytest.mark.parametrize("angle", [0.5, -0.3, -0.01])
+def test_peaks_of_forces_near_a_dead_centre_are_seen_and_their_errors_told(room, angle):
+    """Coupler and rocker miss a line by this, m; the compiled solver, whose steps adapt to the motion, knows the peaks."""
+    bars = CrankRocker()
+    lengths = bars._replace(frame=bars.crank + bars.coupler - bars.rocker + room)
+    mechanism = mbs.crank_rocker(BAR, speed=10.0, lengths=lengths, angle=angle)
+    result = fine(mbs.simulate(mechanism, 0.7))
+    exact = mbs.simulate(mechanism, 0.7, solver=mbs.Spectral(mbs.Controlled(tolerance=1e-8, max_step=1e-3)))
+    for name in ("C.ground-rocker.fx", "C.ground-rocker.fy", "drive.torque"):
+        peak, right = abs(result[name]).max(), abs(exact[name]).max()
+        assert peak == pytest.approx(right, rel=0.02), name
+        assert abs(peak - right) < result.error.absolute(name, "peak") + 1e-3 * right, name
+
+
+@pytest.mark.parametrize("angle", [0.5, -0.3])
+@pytest.mark.parametrize("speed", [0.1, 30.0])
+@pytest.mark.parametrize(("crank", "coupler", "rocker"), [(0.105, 0.272, 0.175), (0.08, 0.25, 0.175), (0.12, 0.3, 0.2)])
+def test_rounding_leads_past_no_dead_centre(crank, coupler, rocker, speed, angle):
+    """The lengths allow all bars to lie in one line but for their rounding: what follows is not determined."""
+    lengths = CrankRocker(crank, coupler, rocker, crank + coupler - rocker)
+    result = mbs.simulate(mbs.crank_rocker(BAR, speed=speed, lengths=lengths, angle=angle), 7 / speed)
+    assert result.status is mbs.Status.SINGULAR, result.message
+    assert result.time[-1] * speed == pytest.approx(-angle % (2 * np.pi), abs=1e-5)
