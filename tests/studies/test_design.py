@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawing import inked
+from drawing import inked, value
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -185,10 +185,6 @@ def test_random_wishes_come_true(count):
 @pytest.fixture(scope="module")
 def result():
     return study.run(study.Parameters())
-
-
-def value(result, name):
-    return result.metrics[name].value
 
 
 def test_strut_does_what_was_asked(result):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from strikers import drawn, value
+from drawing import drawn, value
 
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.report import worst

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from strikers import drawn, peak, value
+from drawing import drawn, value
 
 from buckler.studies.kit.statistics import exponent
 from buckler.studies.striking import slider_crank
@@ -92,6 +92,10 @@ def test_ramp_has_every_turn_and_needs_one(ramp):
     drawn(slider_crank, ramp)
     with pytest.raises(ValueError, match="duration"):
         slider_crank.Parameters(duration=1)
+
+
+def peak(stop=7.2e4, speed=1.25, **changes):
+    return read(strike("beam", slider_crank.Parameters(**changes), stop, speed)).impact_peak
 
 
 @pytest.mark.slow

@@ -13,10 +13,12 @@ def inked(study, result):
 
 
 def drawn(study, result):
-    """The figure of a result: every axis named."""
+    """The figure of a result: every axis named, curves with a legend."""
     figure = inked(study, result)
-    for ax in figure.axes:
-        assert ax.get_ylabel()
-        assert ax.get_legend() is not None
-    assert figure.axes[-1].get_xlabel()
+    assert all(ax.get_ylabel() for ax in figure.axes) and figure.axes[-1].get_xlabel()
+    assert any(ax.get_legend() for ax in figure.axes)
     return figure
+
+
+def value(result, name):
+    return result.metrics[name].value
