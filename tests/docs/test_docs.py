@@ -14,18 +14,8 @@ import pytest
 from buckler.mbs import Mechanism, elements, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = (
-    "README.md",
-    "docs/tutorial.md",
-    "docs/how-to-bring-your-own-mechanism.md",
-    "docs/how-to-load-a-mechanism.md",
-    "docs/how-to-clamp-and-guide.md",
-    "docs/how-to-look.md",
-    "docs/how-to-rest-and-vibrate.md",
-    "docs/how-to-run-an-ensemble.md",
-    "docs/how-to-fit-and-design.md",
-    "docs/theory-elastica.md",
-)
+HOW_TO = "bring-your-own-mechanism load-a-mechanism clamp-and-guide look rest-and-vibrate run-an-ensemble fit-and-design"
+PAGES = ("README.md", "docs/tutorial.md", *(f"docs/how-to-{name}.md" for name in HOW_TO.split()), "docs/theory-elastica.md")
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")), "docs/paper/paper.md")
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -79,20 +69,19 @@ def test_readme_gives_the_force_it_promises(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "run.xdmf").exists()
 
 
-def readme_files():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    return [tomllib.loads(each) for each in re.findall(r"^```toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FILES = re.findall(r"^```toml\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
 
 
 def test_six_lines_move():
-    first = re.search(r"^```toml\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[1]
+    first = FILES[0]
     result = simulate(Mechanism.from_dict(tomllib.loads(first)), 5.0)
     assert first.count("\n") <= 6 and result.status == "OK" and np.ptp(result.signals["B.y"]) > 0.1
     assert result.error.until == 5.0 and result.error["B.x"] < 1e-2
 
 
 def test_the_file_in_the_readme_is_a_part_of_the_example():
-    _, by_lengths, shown = readme_files()
+    _, by_lengths, shown = map(tomllib.loads, FILES)
     example = Mechanism.load(ROOT / "studies" / "own" / "examples" / "stephenson.toml")
     assert Mechanism.from_dict(by_lengths) == replace(example, joints=Mechanism.from_dict(by_lengths).joints)
     assert set(example.joints) == set(Mechanism.from_dict(by_lengths).joints)

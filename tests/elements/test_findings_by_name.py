@@ -21,17 +21,10 @@ def test_a_parallel_fourth_leg_is_redundant_and_runs_right():
 
 
 def test_a_drive_square_to_its_guide_is_refused_by_name():
+    bar, pin = mbs.Link("bar", "O", "B", BAR), mbs.Revolute("O", "ground", "bar")
+    made = mbs.Mechanism({"O": (0, 0), "B": (1, 0)}, [bar], [pin], [mbs.Guide("B", "bar")], drives=[mbs.Drive("B", 0.1)])
     with pytest.raises(ValueError, match=r"'guide B'|'O.ground-bar'.*'drive'") as caught:
-        mbs.simulate(
-            mbs.Mechanism(
-                {"O": (0, 0), "B": (1, 0)},
-                [mbs.Link("bar", "O", "B", BAR)],
-                [mbs.Revolute("O", "ground", "bar")],
-                [mbs.Guide("B", "bar")],
-                drives=[mbs.Drive("B", 0.1)],
-            ),
-            1.0,
-        )
+        mbs.simulate(made, 1.0)
     assert "contradict each other" in str(caught.value)
 
 
@@ -57,26 +50,26 @@ def test_what_a_progress_raises_comes_through(error):
         mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, accuracy=1e-2, progress=progress)
 
 
+def one_bar(**parts):
+    return mbs.Mechanism({"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", BAR)], **parts)
+
+
 NOTED = {
     "a point shared without a joint": (
         lambda: replace(pendulum(0.1), links=[*pendulum(0.1).links, mbs.Link("other", "O", "A", BAR)]),
         "links 'bar' and 'other' share the point 'O' without a joint there",
     ),
     "a driven link without bearing": (
-        lambda: mbs.Mechanism({"O": (0, 0), "A": (1, 0)}, [mbs.Link("crank", "O", "A", BAR)], drives=[mbs.Drive("crank", 1.0)]),
-        "nothing ties the driven link 'crank' to the ground",
+        lambda: one_bar(drives=[mbs.Drive("bar", 1.0)]), "nothing ties the driven link 'bar' to the ground",
     ),
     "a stop out of reach": (
         lambda: stiff(drives=[mbs.Drive("crank", 1.0)], stops=[mbs.Stop("B", at=20.0, law=Hertz(1e8))]),
         "the stop of 'B' lies farther than the links reach",
     ),
     "a block that turns on its only guide": (
-        lambda: mbs.Mechanism(
-            {"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", BAR)], guides=[mbs.Guide("O", "bar", (1, 0))]
-        ),
-        "links.bar: the guide of 'O' leaves its angle free",
+        lambda: one_bar(guides=[mbs.Guide("O", "bar", (1, 0))]), "links.bar: the guide of 'O' leaves its angle free",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", NOTED)

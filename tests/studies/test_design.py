@@ -76,14 +76,8 @@ def late_push(d):
 LATE = {
     "of the paper": (WISH, Given()),
     "pushed late": (Wish(2.88, 9.42, np.radians(113.6)), Given(width=5.4e-3, mass=0.268, stiffness=1.95e5, restitution=0.948)),
-    "speeding up": (
-        Wish(17.5, 121.3, np.radians(38.2)),
-        Given(width=6.43e-3, mass=0.807, stiffness=5.38e5, restitution=0.606, friction=0.0134),
-    ),
-    "slowing down": (
-        Wish(0.889, 5.64, np.radians(15.6)),
-        Given(width=9.76e-3, mass=0.052, stiffness=1.011e5, restitution=0.516, friction=1.25e-3),
-    ),
+    "speeding up": (Wish(17.5, 121.3, np.radians(38.2)), Given(6.43e-3, 0.807, 5.38e5, 0.606, 0.0134)),
+    "slowing down": (Wish(0.889, 5.64, np.radians(15.6)), Given(9.76e-3, 0.052, 1.011e5, 0.516, 1.25e-3)),
 }
 
 

@@ -15,19 +15,14 @@ from buckler.studies.kit.drawn import Draw, draw, make_pressed_column
 @pytest.mark.parametrize(
     ("status", "message", "error", "verdict"),
     [
-        (Status.OK, "", 0.9, Verdict.RIGHT),
-        (Status.OK, "", 1.1, Verdict.SILENT),
-        (Status.OK, "", np.nan, Verdict.SILENT),
-        (Status.OK, "", None, Verdict.NO_REFERENCE),
-        (Status.SUSPECT, "why", 1.1, Verdict.NAMED),
-        (Status.SUSPECT, "why", 0.9, Verdict.FALSE_ALARM),
-        (Status.SUSPECT, "why", None, Verdict.NAMED),
+        (Status.OK, "", 0.9, Verdict.RIGHT), (Status.OK, "", 1.1, Verdict.SILENT), (Status.OK, "", np.nan, Verdict.SILENT),
+        (Status.OK, "", None, Verdict.NO_REFERENCE), (Status.SUSPECT, "why", 1.1, Verdict.NAMED),
+        (Status.SUSPECT, "why", 0.9, Verdict.FALSE_ALARM), (Status.SUSPECT, "why", None, Verdict.NAMED),
         (Status.SUSPECT, "LINEAR: bends; PENETRATION: deep", 0.9, Verdict.NAMED),
         (Status.SUSPECT, "LINEAR: bends; STEPS: long", 0.9, Verdict.FALSE_ALARM),
-        (Status.NEWTON_DIVERGED, "why", None, Verdict.NAMED),
-        (Status.TIMED_OUT, "why", 0.1, Verdict.NAMED),
+        (Status.NEWTON_DIVERGED, "why", None, Verdict.NAMED), (Status.TIMED_OUT, "why", 0.1, Verdict.NAMED),
     ],
-)
+)  # fmt: skip
 def test_verdicts(status, message, error, verdict):
     assert decide(status, message, error) is verdict
 

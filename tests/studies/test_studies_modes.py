@@ -13,18 +13,7 @@ from buckler.mbs import Controlled, Exudyn, Modal, simulate
 from buckler.mbs.library import CLOSED
 from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.statistics import Mean
-from buckler.studies.rattling import modes
-from buckler.studies.rattling.bars import (
-    AXIAL,
-    BENDING,
-    MESH,
-    SETS,
-    beam_frequencies,
-    make_rocker_of_set,
-    planar_modes,
-    section,
-    solid_modes,
-)
+from buckler.studies.rattling import bars, modes
 from buckler.studies.rattling.claims import CLAIMS, PLACES, Ratio
 from buckler.studies.rattling.modes import AGREES, DIFFERS, LARGEST, UNDECIDED, Parameters, sameness
 from buckler.studies.rattling.turns import FORCE, Turns, solver
@@ -42,12 +31,12 @@ def slender(depth):
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_frequencies_of_the_solid_are_those_of_the_free_bar(depth):
     """Axial n c/2L; bending below the slender bar's, by ever more, and near it where the bar is slender for the mode."""
-    table = solid_modes(depth).table()
-    axial, bending = ([row[1] for row in table if row[2] == kind] for kind in (AXIAL, BENDING))
+    table = bars.solid_modes(depth).table()
+    axial, bending = ([row[1] for row in table if row[2] == kind] for kind in (bars.AXIAL, bars.BENDING))
     exact = np.arange(1, 5) * np.sqrt(E / RHO) / (2 * L)
     assert np.array(axial[:4]) == pytest.approx(exact, rel=0.01) and axial[0] == pytest.approx(exact[0], rel=6e-4)
-    np.testing.assert_allclose(beam_frequencies(depth)[AXIAL][:4], exact, rtol=1e-9)
-    np.testing.assert_allclose(beam_frequencies(depth, shear=False)[BENDING][:6], slender(depth), rtol=1e-7)
+    np.testing.assert_allclose(bars.beam_frequencies(depth)[bars.AXIAL][:4], exact, rtol=1e-9)
+    np.testing.assert_allclose(bars.beam_frequencies(depth, shear=False)[bars.BENDING][:6], slender(depth), rtol=1e-7)
     lower = np.array(bending[:6]) / slender(depth)
     assert (lower < 1).all() and (np.diff(lower) < 0).all()
     # the first correction: rotary inertia and shear, (depth/L)^2 times a number of the mode
@@ -56,40 +45,42 @@ def test_frequencies_of_the_solid_are_those_of_the_free_bar(depth):
 
 def test_published_kilohertz_of_bending_4_to_6_are_those_without_shear():
     assert (slender(20e-3)[3:6] / 1e3).round() == pytest.approx([31, 46, 64])
-    found = [row[1] for row in solid_modes(20e-3).table() if row[2] == BENDING][3:6]
+    found = [row[1] for row in bars.solid_modes(20e-3).table() if row[2] == bars.BENDING][3:6]
     assert found == pytest.approx([23.0e3, 31.4e3, 40.0e3], rel=0.01)
-    assert found == pytest.approx(beam_frequencies(20e-3)[BENDING][3:6], rel=0.012)
+    assert found == pytest.approx(bars.beam_frequencies(20e-3)[bars.BENDING][3:6], rel=0.012)
 
 
 @pytest.mark.slow
 def test_sets_hold_the_modes_they_name():
-    hertz = {depth: beam_frequencies(depth) for depth in (20e-3, 5e-3)}
+    hertz = {depth: bars.beam_frequencies(depth) for depth in (20e-3, 5e-3)}
     for depth, known in hertz.items():
-        for name, kinds in SETS.items():
+        for name, kinds in bars.SETS.items():
             if name != "none" and not kinds.others:
-                expected = sorted([known[BENDING][n - 1] for n in kinds.bending] + [known[AXIAL][n - 1] for n in kinds.axial])
-                found = np.sort(make_rocker_of_set(depth, name, 0.01).frequencies(L))
+                expected = sorted(
+                    [known[bars.BENDING][n - 1] for n in kinds.bending] + [known[bars.AXIAL][n - 1] for n in kinds.axial]
+                )
+                found = np.sort(bars.make_rocker_of_set(depth, name, 0.01).frequencies(L))
                 assert found == pytest.approx(expected, rel=0.03), name
-    assert [make_rocker_of_set(depth, name, 0.01) for depth in hertz for name in ("none", "456_free")] == [None] * 4
+    assert [bars.make_rocker_of_set(depth, name, 0.01) for depth in hertz for name in ("none", "456_free")] == [None] * 4
 
 
 def test_modes_four_five_and_six_by_counting():
     """20 mm in the plane: torsion and two out of the plane; bending 3, 4 and axial 2. 5 mm: bending 3 and 4; bending 4 to 6."""
-    kinds = {depth: {row[0]: row[2] for row in solid_modes(depth).table()} for depth in (20e-3, 5e-3)}
+    kinds = {depth: {row[0]: row[2] for row in bars.solid_modes(depth).table()} for depth in (20e-3, 5e-3)}
     assert [kinds[20e-3][n] for n in (4, 5, 6)] == ["torsion", "out-of-plane bending", "out-of-plane bending"]
-    assert [kinds[5e-3][n] for n in (4, 5, 6)] == ["torsion", BENDING, BENDING]
-    assert planar_modes(20e-3, "456_flexible") == () and planar_modes(5e-3, "456_flexible") == (5, 6)
-    assert [kinds[20e-3][n] for n in planar_modes(20e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
-    assert [kinds[5e-3][n] for n in planar_modes(5e-3, "456_in_plane")] == [BENDING, BENDING, AXIAL]
+    assert [kinds[5e-3][n] for n in (4, 5, 6)] == ["torsion", bars.BENDING, bars.BENDING]
+    assert bars.planar_modes(20e-3, "456_flexible") == () and bars.planar_modes(5e-3, "456_flexible") == (5, 6)
+    assert [kinds[20e-3][n] for n in bars.planar_modes(20e-3, "456_in_plane")] == [bars.BENDING, bars.BENDING, bars.AXIAL]
+    assert [kinds[5e-3][n] for n in bars.planar_modes(5e-3, "456_in_plane")] == [bars.BENDING, bars.BENDING, bars.AXIAL]
     rows = {row[0]: row for row in modes._modes_table(20e-3).rows}
-    assert rows[4][1:4] == [10, None, "torsion"] and rows[11][2:4] == [3, AXIAL] and rows[3][2] == 1
+    assert rows[4][1:4] == [10, None, "torsion"] and rows[11][2:4] == [3, bars.AXIAL] and rows[3][2] == 1
     assert rows[11][-1] == f"{np.sqrt(E / RHO) / (2 * L):.0f}"
 
 
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_modal_data_of_the_solid_are_those_of_the_beam(depth):
     """Two sources of one bar."""
-    solid = make_rocker_of_set(depth, "bending_1_3_axial_1", 0.02).planar(L)
+    solid = bars.make_rocker_of_set(depth, "bending_1_3_axial_1", 0.02).planar(L)
     beam = beam_modes(width=1e-4 / depth, thickness=depth, bending=3, axial=1, damping=0.02).planar(L)
     order = np.argsort(beam.frequency)  # the solid's come by frequency
     ends = [shapes[1, :2].sum(axis=0) for shapes in (solid.shapes, beam.shapes[:, :, order])]
@@ -119,9 +110,9 @@ def test_marks_in_words(value, error, mark):
 def test_planted_difference_gets_its_mark(monkeypatch):
     """Made-up numbers, the same but: with bending 1 alone the force at B is 30 % up; without modes velocities are 50 % up."""
 
-    def made_up(p, bars, of, batch, curves):
+    def made_up(p, mechanisms, of, batch, curves):
         draw, found = np.random.default_rng(batch), []
-        for bar in bars:
+        for bar in mechanisms:
             body = bar.link("rocker").body
             means = {reading: draw.gumbel(1.0, 0.05, p.members) for reading in of}
             if body.flexible and len(body.planar(L)) == 1:
@@ -169,7 +160,7 @@ def test_the_axial_mode_softens_closed_joints_and_the_first_bending_mode_alone_d
 
 def test_axial_mode_of_the_solid_strikes_as_the_beams_does():
     """First impacts of closed joints: modal data from two sources."""
-    data = make_rocker_of_set(20e-3, "axial_1", 0.01), beam_modes(bending=0, axial=1)
+    data = bars.make_rocker_of_set(20e-3, "axial_1", 0.01), beam_modes(bending=0, axial=1)
     forces = [run(FourBar(law=CLOSED, modes=each), 0.02, samples=11).peak_force[:, 3].max() for each in data]
     assert forces[0] == pytest.approx(forces[1], rel=0.02)
 
@@ -178,7 +169,9 @@ def test_axial_mode_of_the_solid_strikes_as_the_beams_does():
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_both_solvers_agree_through_the_first_impacts(depth):
     p, duration = Parameters(), 5e-3
-    made = p.crank_rocker("N.s/m", depth, Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH))
+    made = p.crank_rocker(
+        "N.s/m", depth, Modal(bars.section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, bars.MESH)
+    )
     engine = simulate(made, duration, solver=Exudyn(Controlled(tolerance=1e-6)), timeout=120)
     ours = simulate(made, duration, solver=solver(made, 1e-10))
     for link in ("coupler", "rocker"):

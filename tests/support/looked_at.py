@@ -46,40 +46,28 @@ def loose():
 
 def loaded():
     """A four-bar linkage with one of each load, a mass, and a weight that slides on its coupler."""
+    points = {"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0.15), "C": (0.35, 0), "P": (0.1, 0.3), "Q": (0.5, 0.25)}
+    pairs = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
+    crank, coupler = mbs.Link("crank", "O", "A", BAR), mbs.Link("coupler", "A", "B", BAR, carries=["Q"])
     return mbs.Mechanism(
-        points={"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0.15), "C": (0.35, 0), "P": (0.1, 0.3), "Q": (0.5, 0.25)},
-        links=[
-            mbs.Link("crank", "O", "A", BAR),
-            mbs.Link("coupler", "A", "B", BAR, carries=["Q"]),
-            mbs.Link("rocker", "C", "B", BAR),
-        ],
-        joints=[
-            mbs.Revolute("O", "ground", "crank"),
-            mbs.Revolute("A", "crank", "coupler"),
-            mbs.Revolute("B", "coupler", "rocker"),
-            mbs.Revolute("C", "ground", "rocker"),
-        ],
+        points, [crank, coupler, mbs.Link("rocker", "C", "B", BAR)], [mbs.Revolute(at, *pair) for at, pair in pairs.items()],
         loads=[
-            mbs.Spring("A", "ground:P", 50.0, damping=0.1),
-            mbs.TorsionSpring("ground", "rocker", 0.1),
-            mbs.Force("Q", (0.0, -2.0)),
-            mbs.Force("A", (1.0, 1.0), follows="crank"),
-            mbs.Torque("rocker", 0.01),
+            mbs.Spring("A", "ground:P", 50.0, damping=0.1), mbs.TorsionSpring("ground", "rocker", 0.1),
+            mbs.Force("Q", (0.0, -2.0)), mbs.Force("A", (1.0, 1.0), follows="crank"), mbs.Torque("rocker", 0.01),
             mbs.Motor("crank", voltage=2.0, resistance=1.0, constant=0.1),
         ],
-        masses=[mbs.Mass("Q", 0.2)],
-        gravity=(0.0, -9.81),
-    )
+        masses=[mbs.Mass("Q", 0.2)], gravity=(0.0, -9.81),
+    )  # fmt: skip
+
+
+def pressed(coupler):
+    return mbs.slider_crank(coupler, law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25)
 
 
 MECHANISMS = {
-    "strip": (
-        lambda: mbs.slider_crank(mbs.Beam(STRIP, elements=16), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25),
-        5.0,
-        {},
-    ),
+    "strip": (lambda: pressed(mbs.Beam(STRIP, elements=16)), 5.0, {}),
     "strut": (
-        lambda: mbs.slider_crank(mbs.Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25),
+        lambda: pressed(mbs.Strut(STRIP)),
         5.0,
         {"solver": mbs.Exudyn()},
     ),  # undamped, it rings: nothing predicts its forces
