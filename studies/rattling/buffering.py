@@ -38,10 +38,9 @@ from ..kit.parameters import choices, counts, integer, quantities
 from ..kit.published import CONTACT_DAMPING, DAMPING_UNITS, GRAVITY
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
-from .assumptions import BODIES, DAMPINGS, JOINTS, KINDS, PINS
-from .bars import RockerParameters, make_modal_rocker
+from .bars import BODIES, DAMPINGS, KINDS, PINS, RockerParameters, make_modal_rocker
 from .claims import CLAIMS, FAILS, HOLDS, READINGS, UNDECIDED, VERDICTS, ideal_motion, ratio
-from .turns import TestedRuns, run_turns
+from .turns import JOINTS, TestedRuns, run_turns
 
 RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
 """Assumptions whose two values are ends of a range."""

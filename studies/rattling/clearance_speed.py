@@ -148,16 +148,14 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw each number over the clearance with a curve for each speed, and the bifurcation map if there is one."""
-    return {"lines": _lines(result)} | ({"bifurcation": _bifurcation(result)} if "section" in result.signals else {})
-
-
-def _bifurcation(result: StudyResult) -> Figure:
-    gaps, values = 1e3 * result.signals["section_clearance"], result.signals["section"]
-    fig, ax = subplots(1, 1, height=90)
-    ax.plot(np.repeat(gaps, values.shape[1]), values.ravel(), ",", color="#000000")
-    ax.set(xscale="log", xlabel="radial clearance [mm]", ylabel="$v_x$ of joint B at the end of a turn [m/s]")
-    plain_ticks(ax.xaxis)
-    return fig
+    figures = {"lines": _lines(result)}
+    if "section" in result.signals:
+        gaps, values = 1e3 * result.signals["section_clearance"], result.signals["section"]
+        figures["bifurcation"], ax = subplots(1, 1, height=90)
+        ax.plot(np.repeat(gaps, values.shape[1]), values.ravel(), ",", color="#000000")
+        ax.set(xscale="log", xlabel="radial clearance [mm]", ylabel="$v_x$ of joint B at the end of a turn [m/s]")
+        plain_ticks(ax.xaxis)
+    return figures
 
 
 def _lines(result: StudyResult) -> Figure:

@@ -23,8 +23,7 @@ from ..kit.parameters import choices, integer, quantity
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from ..kit.statistics import mean
 from ..kit.style import Figure, subplots
-from .assumptions import BODIES
-from .bars import PlayParameters, section, set_damping
+from .bars import BODIES, PlayParameters, section, set_damping
 
 MOTIONS = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 """Velocities and accelerations that are drawn."""

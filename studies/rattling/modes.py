@@ -19,8 +19,7 @@ from ..kit.parameters import choices, quantities, quantity
 from ..kit.published import DAMPING_UNITS
 from ..kit.report import QUIET, Metric, Progress, StudyResult, Table, status_of
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
-from .assumptions import Assumptions
-from .bars import BENDING, SETS, PlayParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
+from .bars import BENDING, SETS, Assumptions, PlayParameters, beam_frequencies, make_rocker_of_set, set_damping, solid_modes
 from .claims import CLAIMS, READINGS, Ratio, ideal_motion, ratio
 from .turns import TestedRuns, Turns, run_turns
 

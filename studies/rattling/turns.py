@@ -18,8 +18,9 @@ from buckler.mbs.scene.scene import Scene
 
 from ..kit.parameters import StudyParameters, integer, quantity
 from ..kit.statistics import Mean
-from .assumptions import JOINTS
 
+JOINTS = "OABC"
+"""Points of the joints, in the order of the mechanism."""
 LOOSE = 1e-6
 """Tolerance at and above which the solver may choose implicit steps; below it steps are explicit. At these tolerances stability,
 not accuracy, limits explicit steps if damping is stiff."""

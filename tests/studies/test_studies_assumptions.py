@@ -19,8 +19,7 @@ from buckler.studies.rattling import (
     crank_rocker,
     modes,
 )
-from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS
-from buckler.studies.rattling.bars import LENGTH, RockerParameters, make_modal_rocker, set_damping
+from buckler.studies.rattling.bars import DAMPINGS, FIRST, LENGTH, PINS, RockerParameters, make_modal_rocker, set_damping
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.turns import solver
 
