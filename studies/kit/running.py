@@ -132,10 +132,6 @@ class Study:
     def check(self, parameters: StudyParameters) -> None:
         """Raise an error if no run is possible with these parameters; a study in Python checks them when they are made."""
 
-    def stored_name(self, parameters: StudyParameters) -> str:
-        """Return the name of this study in a sweep's store."""
-        return self.title
-
 
 def find_study(name: str) -> Study:
     """Find a study by its name or file, or make one of a mechanism's file."""

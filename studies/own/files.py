@@ -150,10 +150,6 @@ class File(Study):
                 for text in parameters.measure:
                     reading.check_reading(text, result.signals)
 
-    def stored_name(self, parameters: Any) -> str:
-        """Return name and hash of the file's document, as `Parameters.plain` writes them; each case has its changes."""
-        return str(parameters.plain()["mechanism"])
-
     def _settings(self, options: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters of a run except its changes, and its changes; options override the file's table [run].
 

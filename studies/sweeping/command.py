@@ -36,7 +36,6 @@ class _Sweep(NamedTuple):
     axes: Sequence[Axis]
     cases: Sequence[StudyParameters]
     units: Mapping[str, str]
-    stored_as: str  # name of the study in the store; for a file, its name and the hash of its document
     folder: Path
     store: Path
     part: Part | None
@@ -56,7 +55,7 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
             executor = stack.enter_context(_dask(options.scheduler_file))
             rows = sweep(
                 request.study.module, request.cases, workers=workers, executor=executor, store=request.store,
-                retry=options.retry, progress=Progress(options.quiet), name=request.stored_as, units=request.units,
+                retry=options.retry, progress=Progress(options.quiet), name=request.study.title, units=request.units,
                 part=request.part,
             )  # fmt: skip
     except KeyboardInterrupt:
@@ -111,7 +110,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     options = parser.read(argv)
     if options.scheduler_file and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler-file")
-    maker = study.find_case_maker(options, OPTIONS)
+    maker = study.find_case_maker(options, OPTIONS)  # it makes parameters of a case, and knows the numbers that may vary
     if not options.vary:
         raise ValueError("nothing varies: give --vary; see --help")
     axes = [parse(text, maker.known) for text in options.vary]
@@ -123,7 +122,7 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Sweep:
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
     units = {key: about.spec.unit for key, about in maker.known.items()}
-    return _Sweep(study, options, axes, cases, units, study.stored_name(cases[0]), folder, store, part)
+    return _Sweep(study, options, axes, cases, units, folder, store, part)
 
 
 def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
@@ -138,7 +137,7 @@ def _report(request: _Sweep, rows: Sequence[Row], wall: float) -> int:
     result = StudyResult(
         parameters=request.cases[0], status="FAILED" if numbers["failed"] else "SUSPECT" if first else "OK",
         message=f"{others} of {len(rows)} cases; the first is case {first.number}: {first.message}" if first else "",
-        metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
+        metrics={key: Metric(float(n), "1") for key, n in numbers.items()},  # "1": without unit
         work={"wall_s": wall, "vary": options.vary, "store": str(request.store)},
         notes=[note] * (version_count > 1),
     )  # fmt: skip

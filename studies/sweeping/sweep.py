@@ -114,8 +114,7 @@ def run_case(job: Job) -> Row:
         start = time.perf_counter()
         try:
             # without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by the cases a process
-            forecast = {"progress": Progress(quiet=True, cases_a_process=job.jobs_a_worker)} if job.jobs_a_worker > 1 else {}
-            result = study.run(job.parameters, **forecast)
+            result = study.run(job.parameters, progress=Progress(quiet=True, cases_a_process=job.jobs_a_worker))
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:
             origin = traceback.extract_tb(error.__traceback__)[-1]

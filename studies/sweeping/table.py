@@ -46,6 +46,11 @@ class Axis(NamedTuple):
         """Return a value in the unit of tables and figures."""
         return float(f"{value / self.factor:.{DIGITS}g}") if isinstance(value, float) and self.factor != 1.0 else value
 
+    def label(self, value: object) -> str:
+        """Write a shown value with name and unit; a word alone."""
+        unit = "" if self.unit == "1" else self.unit
+        return value if isinstance(value, str) else f"{self.name.replace('_', ' ')} = {value:.4g} {unit}".rstrip()
+
 
 def parse(text: str, known: Mapping[str, Declaration]) -> Axis:
     """Read one text `NAME=VALUES` of `--vary`; `known` declares the parameters that may vary."""
@@ -198,7 +203,7 @@ def _draw(axes: Sequence[Axis], found: Sequence[DesignPoint], metric: str, unit:
     numbers = [axis for axis in axes if not isinstance(axis.values[0], str)]
     across = max(numbers, key=lambda axis: len(axis.values), default=None)
     others = [(i, axis) for i, axis in enumerate(axes) if axis is not across]
-    labels = np.array([", ".join(_label(axis, point.values[i]) for i, axis in others) for point in found])
+    labels = np.array([", ".join(axis.label(point.values[i]) for i, axis in others) for point in found])
     y, error = _values(found, metric)
     fig, ax = subplots(height=90)
     ax.set_ylabel(label_with_unit(metric, unit))
@@ -248,12 +253,6 @@ def _legend(ax: Any, failed: bool, suspect: bool) -> None:
     handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
     if handles:
         ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)  # about nine lines a column
-
-
-def _label(axis: Axis, value: object) -> str:
-    if isinstance(value, str):
-        return value
-    return f"{axis.name.replace('_', ' ')} = {value:.4g} {'' if axis.unit == '1' else axis.unit}".rstrip()
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:

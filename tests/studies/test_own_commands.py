@@ -73,7 +73,7 @@ def test_a_sweep_of_a_file_is_stored_and_resumed(pendulum, capsys):
     document["gravity"] = [0, -1.62]
     (pendulum / "pendulum.json").write_text(json.dumps(document))
     assert main(argv=["sweep", "pendulum.json", *VARY]) == 2
-    assert "holds a sweep of pendulum" in capsys.readouterr().err
+    assert "holds another sweep, with mechanism = pendulum" in capsys.readouterr().err
 
 
 def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):

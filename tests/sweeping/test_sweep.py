@@ -90,7 +90,7 @@ def test_parts_are_read_as_one(tmp_path, monkeypatch):
     parts = [sweep(sweep_toy, cases, store=path, part=Part(i, 3)) for i in (1, 2)]
     assert [[row.number for row in rows] for rows in parts] == [[0, 3, 6], [1, 4]]
     ran = []
-    monkeypatch.setattr(sweep_toy, "run", lambda p, run=sweep_toy.run: ran.append(p.length) or run(p))
+    monkeypatch.setattr(sweep_toy, "run", lambda p, progress, run=sweep_toy.run: ran.append(p.length) or run(p))
     rows = sweep(sweep_toy, cases, store=path)
     assert ran == [2 / 8, 5 / 8]  # the part that never ran
     assert same(rows) == same(sweep(sweep_toy, cases))

@@ -30,7 +30,7 @@ def path(tmp_path):
 def ran(monkeypatch):
     """Lengths for which the toy study has run."""
     found = []
-    monkeypatch.setattr(sweep_toy, "run", lambda p, run=sweep_toy.run: found.append(p.length) or run(p))
+    monkeypatch.setattr(sweep_toy, "run", lambda p, progress, run=sweep_toy.run: found.append(p.length) or run(p))
     return found
 
 
