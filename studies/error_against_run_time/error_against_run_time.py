@@ -25,8 +25,6 @@ from .ingredients import Ingredients, ingredients
 from .work import ENGINE, KNOWN, ONCE, Work
 from .works import WORKS
 
-ORDER = 4
-"""Order of convergence of the strip's load over the length of its three-node elements: twice that of the strains, which is 2."""
 MARKERS = {ENGINE: "s", ONCE: "o", KNOWN: "^"}
 """Marks of the series in the figure."""
 
@@ -43,7 +41,7 @@ class Parameters(StudyParameters):
 
 @dataclass(frozen=True)
 class MeasuredWork:
-    """Error and time of a work's runs by series and setting, and the difference of its references."""
+    """Error and time of a work's runs by series and setting, and the difference of its references, below which none is known."""
 
     work: Work
     points: Mapping[tuple[str, str], WorkPoint]
@@ -86,7 +84,9 @@ def measure(work: Work, p: Parameters, progress: Progress = QUIET, label: str = 
     runs = {key: run for key, run in work.runs.items() if not p.quick or key in quick}
     # each series has its own reference, made by another code
     errors = {(series, setting): work.difference(run(), work.references[series]()) for (series, setting), run in runs.items()}
-    return MeasuredWork(work, work_precision(runs, errors, p.repeats, progress=partial(progress, label=label)), work.uncertainty)
+    points = work_precision(runs, errors, p.repeats, progress=partial(progress, label=label))
+    uncertainty = 0.0 if work.largest else work.difference(work.references[ONCE](), work.references[ENGINE]())  # 0 if exact
+    return MeasuredWork(work, points, uncertainty)
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -99,7 +99,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     if "strip" in found:
         once = {setting: point.error for (series, setting), point in found["strip"].points.items() if series == ONCE}
         elements, errors = [int(setting) for setting in once], list(once.values())  # these settings are numbers of elements
-        metrics["strip_order"] = Metric(-exponent(elements, errors), "1", exact=ORDER)
+        # over the length of three-node elements: twice the order of the strains, which is 2
+        metrics["strip_order"] = Metric(-exponent(elements, errors), "1", exact=4)
     curves = {f"{name}.{series}": each.of(series) for name, each in found.items() for series in MARKERS}
     signals = {key: np.array([[x.time, x.error] for x in points]) for key, points in curves.items() if points}
     tables = [_table(found, footnote(p))]

@@ -34,11 +34,16 @@ class HandSetting(NamedTuple):
     absolute: float
 
 
-class OnceSetting(NamedTuple):
-    """Setting of a run of the compiled solver: tolerance, and degree of the strips, 0 without strips."""
+class AdaptiveSetting(NamedTuple):
+    """Setting of a run with error control: tolerance, and degree or number of elements of the strips, 0 without strips."""
 
     tolerance: float
-    degree: int = 0
+    resolution: int = 0
+
+    @property
+    def name(self) -> str:
+        """Name of the setting: resolution, where there are strips, and tolerance."""
+        return f"{self.resolution} x {power(self.tolerance)}" if self.resolution else power(self.tolerance)
 
 
 @dataclass(frozen=True)
@@ -63,9 +68,9 @@ class ComparedMotion:
         """Simulate the motion by one run of the compiled solver."""
         return self.simulate(solver=Spectral(Controlled(tolerance, max_steps=STEPS), degree=degree or None))
 
-    def compiled_runs(self, *settings: OnceSetting) -> Runs:
-        """Make the series `once`, whose settings are named by degree, where there are strips, and tolerance."""
-        return {(ONCE, f"{n} x {power(x)}" if n else power(x)): partial(self.run_compiled, x, n) for x, n in settings}
+    def compiled_runs(self, *settings: AdaptiveSetting) -> Runs:
+        """Make the series `once`."""
+        return {(ONCE, setting.name): partial(self.run_compiled, *setting) for setting in settings}
 
     def accurate_runs(self, *accuracies: float) -> Runs:
         """Make the series `known`, whose settings are named by the accuracy."""
@@ -90,11 +95,6 @@ class Work:
         if self.largest:
             return float(np.abs(found / exact - 1).max())
         return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))
-
-    @property
-    def uncertainty(self) -> float:
-        """Difference of the references of two series, below which errors are not known; 0 for exact references."""
-        return 0.0 if self.largest else self.difference(self.references[ONCE](), self.references[ENGINE]())
 
 
 def _root_mean_square(x: Array) -> float:

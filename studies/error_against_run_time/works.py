@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from math import pi, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -29,7 +28,7 @@ from buckler.mbs.modal import BarModes
 
 from ..kit.published import GRAVITY, STRIP_WIDTH
 from . import work
-from .work import ENGINE, KNOWN, ONCE, ComparedMotion, HandSetting, OnceSetting, Runs, Work
+from .work import ENGINE, KNOWN, ONCE, AdaptiveSetting, ComparedMotion, HandSetting, Runs, Work
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 """End shortenings over length at which loads of the strip are compared."""
@@ -37,13 +36,6 @@ STRIP = mbs.Section(STRIP_WIDTH, 3e-4)
 """Section of the strip that buckles."""
 MASS = 0.3
 """Mass of the slider [kg]."""
-
-
-class RattlingSetting(NamedTuple):
-    """Setting of a rattling run on the engine: elements of the rocker, without effect unless it is a beam, and tolerance."""
-
-    elements: int
-    tolerance: float
 
 
 def strip() -> Work:
@@ -70,7 +62,7 @@ def strip() -> Work:
 
 def slider_work(
     about: str, build: Callable[[Body], mbs.Mechanism], beam: mbs.Beam, *, hand: Sequence[HandSetting],
-    once: Sequence[OnceSetting], fine: tuple[HandSetting, OnceSetting], tuned: str,
+    once: Sequence[AdaptiveSetting], fine: tuple[HandSetting, AdaptiveSetting], tuned: str,
 ) -> Work:  # fmt: skip
     """Define a work of the deflection of the coupler's middle from its chord over a turn; only Buckler's beam shears."""
     mechanism = build(beam)
@@ -96,8 +88,8 @@ def smooth() -> Work:
         "slider-crank, coupler of 2 mm, 62.8 rad/s", partial(mbs.slider_crank, law=None, mass=MASS, speed=62.8),
         mbs.Beam(mbs.Section(STRIP_WIDTH, 2e-3), imperfection=0.0),
         hand=[HandSetting(4, 400, 1e-5, 1e-8), HandSetting(4, 800, 1e-5, 1e-8), HandSetting(8, 3200, 1e-6, 1e-9)],
-        once=[OnceSetting(1e-3, degree=5), OnceSetting(1e-4, degree=5), OnceSetting(1e-5, degree=6)],
-        fine=(HandSetting(16, 25_600, 1e-8, 1e-10), OnceSetting(1e-10, 12)), tuned="4 x 800",
+        once=[AdaptiveSetting(1e-3, 5), AdaptiveSetting(1e-4, 5), AdaptiveSetting(1e-5, 6)],
+        fine=(HandSetting(16, 25_600, 1e-8, 1e-10), AdaptiveSetting(1e-10, 12)), tuned="4 x 800",
     )  # fmt: skip
 
 
@@ -109,14 +101,14 @@ def stop() -> Work:
         "slider-crank on its stop, coupler of 0.3 mm, 1.25 rad/s", partial(mbs.slider_crank, law=law, mass=MASS, speed=1.25),
         mbs.Beam(STRIP.damped(ratio=0.01, length=PAPER.coupler), imperfection=PAPER.coupler / 1000),
         hand=[HandSetting(8, steps, 1e-6, 1e-6) for steps in (5000, 10_000, 40_000)],
-        once=[OnceSetting(1e-4, 8), OnceSetting(1e-5, 8), OnceSetting(3e-6, 9)],
-        fine=(HandSetting(16, 80_000, 1e-7, 1e-7), OnceSetting(1e-8, 12)), tuned="8 x 10000",
+        once=[AdaptiveSetting(1e-4, 8), AdaptiveSetting(1e-5, 8), AdaptiveSetting(3e-6, 9)],
+        fine=(HandSetting(16, 80_000, 1e-7, 1e-7), AdaptiveSetting(1e-8, 12)), tuned="8 x 10000",
     )  # fmt: skip
 
 
 def chain_work(
-    kind: str, *, hand: Sequence[HandSetting], once: Sequence[OnceSetting],
-    fine: tuple[HandSetting, OnceSetting] | None, tuned: str,
+    kind: str, *, hand: Sequence[HandSetting], once: Sequence[AdaptiveSetting],
+    fine: tuple[HandSetting, AdaptiveSetting] | None, tuned: str,
 ) -> Work:  # fmt: skip
     """Define the work of a chain released from the horizontal: path of the last bar's centre, or of the last strip's end."""
     bars, count = kind == "bars", 16
@@ -176,8 +168,8 @@ def pendulum(mechanism: mbs.Mechanism, times: Array) -> Array:
 
 
 def rattling(
-    rocker: str, *, hand: Sequence[RattlingSetting], once: Sequence[OnceSetting],
-    fine: tuple[RattlingSetting, OnceSetting], tuned: str,
+    rocker: str, *, hand: Sequence[AdaptiveSetting], once: Sequence[AdaptiveSetting],
+    fine: tuple[AdaptiveSetting, AdaptiveSetting], tuned: str,
 ) -> Work:  # fmt: skip
     """Define the work of a crank-rocker with clearance in all joints: paths of the centres of two bars, over the clearance.
 
@@ -196,13 +188,12 @@ def rattling(
 
     motion = ComparedMotion(build(), 0.01, tuple(f"{link}.{axis}" for link in ("coupler", "rocker") for axis in "xy"))
 
-    def run_engine(elements: int, tolerance: float) -> Array:
+    def run_engine(tolerance: float, elements: int) -> Array:
         """Compute the paths [m], (times, 4)."""
         solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=work.STEPS))
-        return replace(motion, mechanism=build(elements)).simulate(solver=solver)
+        return replace(motion, mechanism=build(elements or None)).simulate(solver=solver)
 
-    names = [f"{n} x {work.power(x)}" if rocker == "beam" else work.power(x) for n, x in hand]
-    runs: Runs = {(ENGINE, name): partial(run_engine, *setting) for name, setting in zip(names, hand, strict=True)}
+    runs: Runs = {(ENGINE, setting.name): partial(run_engine, *setting) for setting in hand}
     runs |= motion.compiled_runs(*once) | motion.accurate_runs(1e-2, 1e-3)
     references = work.cross_references(partial(run_engine, *fine[0]), partial(motion.run_compiled, *fine[1]))
     about, measure = f"rattling crank-rocker, {rocker} rocker", "error of two bars' paths [clearances]"
@@ -214,30 +205,30 @@ WORKS: Mapping[str, Callable[[], Work]] = {
     "smooth": smooth,
     "stop": stop,
     "rigid": partial(
-        rattling, "rigid", hand=[RattlingSetting(1, tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
-        once=[OnceSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
-        fine=(RattlingSetting(1, 1e-6), OnceSetting(1e-11)), tuned="1e-3",
+        rattling, "rigid", hand=[AdaptiveSetting(tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
+        once=[AdaptiveSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
+        fine=(AdaptiveSetting(1e-6), AdaptiveSetting(1e-11)), tuned="1e-3",
     ),
     "beam": partial(
-        rattling, "beam", hand=[RattlingSetting(4, 1e-2), RattlingSetting(4, 1e-3), RattlingSetting(8, 1e-4)],
-        once=[OnceSetting(1e-5, 4), OnceSetting(1e-6, 5), OnceSetting(1e-7, 6)],
-        fine=(RattlingSetting(16, 1e-6), OnceSetting(1e-11, 12)), tuned="4 x 1e-3",
+        rattling, "beam", hand=[AdaptiveSetting(1e-2, 4), AdaptiveSetting(1e-3, 4), AdaptiveSetting(1e-4, 8)],
+        once=[AdaptiveSetting(1e-5, 4), AdaptiveSetting(1e-6, 5), AdaptiveSetting(1e-7, 6)],
+        fine=(AdaptiveSetting(1e-6, 16), AdaptiveSetting(1e-11, 12)), tuned="4 x 1e-3",
     ),
     "modal": partial(
-        rattling, "modal", hand=[RattlingSetting(1, tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
-        once=[OnceSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
-        fine=(RattlingSetting(1, 1e-7), OnceSetting(1e-11)), tuned="1e-3",
+        rattling, "modal", hand=[AdaptiveSetting(tolerance) for tolerance in (1e-2, 1e-3, 1e-4)],
+        once=[AdaptiveSetting(tolerance) for tolerance in (1e-5, 1e-6, 1e-7)],
+        fine=(AdaptiveSetting(1e-7), AdaptiveSetting(1e-11)), tuned="1e-3",
     ),
     "bars": partial(
         chain_work, "bars",
         hand=[HandSetting(1, 100, 1e-5, 1e-8), HandSetting(1, 400, 1e-5, 1e-8), HandSetting(1, 1600, 1e-6, 1e-9)],
-        once=[OnceSetting(1e-3), OnceSetting(1e-4), OnceSetting(1e-6)], fine=None, tuned="1 x 400",
+        once=[AdaptiveSetting(1e-3), AdaptiveSetting(1e-4), AdaptiveSetting(1e-6)], fine=None, tuned="1 x 400",
     ),
     "strips": partial(
         chain_work, "strips",
         hand=[HandSetting(2, 200, 1e-5, 1e-8), HandSetting(4, 400, 1e-5, 1e-8), HandSetting(8, 1600, 1e-5, 1e-8)],
-        once=[OnceSetting(1e-2, 4), OnceSetting(1e-3, 4), OnceSetting(1e-4, 5)],
-        fine=(HandSetting(8, 3200, 1e-5, 1e-6), OnceSetting(1e-7, 8)), tuned="4 x 400",
+        once=[AdaptiveSetting(1e-2, 4), AdaptiveSetting(1e-3, 4), AdaptiveSetting(1e-4, 5)],
+        fine=(HandSetting(8, 3200, 1e-5, 1e-6), AdaptiveSetting(1e-7, 8)), tuned="4 x 400",
     ),
 }  # fmt: skip
 """Functions that define the works, by name."""

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.view.style import COLOURS, STYLE, WIDTH, house_style, subplots
+from buckler.mbs.view.style import COLOURS, house_style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 else:
     Axes = Figure = Any  # matplotlib is loaded only when a figure is drawn
 
-__all__ = ["COLOURS", "STYLE", "WIDTH", "Axes", "Figure", "house_style", "plain_ticks", "subplots"]
+__all__ = ["COLOURS", "Axes", "Figure", "house_style", "plain_ticks", "subplots"]
 
 
 def plain_ticks(axis: Any, subs: tuple[float, ...] = (1, 2, 5)) -> None:

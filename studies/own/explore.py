@@ -33,8 +33,6 @@ from ..kit.cli import add_repeated
 from .files import VARIED_HELP, FileContent, file_command, read_changes, read_range, varied_numbers
 
 HOST = "127.0.0.1"
-HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
-"""Headers of each answer, beside type and length of its content."""
 OMITTED = ("along", "exponent", "near")
 """Keys of numbers that get a slider only if `--free` names them: directions, exponents, guesses of places."""
 
@@ -176,9 +174,10 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
         def _send(self, status: HTTPStatus, text: str, kind: str) -> None:
             body = text.encode()
+            headers = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
             with suppress(ConnectionError):  # the page was closed meanwhile
                 self.send_response(status)
-                for key, value in {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}.items():
+                for key, value in {"Content-Type": kind, "Content-Length": str(len(body)), **headers}.items():
                     self.send_header(key, value)
                 self.end_headers()
                 self.wfile.write(body)

@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import inf
@@ -16,7 +17,6 @@ from buckler import mbs
 from buckler.mbs.assembly import SAME_POSE
 from buckler.mbs.declare import Quantity
 from buckler.mbs.elements import KINDS
-from buckler.mbs.scene.linkage import rank
 from buckler.mbs.scene.scene import Scene
 from buckler.mbs.schema import schema
 from buckler.mbs.sensitivity.numbers import find_entry
@@ -130,9 +130,11 @@ def describe(mechanism: mbs.Mechanism) -> str:
         if others := [f"{type(each).__name__} {each.key}" for each in elements]:
             lines.append(f"{name}: {'; '.join(others)}")
     drive_count, moves_freely = len(mechanism.drives), True
-    if counts := mobility(mechanism):
-        coordinates, constraints, independent = counts
-        freedoms, redundant = coordinates - independent, constraints - independent
+    with suppress(ValueError, AttributeError):  # a user's element may lack the methods that give its equations
+        linkage = Scene.of(replace(mechanism, drives=(), velocities={})).linkage  # links are rigid, joints ideal, drives free
+        constraints, coordinates = linkage.jacobian(linkage.reference).shape
+        freedoms = linkage.count_free_motions()
+        redundant = constraints - coordinates + freedoms
         extra = f", {redundant} of them redundant" if redundant else ""
         ending = "" if freedoms == drive_count else f"; {drive_count or 'none'} driven"
         moves_freely = freedoms > drive_count
@@ -157,16 +159,6 @@ def _poses(mechanism: mbs.Mechanism) -> Iterator[str]:
 
 def _places(points: Mapping[str, tuple[float, float]]) -> str:
     return ", ".join(f"{point} = [{x:.5g}, {y:.5g}]" for point, (x, y) in points.items())
-
-
-def mobility(mechanism: mbs.Mechanism) -> tuple[int, int, int] | None:
-    """Count coordinates, constraints and independent constraints: links are rigid, joints ideal, drives free. None if unknown."""
-    try:
-        linkage = Scene.of(replace(mechanism, drives=(), velocities={})).linkage
-        rows = linkage.jacobian(linkage.reference)
-        return rows.shape[1], rows.shape[0], rank(rows)
-    except (ValueError, AttributeError):  # a user's element may lack the methods that give its equations
-        return None
 
 
 def _frequencies(mechanism: mbs.Mechanism) -> list[str]:

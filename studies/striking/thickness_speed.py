@@ -21,7 +21,6 @@ from buckler.mbs.geometry import Array
 from ..kit.parameters import choices, integer, quantities, quantity
 from ..kit.published import CONTACT_FORCES
 from ..kit.report import QUIET, Metric, Progress, StudyResult, status_of
-from ..kit.statistics import power_law
 from ..kit.style import COLOURS, Figure, plain_ticks, subplots
 from ..sweeping.sweep import Row, sweep
 from . import slider_crank
@@ -113,7 +112,7 @@ def read(cases: Sequence[slider_crank.Parameters], rows: Sequence[Row]) -> dict[
 def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
     """Compute a model's metrics from columns (thicknesses, speeds); ratios of forces are those at the first speed, `slow`."""
     found: dict[str, Metric] = {}
-    force, exact, impact, state = (columns[name] for name in ("force", "exact", "impact", "state"))
+    force, exact, state = (columns[name] for name in ("force", "exact", "state"))
     base, printed = p.thicknesses[0], CONTACT_FORCES
     for h, ratio in zip(p.thicknesses, (force[:, 0] / force[0, 0]).tolist(), strict=True):
         published = printed[h] / printed[base] if h in printed and base in printed else None
@@ -123,11 +122,6 @@ def _metrics(p: Parameters, columns: Mapping[str, Array]) -> dict[str, Metric]:
     for i, h in enumerate(p.thicknesses):
         is_static = np.logical_and.accumulate(difference[i, 1:] < 0.01)  # by convention; at this and all earlier speeds
         found[f"{1e3 * h:g}mm.static_up_to"] = Metric(float(np.max(p.speeds, where=is_static, initial=0.0)), "rad/s")
-        is_struck = np.isin(state[i, 1:], STRUCK)
-        if is_struck.sum() > 2:  # a power law has two parameters
-            speeds = np.array([p.speeds])[:, is_struck]  # (1, speeds): the only variable of the law
-            powers, _ = power_law(speeds, impact[i, 1:][is_struck])
-            found[f"{1e3 * h:g}mm.impact_power"] = powers[0]
     return found | {f"cases.{name.replace(' ', '_')}": Metric(float((state == name).sum()), "1") for name in STATES}
 
 

@@ -55,7 +55,8 @@ def test_impact_grows_with_the_speed_and_the_contact_ends_at_240_degrees(small):
     impact = small.signals["impact"][0]
     speed = 0.14 * np.sin(2 * pi / 3) * 1.25 * (1 + 0.14 * 0.5 / np.sqrt(0.31**2 - (0.14 * np.sin(2 * pi / 3)) ** 2))
     assert speed * np.sqrt(7.2e4 * 0.3) == pytest.approx(impact[1, 2], rel=0.05)  # elastic; damping and strip add 2 %
-    assert small.metrics["strut.0.3mm.impact_power"].value == pytest.approx(1, abs=0.05)
+    slow, fast = impact[1, 1:3]
+    assert fast / slow == pytest.approx(1.25 / 0.75, rel=0.03)
     np.testing.assert_allclose(np.degrees(small.signals["turned"][0][1:, :3]), 120, atol=0.1)
 
 
