@@ -17,7 +17,7 @@ from ..geometry import Array
 
 
 class Terms(NamedTuple):
-    """Terms of constraints as arrays (terms,): number among all terms, and indices of the first and the second body.
+    """Positions and distances as arrays (terms,): number among all terms, and indices of the first and the second body.
 
     Arms lead to the points of the term, at t = 0 [m]. The direction at t = 0 turns with the body of index `frame`. If
     `is_distance`, the measure is the distance, and its direction leads from the second to the first point at any time.
@@ -44,14 +44,14 @@ class Forms:
         points: Mapping[str, tuple[float, float]], locate: Callable[[Place], tuple[int, complex]],
     ) -> None:  # fmt: skip
         self.body_count, self.row_count, ground = body_count, len(rows), body_count
-        point_terms: list[list[Any]] = []  # positions and distances; each item has the fields of `Terms`
-        angle_terms: list[list[Any]] = []  # likewise, with zeros for arms and direction
+        point_terms: list[list[Any]] = []  # each item has the fields of `Terms`
+        angle_terms: list[list[int]] = []  # number among all terms, and indices of both bodies
         terms = [term for row in rows for term in row.terms]
         start = np.zeros(len(terms))  # measures at t = 0; angles since t = 0 are zero
         for number, (_, measure) in enumerate(terms):
             (first, origin_1), (second, origin_2) = locate(measure.first), locate(measure.second)
             if isinstance(measure, Turn):
-                angle_terms.append([number, first, second, ground, 0, 0, 0, False])
+                angle_terms.append([number, first, second])
                 continue
             point_1, point_2 = complex(*points[measure.first.point]), complex(*points[measure.second.point])
             arms, vector = [point_1 - origin_1, point_2 - origin_2], point_1 - point_2
@@ -63,7 +63,9 @@ class Forms:
                 direction = complex(*measure.direction)
                 start[number] = (np.conj(direction) * vector).real
                 point_terms.append([number, first, second, frame, *arms, direction, False])
-        self.point_terms, self.angle_terms = _table(point_terms), _table(angle_terms)
+        columns: Any = zip(*point_terms, strict=True) if point_terms else [()] * 8
+        self.point_terms = Terms(*map(np.array, columns, (int, int, int, int, complex, complex, complex, bool)))
+        self.angle_terms = np.array(angle_terms, dtype=int).reshape(-1, 3).T
         self.coefficients = np.array([coefficient for coefficient, _ in terms])
         self.first_terms = np.cumsum([0, *(len(row.terms) for row in rows)])[:-1]  # number of the first term of each row
         self.start = self._sum_terms(self.coefficients * start, -1)
@@ -89,10 +91,10 @@ class Forms:
             jacobian[..., terms.number, body, 1] += sign * d.imag
             jacobian[..., terms.number, body, 2] += sign * _dot(d, 1j * arm)
         jacobian[..., terms.number, terms.frame, 2] += _dot(1j * d, between)
-        terms, (_, angles) = self.angle_terms, self._add_ground(q)
-        measures[..., terms.number] = angles[..., terms.first] - angles[..., terms.second]
-        jacobian[..., terms.number, terms.first, 2] += 1.0
-        jacobian[..., terms.number, terms.second, 2] -= 1.0
+        (number, first, second), (_, angles) = self.angle_terms, self._add_ground(q)
+        measures[..., number] = angles[..., first] - angles[..., second]
+        jacobian[..., number, first, 2] += 1.0
+        jacobian[..., number, second, 2] -= 1.0
         changes = self._sum_terms(self.coefficients * measures, -1) - self.start
         by_bodies = self._sum_terms(self.coefficients[:, None, None] * jacobian, -3)[..., :n, :]  # without the ground
         return changes, by_bodies.reshape(*lead, self.row_count, 3 * n)
@@ -135,13 +137,6 @@ class Forms:
         z, angle = np.zeros((*q.shape[:-2], n + 1), dtype=complex), np.zeros((*q.shape[:-2], n + 1))
         z.real[..., :n], z.imag[..., :n], angle[..., :n] = q[..., 0], q[..., 1], q[..., 2]
         return z, angle
-
-
-def _table(terms: list[list[Any]]) -> Terms:
-    """Arrange the fields of terms in arrays."""
-    columns: list[Any] = list(zip(*terms, strict=True)) if terms else [()] * 8
-    kinds = (int, int, int, int, complex, complex, complex, bool)
-    return Terms(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
 
 
 def _dot(a: Array, b: Array) -> Array:
