@@ -8,9 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot, pi
 from typing import Any, ClassVar
 
-from ..declare import Either, Name, Named, Nothing, Quantity, Several, Spec, Vector, declared, field, names, part, quantity
-from ..declare.compound import any_of, is_list
-from ..declare.spec import Schema
+from ..declare import Either, Name, Named, Nothing, Quantity, Several, Vector, declared, field, names, part, quantity
 from ..geometry import Array
 from ..validate import positive
 from .element import Body, LinkBase, Parts, Recorded
@@ -49,26 +47,19 @@ _PLACES = Named(Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing())))
 """Specification of carried points by name: a fraction of the length, a place in the link's frame, or None."""
 
 
-class Carried(Spec):
+class Carried(Either):
     """Specification of carried points: names, or names with a fraction of the length or a place in the link's frame."""
 
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
     def read(self, name: str, raw: object) -> Frozen:
         """Return a mapping of names to fractions or places; None where the points of the mechanism give the place."""
-        if isinstance(raw, Mapping):
-            return Frozen(_PLACES.read(name, raw))
-        if isinstance(raw, str) or not is_list(raw):
-            raise self.refusal(name, raw)
-        return Frozen(dict.fromkeys(Several(Name()).read(name, raw)))
+        found = super().read(name, raw)
+        return Frozen(found if isinstance(found, dict) else dict.fromkeys(found))
 
     def write(self, name: str, value: Any) -> Any:
         """Return a list if no point has a place, else a table."""
         return list(value) if all(each is None for each in value.values()) else _PLACES.write(name, value)
-
-    def schema(self) -> Schema:
-        """Return the JSON schema of a list or a table."""
-        return any_of([Several(Name()).schema(), _PLACES.schema()])
 
 
 @declared
@@ -87,7 +78,7 @@ class Link(LinkBase):
     end: str = names(doc="the point at the other end")
     body: Body = part(Body, doc="model of the link: Rigid, Strut, Beam, Cable or Modal, with section and material")
     carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
-        Carried(),
+        Carried((Several(Name()), _PLACES)),
         "further points of the link: names of points whose places the mechanism has (rigid links only); or a table of names with "
         "the fraction of the length, 0 to 1, at which they lie (rigid links, beams, cables); or a table of names with places "
         "(x, y), m, in the link's frame, from its start with x towards its end (rigid links only)",
