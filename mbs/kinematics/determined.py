@@ -8,7 +8,6 @@ from poses interpolated between them.
 
 from collections.abc import Callable
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from ..elements.link import Link
 from ..geometry import Array, cross, rotate_left
 from ..mechanism import Mechanism
 from ..process import Progress
-from ..record.errors import Status
+from ..record.errors import Failure, Status
 from ..record.lookup import corrected_trapezoidal, quintic
 from ..record.record import BlockMotion, Record, RigidMotion
 from ..scene.linkage import carried_masses, invert
@@ -33,14 +32,6 @@ D is in the denominator of rates and forces. So the distance to its zeros, also 
 pass over neither a dead centre nor the peak of a force near one. At ten times it they would pass over both."""
 
 
-class Ended(NamedTuple):
-    """Early end of the motion of a linkage: time [s], status, message."""
-
-    time: float
-    status: Status
-    message: str
-
-
 class UnclosedError(Exception):
     """Loops do not close at a time between two anchors: the linkage is close to a singular pose."""
 
@@ -50,7 +41,7 @@ class UnclosedError(Exception):
 
 
 class Follower:
-    """Loop closure of a linkage from its start, step by step; `ended` is the early end of the motion, None if it has none."""
+    """Loop closure of a linkage from its start, step by step; a `failure` says why the motion ends at the last anchor."""
 
     def __init__(
         self, mechanism: Mechanism, duration: float,
@@ -61,7 +52,7 @@ class Follower:
         # factors (links, 3), in the order of coordinates, with which errors of places and of angles are compared, as lengths
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.has_redundant_rows = len(self.linkage.rows) > self.linkage.reference.size
-        self.ended: Ended | None = None
+        self.failure: Failure | None = None
         self.anchors = self._follow(duration)
 
     def _follow(self, duration: float) -> Course:
@@ -76,10 +67,10 @@ class Follower:
         slow = 0.01 * self.linkage.size / duration  # [m/s]: least scale of errors of speeds, for a start at rest
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
-                self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
+                self.failure = Failure(Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
                 break
             if self.interrupted():
-                self.ended = Ended(t, Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {duration:.6g} s")
+                self.failure = Failure(Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {duration:.6g} s")
                 break
             h = duration - t if duration - t - h < 1e-12 * duration else h  # no last step of the size of rounding
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
@@ -91,7 +82,7 @@ class Follower:
             if after is None or error > LARGEST_ERROR or steepness > STEEPEST or self._is_refused(state, after, slow):
                 h /= 2
                 if h < 1e-9 * duration:
-                    self.ended = self._diagnose_end(anchors)
+                    self.failure = self._diagnose_end(anchors)
                     break
                 continue
             t, state = t + h, after
@@ -127,14 +118,14 @@ class Follower:
     def _largest_speed(self, course: Course) -> float:
         return float(np.abs(course.q_t * self.lengths).max())  # of start points, and of angles times lengths [m/s]
 
-    def _diagnose_end(self, anchors: list[Course]) -> Ended:
+    def _diagnose_end(self, anchors: list[Course]) -> Failure:
         """Diagnose the early end at the last anchor: a locked pose, or another singular pose."""
         speeds, last = [self._largest_speed(anchor) for anchor in anchors], anchors[-1]
         t, where = float(last.time[0]), explain_singularity(self.linkage, last.q[0], choose_independent_rows(last.jacobian[0]))
         if speeds[-1] > 20.0 * float(np.median(speeds)):  # 20: by choice; towards a locked pose speeds grow beyond bounds
-            return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
+            return Failure(Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
-        return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
+        return Failure(Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
 
     def at(self, times: Array) -> Course:
         """Return the motion at times before the end [s]; raise an UnclosedError with a time at which loops do not close."""

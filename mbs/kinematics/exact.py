@@ -15,7 +15,7 @@ from ..record.run import Run
 from ..scene.linkage import turning_speed
 from ..scene.scene import Scene
 from ..solvers import Closure, Controlled, Equal
-from .determined import Ended, Follower, UnclosedError
+from .determined import Follower, UnclosedError
 
 BEFORE_KINK = 1e-12
 """Time from the sample before a drive's kink to the kink, over the duration, so that both sides of a jump are sampled."""
@@ -34,21 +34,21 @@ def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float 
     with catch_ctrl_c() as interrupted:  # the constructor follows the whole motion; sampling takes little time
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     grid = sample_times(mechanism, duration, solver.steps)
+    anchors = follower.anchors.time  # ends of the steps by which the motion was followed
     try:
-        return _sample_motion(follower, follower.ended, grid, solver, begin)
+        return _sample_motion(follower, float(anchors[-1]), follower.failure, grid, solver, begin)
     except UnclosedError as error:
-        anchors = follower.anchors.time  # ends of the steps by which the motion was followed
         last = float(anchors[anchors < error.time][-1])
-        return _sample_motion(follower, Ended(last, Status.SINGULAR, str(error)), grid, solver, begin)
+        return _sample_motion(follower, last, Failure(Status.SINGULAR, str(error)), grid, solver, begin)
 
 
-def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver: Closure, begin: float) -> Run:
-    """Sample the motion of a linkage at the times `grid` [s], up to an early end, and make the run."""
-    if ended is not None:
-        grid = np.append(grid[grid < ended.time], ended.time)
+def _sample_motion(follower: Follower, end: float, failure: Failure | None, grid: Array, solver: Closure, begin: float) -> Run:
+    """Sample the motion of a linkage at the times `grid` [s], after a failure up to the end [s], and make the run."""
+    if failure is not None:
+        grid = np.append(grid[grid < end], end)
     if len(grid) - 1 > solver.steps.max_steps:
         t = float(grid[solver.steps.max_steps])
-        ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
+        failure = Failure(Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
     if isinstance(solver.steps, Controlled):
         # samples in a step; 0.2 is chosen, 8 by default. No run here has contacts, but the resolution grows with the level
@@ -59,29 +59,29 @@ def _sample_motion(follower: Follower, ended: Ended | None, grid: Array, solver:
     record = follower.record(course)
     failed_load = _find_failed_load(record)
     if failed_load is not None:
-        ended, grid = failed_load, grid[grid < failed_load.time]
+        end, failure = failed_load
+        grid = grid[grid < end]
         course = follower.at(grid)
         record = follower.record(course)
     record.channels.update(follower.reactions(course, record))  # type: ignore[attr-defined]
     counts_of_integration = {"newton_iterations": 0.0, "jacobians": 0.0, "rejected": 0.0}
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), **counts_of_integration}
-    failure = None if ended is None else Failure(ended.status, ended.message)
     scene, linkage = Scene.of(record.mechanism), follower.linkage
     counts = {**scene.counts, "coordinates": linkage.reference.size, "constraints": len(linkage.names)}
     return Run(solver, record, failure, work, counts, notes=scene.remarks)
 
 
-def _find_failed_load(record: Record) -> Ended | None:
+def _find_failed_load(record: Record) -> tuple[float, Failure] | None:
     """Find the first time at which the force of a load is no finite number, as after an error in a function of the user."""
-    failed = list[Ended]()
+    failed = list[tuple[float, Failure]]()
     for name, load in Scene.of(record.mechanism).elements.items():
         pushes = load.pushes(name, record) if isinstance(load, Load) else None
         for push in pushes or ():
             fails = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
             for t in record.time[1:][fails[1:]][:1]:  # not at t = 0, where the mechanism has tried the function
                 reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
-                failed.append(Ended(float(t), Status.FUNCTION_FAILED, reason))
-    return min(failed, key=lambda ended: ended.time, default=None)
+                failed.append((float(t), Failure(Status.FUNCTION_FAILED, reason)))
+    return min(failed, key=lambda each: each[0], default=None)
 
 
 def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:

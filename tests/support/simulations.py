@@ -33,7 +33,7 @@ def closed(mechanism, times):
     """The mechanism as a linkage of rigid links, and what its loops say at times: one `Course` each."""
     times = np.asarray(times, dtype=float)
     follower = Follower(mechanism, max(1e-6, times.max()))
-    assert follower.ended is None, follower.ended
+    assert follower.failure is None, follower.failure
     return follower.linkage, [Course(*each) for each in zip(*follower.at(times), strict=True)]
 
 
