@@ -1,7 +1,7 @@
 """Functions as values that can be compared, saved, pickled and read from a file: formulas and tables.
 
-Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). Kinks
-in this file are all times on which steps of a run end: kinks, jumps, and ends of changes within 1/200 of the run.
+Example: Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...). Kinks in this file are all times on which steps of a run end:
+kinks, jumps, and both ends of a change of the value that takes less than 1/200 of the run.
 """
 
 from __future__ import annotations
@@ -28,8 +28,6 @@ SIGNATURES = (("t",), ("s",), ("u",), ("x",), ("x", "v"), TURN, PATH)
 and its rate; time, angle and speed of a link; time, place and velocity of a point. States `state1`, `state2`, ... may follow."""
 STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 """Names of states in formulas."""
-OURS = "buckler."
-"""Beginning of the names of Buckler's modules."""
 PIECES = 128
 """Number of pieces of a time span whose integrals are stored: an integral up to any time costs at most one new piece."""
 
@@ -37,14 +35,11 @@ PIECES = 128
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Return the kinks [s] of a function of time in a run of a duration [s].
 
-    A function may give them by a method `kinks_until(duration)`, or as an attribute `kinks`. All of these times are returned for
-    an infinite duration. Other functions are searched by `EdgeMemory`; they have none for an infinite duration.
+    A function may give them by a method `kinks_until(duration)`, all of them for an infinite duration. Other functions are
+    searched by `EdgeMemory`; they have none for an infinite duration.
     """
     if hasattr(function, "kinks_until"):
         return tuple(function.kinks_until(duration))
-    times: tuple[float, ...] | None = getattr(function, "kinks", None)
-    if times is not None:
-        return tuple(t for t in times if 0 < t < duration) if duration < inf else times
     if not callable(function) or not 0 < duration < inf:
         return ()
     memory = current_memory(default=EdgeMemory())  # that of the running `simulate`, which searches each function once
@@ -150,10 +145,10 @@ class Table(UserFunction, Declared):
         found = self._curve(np.clip(t, first, last)) if self.smooth else np.interp(t, self.times, self.values)
         return found if isinstance(t, np.ndarray) else float(found)
 
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """All times of the table [s]; the first and the last of a smooth table."""
-        return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
+    def kinks_until(self, duration: float) -> tuple[float, ...]:
+        """Return the times of the table, or the first and last of a smooth one, within a run of a finite duration [s]."""
+        times = (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
+        return times if duration == inf else tuple(t for t in times if 0 < t < duration)
 
     def integral(self) -> Integral:
         """Return the integral from 0, in closed form."""
@@ -187,7 +182,8 @@ class Integral(UserFunction):
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
         inner = self._kinks[bisect_right(self._kinks, start) : bisect_left(self._kinks, end)]
-        # with a tenfold tolerance the error of vibrations, humps or kinks is still some 1e-15; vibrations need twenty intervals
+        # for integrands with vibrations, humps or kinks a tenfold tolerance still gives an error of some 1e-15; they need up to
+        # twenty intervals, and the limit, which is chosen, is far above
         options = {"epsabs": 0.0, "epsrel": 1e-11, "limit": 10_000, "full_output": 1}
         return sum(quad(self.integrand, a, b, **options)[0] for a, b in pairwise([start, *inner, end]))
 
@@ -281,9 +277,8 @@ def _component(function: Callable[..., Any], i: int) -> Callable[..., float]:
 def has_user_code(value: object) -> bool:
     """Return True if a mechanism contains Python functions or objects of classes that are not Buckler's."""
     if is_dataclass(value) and not isinstance(value, type):
-        return not type(value).__module__.startswith(OURS) or any(has_user_code(getattr(value, f.name)) for f in fields(value))
-    if isinstance(value, dict):
-        return any(has_user_code(each) for each in value.values())
-    if isinstance(value, tuple | list):
-        return any(has_user_code(each) for each in value)
-    return callable(value) and not str(getattr(value, "__module__", "")).startswith(OURS)
+        is_foreign = not type(value).__module__.startswith("buckler.")
+        return is_foreign or any(has_user_code(getattr(value, f.name)) for f in fields(value))
+    if isinstance(value, dict | tuple | list):
+        return any(map(has_user_code, value.values() if isinstance(value, dict) else value))
+    return callable(value) and not str(getattr(value, "__module__", "")).startswith("buckler.")
