@@ -1,7 +1,4 @@
-"""A planar mechanism as one immutable value in SI units, checked when it is made; no solver is needed for it.
-
-The type of a link's body or of a joint decides how it is modelled: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
-"""
+"""A planar mechanism as one immutable value in SI units, checked when it is made; no solver is needed for it."""
 
 from __future__ import annotations
 
@@ -210,10 +207,7 @@ class Mechanism(Parts):
             raise ValueError(f"{path}: {error}") from None
 
     def plot(self, axes: Axes | None = None, names: bool = True) -> Any:
-        """Draw the mechanism at t = 0 in matplotlib's `axes`, of a new figure by default; return the axes.
-
-        Links are to scale, elements are symbols. `names` is True to write the names of links and points.
-        """
+        """Draw the mechanism at t = 0, with `names` of links and points, in matplotlib's `axes` or a new figure; return these."""
         return import_late("view.plot:plot_mechanism")(self, axes, names)
 
 

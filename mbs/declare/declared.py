@@ -1,7 +1,4 @@
-"""Classes with declared fields: their declarations, and the register of classes that files may name.
-
-A declaration is made by the functions of `fields`. The kind of an object in a file is the name of its class.
-"""
+"""Classes with fields that `fields` declares: their declarations, and the register of classes that files may name."""
 
 import dataclasses
 import inspect
@@ -146,10 +143,7 @@ _KINDS: dict[str, type] = {}
 
 
 def register(kind: Class) -> Class:
-    """Register a user's frozen dataclass, such as a contact law, so that files may name it; also a decorator.
-
-    Raise a ValueError if it is no dataclass, or its name is taken.
-    """
+    """Register a user's frozen dataclass, as a contact law, so that files may name it; ValueError for a taken name."""
     if not dataclasses.is_dataclass(kind):  # `Part.read` refuses objects of one that is not frozen: they are not hashable
         raise ValueError(f"{kind.__name__}: must be a frozen dataclass")
     taken = _KINDS.get(kind.__name__, kind)

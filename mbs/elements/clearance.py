@@ -1,7 +1,4 @@
-"""Joints with clearance: a pin in a bush, with contact and friction between them.
-
-`buckler.mbs.laws.journal` has the equations of the contact, and of its memory: onset speed and bristle at the last step.
-"""
+"""Joints with clearance: a pin in a bush, with contact and friction between them by the equations of `laws.journal`."""
 
 from __future__ import annotations
 

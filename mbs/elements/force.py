@@ -1,8 +1,4 @@
-"""Forces on points, torques on links, and loads along a strip.
-
-A method with an argument `times` takes the motion from the samples of the record. It evaluates functions of time at `times` [s],
-one for each sample: the sample itself or, for the left and right limits at a jump, just before or just after it.
-"""
+"""Forces on points, torques on links, and loads along a strip; `Stateful.push` explains the argument `times`."""
 
 from collections.abc import Callable, Iterator
 from typing import ClassVar

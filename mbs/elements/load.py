@@ -1,8 +1,4 @@
-"""Base classes of loads: forces on bodies, by constants, user's functions, or laws with states.
-
-A user's function has the arguments `variables`: time, then measures of the motion (place or angle, and rates), then the states.
-Its components and the rates of the states are called `functions`.
-"""
+"""Base classes of loads: forces on bodies, by constants, user's functions, or laws with states."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, ClassVar
@@ -87,7 +83,10 @@ class Stateful(Load):
         return tuple(sorted({*kinks(self.value, duration), *of_rates}))
 
     def push(self, name: str, record: Recorded, times: Array) -> Push:
-        """Return the load on the body for the motion at the samples; functions of time are evaluated at `times` near them [s]."""
+        """Return the load on the body for the motion at the samples, with functions of time at `times` [s].
+
+        These are the samples or, for the left and right limits at a jump, instants just before or just after them.
+        """
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:

@@ -1,9 +1,4 @@
-"""Constraints as rows: scalar equations, from which the solvers Exudyn and Spectral build their constraints.
-
-A measure compares points of a first and a second body: relative position along a direction, relative angle, or distance. A
-`Place` names a body and one of its points.
-In each row a sum of coefficients times measures keeps its value of t = 0, or changes by the motion of a drive.
-"""
+"""Constraints as rows, from which solvers build their constraints: sums of coefficients times measures of two bodies."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

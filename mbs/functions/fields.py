@@ -1,7 +1,4 @@
-"""Specifications of fields for functions: Python functions, formulas and tables of values, which are called once as a check.
-
-In a file a callable object is a mapping with its kind, such as `{ kind = "Table", ... }`.
-"""
+"""Specifications of fields for functions: Python functions, formulas and tables of values, which are called once as a check."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +14,7 @@ from .values import Components, Expression, component_functions
 
 
 class Callables(Spec):
-    """Specification of a function: Python function, formula, or callable object."""
+    """Specification of a function: Python function, formula, or callable object, in files a mapping with its kind."""
 
     words = "a formula such as '2*sin(3*t)'"
 

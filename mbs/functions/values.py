@@ -58,10 +58,7 @@ _function_of = lru_cache(maxsize=256)(function_of)  # equal formulas have one fu
 
 @declared
 class Expression(UserFunction, Declared):
-    """A formula of the time t [s], or of the variables of one of `SIGNATURES`.
-
-    `buckler.mbs.functions.formulas` lists the allowed syntax.
-    """
+    """A formula of the time t [s], or of the variables of one of `SIGNATURES`, in the syntax of `mbs.functions.formulas`."""
 
     text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
 

@@ -23,9 +23,8 @@ EXACT = 1e-9
 
 @dataclass(frozen=True)
 class Start:
-    """Velocities at t = 0.
+    """Velocities at t = 0: `rates` (links, 3) of start points [m/s] and angles [rad/s] of links as rigid bodies.
 
-    `rates` (links, 3) are velocities of the links as rigid bodies: of the start point [m/s] and of the angle [rad/s].
     `additional` velocities (vx, vy, spin) by flexible link and point are empty if all links move as rigid bodies.
     """
 
