@@ -87,14 +87,14 @@ class Clearance(Joint):
         found, point = self._contact(name, record), self.point
         onsets_and_ends = find_sign_changes(record.time, found.depth, found.rate)
         # a comparison of runs takes the times of contacts from one signal of each joint
-        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, group=f"{name}.f", onsets=onsets_and_ends)
-        yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, group=f"{name}.f")
+        yield Signal(f"{name}.fx", -found.force[:, 0], "N", Kind.CONTACT, group=f"{name}.f", onsets=onsets_and_ends)
+        yield Signal(f"{name}.fy", -found.force[:, 1], "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)
         yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m", Kind.CONTACT)
         yield Signal(f"{point}.sliding_speed", found.sliding, "m/s", Kind.RATE)
-        yield Signal(f"{point}.journal_x", found.ex, "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
-        yield Signal(f"{point}.journal_y", found.ey, "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.journal_x", found.place[:, 0], "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.journal_y", found.place[:, 1], "m", Kind.PLACE, group=f"{point}.journal", scale=self.gap)
         yield Signal(f"{point}.contact_state", contact_state(found.depth), "1", Kind.COUNT)
         touching = found.depth > 0
         is_onset = touching & ~np.append(False, touching[:-1])
@@ -108,7 +108,7 @@ class Clearance(Joint):
         """Yield the contact force on both bodies, with its moments about the centres of pin and bush."""
         pin, bush = read_motions(self, record)
         found = self._contact(name, record)
-        force, arm = np.column_stack([found.fx, found.fy]), self.pin * np.column_stack([found.nx, found.ny])
+        force, arm = found.force, self.pin * found.outward
         for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
             if body != GROUND:
                 yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
@@ -166,7 +166,7 @@ def _at_middle(side: Side, steps: Array) -> Side:
 
 
 class PinContact(NamedTuple):
-    """Contact of pin and bush, each (times,)."""
+    """Contact of pin and bush, each (times,) if no other shape is given."""
 
     normal: Array  # [N]
     tangential: Array  # [N]
@@ -174,12 +174,9 @@ class PinContact(NamedTuple):
     rate: Array  # of the depth [m/s]
     sliding: Array  # speed [m/s]
     bristle: Array  # deflection [m]
-    fx: Array  # force on the pin, component x [N]
-    fy: Array  # component y [N]
-    nx: Array  # unit vector from the bush's centre to the pin's, component x
-    ny: Array  # component y
-    ex: Array  # place of the pin's centre in the bush, component x [m]
-    ey: Array  # component y [m]
+    force: Array  # on the pin (times, 2) [N]
+    outward: Array  # unit vector from the bush's centre to the pin's (times, 2)
+    place: Array  # of the pin's centre in the bush (times, 2) [m]
 
 
 def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> PinContact:
@@ -192,7 +189,8 @@ def compute_contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time
     bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean_speed, time - memory[:, SINCE]), 0.0)
     drag = friction.coefficient(sliding, bristle) * normal
     fx, fy = -normal * nx + drag * ny, -normal * ny - drag * nx  # on the pin, whose surface slides along (-ny, nx)
-    return PinContact(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, *place)
+    force, outward = np.column_stack([fx, fy]), np.column_stack([nx, ny])
+    return PinContact(normal, drag, depth, rate, sliding, bristle, force, outward, place.T)
 
 
 def contact_state(depth: Array) -> Array:

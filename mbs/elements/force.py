@@ -185,15 +185,11 @@ class LineLoad(Load):
         if not (body.meshed and body.has_angles):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
-    def force_per_length(self, turn: Array) -> Array:
-        """Return the force per length (times, sections, 2) [N/m] from the angles of sections since t = 0 [rad]."""
-        return rotate(turn * self.turns, self.force)
-
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the resultant at the start of the strip, with its moment about that point."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         weights, poses, _ = record.links[self.link].quadrature()  # weights [m], poses (x, y, angle since t = 0)
-        force, (origin, _) = self.force_per_length(poses[..., 2]), record.point(start)
+        force, (origin, _) = rotate(poses[..., 2] * self.turns, self.force), record.point(start)  # (times, sections, 2) [N/m]
         moment = cross(poses[..., :2] - origin[:, None], force) + self.moment  # per length
         yield Push(start, np.einsum("k,tkc->tc", weights, force), moment @ weights)
 
@@ -208,5 +204,5 @@ class LineLoad(Load):
         if not self.turns:
             yield Energy("supplied", "load", np.einsum("k,tkc,c->t", weights, poses - poses[:1], [*self.force, self.moment]))
             return
-        by_force = (self.force_per_length(poses[..., 2]) * rates[..., :2]).sum(axis=-1)
+        by_force = (rotate(poses[..., 2], self.force) * rates[..., :2]).sum(axis=-1)
         yield Energy("supplied", "load", record.work((by_force + self.moment * rates[..., 2]) @ weights))

@@ -3,8 +3,6 @@
 from collections.abc import Iterator
 from typing import ClassVar
 
-import numpy as np
-
 from ..declare import declared, direction, names
 from ..geometry import Array, rotate
 from .element import GROUND, JointBase, Parts, Recorded
@@ -133,18 +131,17 @@ class Slot(Joint):
         """Return the load on the second body: force to the left of `along` [N]; of a `Slider` also the moment [N m]."""
         return {"effort": -multipliers}
 
-    def travel(self, record: Recorded) -> Array:
-        """Return the travel along the line since t = 0 [m], shape (times,)."""
-        start = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
-        (position, _), (origin, _) = record.point(f"{self.first}:{self.point}"), record.point(start)
-        angle, _ = record.turn(start)
-        unit_vector = rotate(angle, self.along)  # `direction` has normalised `along`
-        return np.asarray(((position - origin) * unit_vector).sum(axis=1))
-
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield the component of the force on the second body to the left of `along` [N], and the travel along the line [m]."""
+        """Yield the component of the force on the second body to the left of `along` [N], and the travel since t = 0 [m]."""
         yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
-        yield Signal(f"{name}.travel", self.travel(record), "m", Kind.PLACE)
+        start = f"{self.second}:{self.point}"  # the place of the point at t = 0, which moves with the second body
+        (position, _), (origin, _), (angle, _) = (
+            record.point(f"{self.first}:{self.point}"),
+            record.point(start),
+            record.turn(start),
+        )
+        travel = ((position - origin) * rotate(angle, self.along)).sum(axis=1)  # `direction` has normalised `along`
+        yield Signal(f"{name}.travel", travel, "m", Kind.PLACE)
 
 
 @declared
