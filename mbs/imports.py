@@ -1,12 +1,6 @@
 """Late imports: of functions from higher layers, of a package's names at first use, and of other packages' entry points.
 
-Other installed packages extend Buckler through entry points:
-
-- `buckler.kinds`: a class of an element, a body or a law, which files may name. The name of the entry point is the kind.
-- `buckler.exudyn`, by kind: function `connect(scene, elements)`, as in `mbs/engine/loads.py`.
-- `buckler.spectral`, by kind: function `add(builder, name, element)`, as in `mbs/spectral/registry.py`.
-- `buckler.symbols`, by kind: function `symbol(sheet, name, element)`, as in `mbs/view/symbols.py`.
-
+Other installed packages extend Buckler through entry points, which docs/how-to-add-an-element.md describes. The group
 `buckler.kinds` is read when a file is read or a schema is written, any other group when a kind is not one of Buckler's own.
 """
 

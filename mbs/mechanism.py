@@ -207,7 +207,7 @@ class Mechanism(Parts):
             raise ValueError(f"{path}: {error}") from None
 
     def plot(self, axes: Axes | None = None, names: bool = True) -> Any:
-        """Draw the mechanism at t = 0, with `names` of links and points, in matplotlib's `axes` or a new figure; return these."""
+        """Draw the mechanism at t = 0, with `names` of links and points, in matplotlib's `axes` or new ones, which it returns."""
         return import_late("view.plot:plot_mechanism")(self, axes, names)
 
 

@@ -76,6 +76,8 @@ def simulate(
 ) -> Result:  # fmt: skip
     """Simulate a mechanism from t = 0; drives give the first velocities through the constraints.
 
+    Failures come as a status of the result with a message, not as exceptions.
+
     Parameters
     ----------
     mechanism : Mechanism
@@ -101,11 +103,6 @@ def simulate(
     progress : bool or callable, optional
         True shows a bar and the expected time, by default in terminals and notebooks. A function is called after each step with
         the fraction of the run that is done; each run begins at 0.
-
-    Returns
-    -------
-    Result
-        Failures come as a status with a message, not as exceptions.
 
     Raises
     ------

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from contextlib import suppress
 from numbers import Integral, Real
 from typing import Any
 
@@ -19,7 +20,11 @@ def number(
         has_hertz = "rad/s" in unit and value.fits("Hz")  # a speed of rotation given as a frequency
         turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if has_hertz else ""
         raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}{turns}")
-    checked = _as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    checked = math.nan
+    if isinstance(value, Real) and not isinstance(value, bool):
+        checked = math.inf
+        with suppress(OverflowError):  # of a whole number too large for a float
+            checked = float(value)
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
         suffix = "" if unit in ("", "1") else f" {unit}"  # "1": a plain number; "": messages name no unit
@@ -34,14 +39,6 @@ def number(
     if abs(checked) > LARGEST:
         raise ValueError(f"{name} = {short(value)}: must be at most {LARGEST:g} in magnitude, so that no product overflows")
     return checked
-
-
-def _as_float(value: Real) -> float:
-    """Return a number as a float; infinite where it is too large for one."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
 
 
 def positive(name: str, value: float, unit: str) -> float:
