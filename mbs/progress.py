@@ -156,11 +156,12 @@ class Watch:
         spent = self.clock() - self.start
         likely = f"about {write_duration(spent / self.share - spent)} more at this rate" if self.share > 0.0 else ""
         if self.most == inf:
-            return likely or f"{self.count} {self.unit} so far; how many it takes is not known beforehand, timeout = limits it"
+            return likely or f"{self.count} {self.unit} so far; how many it takes is not known beforehand; a timeout limits it"
         if not self.count:
             return likely
-        bound = f"at most {write_duration(spent * self.most / self.count - spent)} for {self.most:.0f} {self.unit}"
-        return f"{likely}, {bound}" if likely else bound
+        longest = spent * self.most / self.count - spent
+        bound = f"at most {write_duration(longest)} for {self.most:.0f} {self.unit}"
+        return f"{likely}, {bound}" if likely and spent / self.share - spent < longest else bound
 
 
 UNWATCHED = Watch()

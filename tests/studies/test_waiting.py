@@ -61,6 +61,8 @@ def test_a_call_tells_the_time_of_its_steps(clock):
     assert state.text() == "at most 8 s for 100 steps"  # 0.1 s each
     state.step(0.25)
     assert state.text() == "about 6 s more at this rate, at most 8 s for 100 steps" and "25 % of the way" in state.line()
+    state.most = 40
+    assert state.text() == "at most 2 s for 40 steps"  # not "about 6 s more", which so few steps cannot take
 
 
 def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):
