@@ -28,6 +28,8 @@ CRITICAL_ACCURACY = 1e-6
 """Relative error at which refinement ends, for critical points and periodic motions: chosen."""
 LARGEST_ERROR = 1e-4
 """Error from which a result is `INACCURATE`, relative or over the longest link: a convention."""
+ROUNDING = 1e-12
+"""Size below which places are printed as 0, over the longest link, and angles [rad]: chosen, far below any error of a model."""
 FIRST_STEP = 0.02
 """Default arc length of the first step of a path; a change of the parameter by its range has length 1, see `arc`."""
 MAX_STEP = 0.1
@@ -178,7 +180,9 @@ class Equilibrium(Answer):
             if not link.body.massless and np.isfinite(self.q).all():  # massless links have no coordinates; nan: none was found
                 for point in link.points:
                     at = self.point(link.name, point)
-                    out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
+                    x, y = (value if abs(value) > ROUNDING * self.scene.length else 0.0 for value in at.position)
+                    angle = at.angle if abs(at.angle) > ROUNDING else 0.0
+                    out.append((f"{link.name}:{point}", f"{x:.9g} m, {y:.9g} m, {angle:.9g} rad"))
         return out
 
 
@@ -210,8 +214,8 @@ class Route(Answer):
     abscissa: str = "parameter"  # label of the parameter in `plot`
     ordinate: ClassVar[str] = ""  # prefix of the axis label of `plot`
 
-    def plot(self, link: str, point: str, axis: str = "y", ax: "Axes | None" = None) -> "Axes":
-        """Draw position or amplitude of a point over the parameter, stable and unstable; return the axes."""
+    def plot(self, link: str, point: str, axis: str | None = None, ax: "Axes | None" = None) -> "Axes":
+        """Draw position or amplitude of a point along x or y, by default the one that changes more, over the parameter."""
         return import_late("view.plot:plot_path")(self, link, point, axis, ax)
 
     def rows(self) -> list[tuple[str, str]]:

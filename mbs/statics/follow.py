@@ -160,12 +160,19 @@ class _Follower:
         """Follow the path from the start and, if `branches`, the paths that leave it to both sides."""
         first = self._run(self._find_start(), None)
         branchings = [critical for critical in first.points if branches and critical.kind == "branching"]
+        left_out: list[str] = []
         for branching in branchings:
-            for shape in leaving_shapes(self.problem, branching):
+            shapes = leaving_shapes(self.problem, branching)
+            left_out += [] if shapes else [f"{branching.rest.parameter:.6g}"]
+            for shape in shapes:
                 for side in (1.0, -1.0):
                     if not watching.get().ended:
                         first.branches.append(self._run(self._offset_parameter(branching), self._unit(side * shape)))
-        return first
+        if not left_out:
+            return first
+        why = "no named point moves there; let each strip that bends carry a point, as carries = { M = 0.5 }"
+        message = f"paths that leave the branching at {', '.join(left_out)} were not followed: {why}"
+        return replace(first, message="; ".join(filter(None, (first.message, message))))
 
     def _find_start(self) -> Rest:
         """Find the equilibrium under the constant loads; for a movable mechanism, under the first step of the load as well."""

@@ -291,8 +291,9 @@ def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:
 
 def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[int]:
     """Return the indices in `tables.factors` of the named loads, of which 'gravity' is one; by default of all loads."""
-    kinds, known = ("force", "line_load", "torque", "motor", "gravity"), [*scene.force_names, "gravity"]
-    loads = {name for name in known if name.split(".")[0] in kinds} if names is None else set(names)
+    kinds = ("force", "line_load", "torque", "motor", "gravity")  # springs and contacts are no loads
+    known = {name: i for i, name in enumerate([*scene.force_names, "gravity"]) if name.split(".")[0] in kinds}
+    loads = set(known) if names is None else set(names)
     if unknown := loads - set(known):
         raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(known)}")
-    return [i for i, name in enumerate(known) if name in loads]
+    return [i for name, i in known.items() if name in loads]

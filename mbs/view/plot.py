@@ -206,15 +206,17 @@ MARKERS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doublin
 """Markers of critical points, by their kind."""
 
 
-def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Axes:
+def plot_path(path: Any, link: str, point: str, axis: str | None = None, ax: Any = None) -> Axes:
     """Draw a coordinate of a point over the parameter of a path and its branches: stable parts solid, unstable parts dashed."""
     import matplotlib.pyplot as plt
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
+    curves = [path, *getattr(path, "branches", ())]
+    # of each curve positions (steps, 2), or amplitudes of periodic motions, and those at critical points
+    ordinates = [curve.ordinates(link, point) for curve in curves]
+    axis = axis or "xy"[int(np.ptp(np.vstack([places for places, _ in ordinates]), axis=0).argmax())]
     column = "xy".index(axis)
-    for branch in (path, *getattr(path, "branches", ())):
-        # positions (steps, 2), or amplitudes of periodic motions, and those at critical points
-        places, critical_places = branch.ordinates(link, point)
+    for branch, (places, critical_places) in zip(curves, ordinates, strict=True):
         for curve, stable in _pieces(branch, places[:, column]):
             ax.plot(*curve, "C0-" if stable else "C3--", label="stable" if stable else "unstable")
         for critical, place in zip(branch.points, critical_places, strict=True):

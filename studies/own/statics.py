@@ -108,14 +108,14 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     link_and_point = _point(options, found.scene.mechanism)
     if "period" in options:
         positions = found.amplitude(*link_and_point)  # of x and y [m]
-        head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
+        head = "amplitude x [m],amplitude y [m],largest multiplier,error"
         stability = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
     else:
         positions = found.point(*link_and_point)
-        head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
+        head = "x [m],y [m],growth [1/s],negative eigenvalues"
         stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))  # `unstable`: negative eigenvalues
     rows = zip(found.parameter.tolist(), positions.tolist(), stability, strict=True)
-    return [head, *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
+    return [f"{found.abscissa},{head}", *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
 
 def describe(mechanism: mbs.Mechanism) -> str:

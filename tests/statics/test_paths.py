@@ -45,6 +45,31 @@ def test_all_branches_of_a_column_leave_to_both_sides():
     assert not found.stable[-1]
 
 
+def test_branches_that_no_point_distinguishes_are_named():
+    twins = columns("a", "b")
+    bare = replace(twins, links=[replace(link, carries={}) for link in twins.links])
+    followed, left_out = (path(each, to=1.05 * EULER, branches=True) for each in (twins, bare))
+    assert len(followed.branches) == 4 and not followed.message
+    assert not left_out.branches
+    assert left_out.message.startswith(f"paths that leave the branching at {left_out.branchings[0]:.6g} were not followed")
+
+
+@pytest.mark.parametrize("name", ["Ma", "spring.Ma-top"])
+def test_stops_and_springs_are_no_loads(name):
+    stop, spring = Stop("Ma", at=0.1, law=KelvinVoigt(1e4, 0), along=(0, 1)), Spring("Ma", "ground:top", stiffness=1.0)
+    one = columns("a")
+    held = replace(one, points={**one.points, "top": (0, 1)}, stops=[stop], loads=[*one.loads, spring])
+    with pytest.raises(ValueError, match=f"load = '{name}': unknown; known: force.Ba, gravity"):
+        path(held, load=name, to=1.0)
+
+
+def test_a_drawing_shows_the_coordinate_that_changes_more():
+    found = path(columns("a"), to=1.05 * EULER, branches=True)
+    assert found.plot("a", "Ma").get_ylabel() == "y of a:Ma [m]"
+    axes = found.plot("a", "Ba")  # its guide leads along x
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("factor of the loads", "x of a:Ba [m]")
+
+
 def propped(load, stiffness):
     """Zero where a column on a spring at its middle buckles into one wave, by half of it, with shear and stretching."""
     bend, axial, shear = SECTION.bending_stiffness, SECTION.axial_stiffness, SECTION.shear_stiffness

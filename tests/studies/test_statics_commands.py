@@ -47,7 +47,7 @@ def test_a_path_is_printed_drawn_and_written(file, tmp_path, capsys):
     assert "branching: 13.817" in said
     assert said.count("ended") == 3
     rows = (tmp_path / "d.csv").read_text().splitlines()
-    assert rows[0] == "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
+    assert rows[0] == "factor of the loads,x [m],y [m],growth [1/s],negative eigenvalues"
     assert float(rows[-1].split(",")[0]) == 15.0
     assert (tmp_path / "d.png").stat().st_size > 5000
 
@@ -65,7 +65,7 @@ def test_a_response_is_printed_drawn_and_written(file, tmp_path, capsys):
     assert main(argv=[*asked, "--plot", str(tmp_path / "d.png"), "--csv", str(tmp_path / "d.csv")]) == 0
     assert "ended: reached at 0.4 after" in capsys.readouterr().out
     rows = (tmp_path / "d.csv").read_text().splitlines()
-    assert rows[0] == "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
+    assert rows[0] == "frequency [Hz],amplitude x [m],amplitude y [m],largest multiplier,error"
     assert float(rows[-1].split(",")[0]) == 0.4
     assert (tmp_path / "d.png").stat().st_size > 5000
 
