@@ -162,14 +162,23 @@ def _compile_pointer(compile_with: Callable[[Any], Any], arguments: int) -> Poin
     import numba
     from numba.np.unsafe.ndarray import to_fixed_tuple
 
-    errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
+    errors = numba.core.errors
+    refusals = (
+        errors.NumbaError,
+        errors.UnsupportedBytecodeError,
+        AttributeError,
+        TypeError,
+        RecursionError,
+        NotImplementedError,
+        ValueError,
+    )
     signature = numba.float64(numba.types.CPointer(numba.float64))
     try:
         inner = compile_with(numba.njit)
         c_function = numba.cfunc(signature, error_model="numpy")(
             lambda doubles: float(inner(*to_fixed_tuple(numba.carray(doubles, (arguments,)), arguments)))
         )
-    except errors:
+    except refusals:
         return None
     return Pointer(int(c_function.address), True, c_function)
 

@@ -54,7 +54,9 @@ class LawTable:
         self.law_numbers.append(parameters + [0.0] * (NUMBERS - len(parameters)))
         self.pointers += pointers
         if about and not all(p.compiled for p in pointers):
-            self.notes.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
+            self.notes.append(
+                f"{about} is not plain arithmetic: each call of it is called back in Python, some fifty times slower"
+            )
         if key is not None:
             self._law_rows[key] = len(self.laws) - 1
         return len(self.laws) - 1

@@ -55,6 +55,16 @@ def test_a_function_made_anew_is_the_machine_code_that_is_there():
     assert called(function_pointer(made(3.0, 3), 1), 2.0) == 24.0
 
 
+def test_a_function_with_an_import_is_called_back():
+    def sine(x):
+        import math
+
+        return math.sin(x)
+
+    pointer = function_pointer(sine, 1)
+    assert not pointer.compiled and called(pointer, 0.5) == pytest.approx(0.479425538604203)
+
+
 FACTOR = 2.0
 
 
