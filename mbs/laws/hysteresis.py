@@ -28,6 +28,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
 
     def agree(self) -> None:
         """Raise a ValueError at a pole of the hysteresis factor, or if it is negative, so that energy would be created."""
+        super().agree()
         if self.pole_at_zero:
             number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
         number("chi", self.chi, 0.0, math.inf, "1")

@@ -14,6 +14,7 @@ import math
 from typing import ClassVar
 
 from ..declare import Declared, declared, quantity
+from ..units import Measured
 from ..validate import number, positive
 from .pieces import Reals, ramp, step
 from .rebound import damping_ratio, require_given, restitution_linear
@@ -24,6 +25,14 @@ class PowerLaw:
 
     stiffness: float
     exponent: float
+
+    def agree(self) -> None:
+        """Raise a ValueError if the stiffness was given in N/m^n with another n than the exponent; leave a plain float."""
+        if isinstance(self.stiffness, Measured) and not self.stiffness.fits(f"N/m^{self.exponent:g}"):
+            raise ValueError(
+                f"stiffness = {self.stiffness.given}: must be in N/m^{self.exponent:g}, as exponent = {self.exponent:g}"
+            )
+        object.__setattr__(self, "stiffness", float(self.stiffness))
 
     def elastic(self, depth: Reals) -> Reals:
         """Return K d^n [N], 0 where depth <= 0."""

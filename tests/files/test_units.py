@@ -14,7 +14,7 @@ from buckler.mbs.units import is_measured, measured, parse_quantity
     ("text", "unit", "value"),
     [
         ("5 Nm", "N m", 5.0), ("7 Nmm", "N m", 7e-3), ("2 kNm", "N m", 2e3), ("3 Nm/rad", "N m/rad", 3.0),
-        ("1.5 t", "kg", 1500.0),
+        ("4 Ns/m", "N s/m", 4.0), ("1.5 t", "kg", 1500.0),
         ("3 in", "m", 0.0762), ("12 in", "ft", 1.0), ("2 ft", "m", 0.6096), ("10 lb", "kg", 4.5359237),
         ("1 lbf", "N", 0.45359237 * 9.80665), ("4 lbf.in", "N m", 4 * 0.45359237 * 9.80665 * 0.0254),
         ("2 lbf/in", "N/m", 2 * 0.45359237 * 9.80665 / 0.0254), ("2 bar", "Pa", 2e5), ("500 mbar", "Pa", 5e4),

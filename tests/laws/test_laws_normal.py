@@ -89,11 +89,18 @@ def test_step():
         (lambda: laws.delivered(laws.KelvinVoigt(1e5, 1.0)), r"mass = None: the restitution of KelvinVoigt depends on it"),
         (lambda: laws.delivered(laws.Impact(1e9, 1.0, 1e-5), 1.0), r"speed = None: .* in \(0, inf\) m/s"),
         (lambda: laws.delivered(laws.Impact(1e9, 1.0, 1e-5), 1.0, -1.0), r"speed = -1\.0 m/s"),
+        (lambda: laws.HuntCrossley("50 kN/m", 0.5), r"stiffness = 50 kN/m: must be in N/m\^1\.5, as exponent = 1\.5"),
+        (lambda: laws.Impact("5 N/mm^2", 1.0, 1e-5, 1.0), r"stiffness = 5 N/mm\^2: must be in N/m\^1, as exponent = 1"),
     ],
 )
 def test_bad_input_is_named(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_a_stiffness_in_the_unit_of_its_exponent_is_a_plain_number():
+    law = laws.HuntCrossley("2 N/mm^1.5", 0.5)
+    assert law.stiffness == pytest.approx(2e3 * np.sqrt(1e3), rel=1e-14) and type(law.stiffness) is float
 
 
 def test_laws_that_allow_a_dead_stop_accept_zero():
