@@ -49,7 +49,7 @@ class Difference:
         asked = [key for key in self.keys if key in wanted]
         with np.errstate(all="ignore"):
             for key, norm in self._compare([key for key in asked if key not in self._found]).items():
-                self._found[key] = norm / self.sizes[key] if np.isfinite(norm) else np.inf
+                self._found[key] = norm / max(self.sizes[key], TINY) if np.isfinite(norm) else np.inf
         return {key: self._found[key] for key in asked}, {key: self.sizes[key] for key in asked}
 
     def _compare(self, keys: list[Key]) -> dict[Key, float]:

@@ -108,11 +108,13 @@ class Spring(Elastic):
     )
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError if both points are on the ground, or coincide though the spring has a length."""
+        """Raise a ValueError if both ends are on the ground or the same point, or coincide though the spring has a length."""
         for at in (self.a, self.b):
             check_reference(mechanism, at, self.where)
         if holder(mechanism, self.a) == holder(mechanism, self.b) == GROUND:
             raise ValueError(f"{self.where}: both its ends are on the ground")
+        if holder_reference(mechanism, self.a) == holder_reference(mechanism, self.b):
+            raise ValueError(f"{self.where}: both its ends are the same point of the same link; name two points or two links")
         if self.free(mechanism) > 0 and distance(mechanism, self.a, self.b) == 0:
             raise ValueError(f"{self.where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
 

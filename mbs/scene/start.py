@@ -146,7 +146,10 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     if not right.any():
         return np.zeros(len(mass))
     unit = 1 / np.sqrt(np.diag(mass))
-    factor = np.linalg.cholesky(mass * np.outer(unit, unit))  # scaled to a diagonal of ones
+    try:
+        factor = np.linalg.cholesky(mass * np.outer(unit, unit))  # scaled to a diagonal of ones
+    except np.linalg.LinAlgError:
+        raise KinematicsError("velocities at t = 0 s: masses differ by too many orders of magnitude; check their units") from None
     to_rates = unit[:, None] * np.linalg.inv(factor).T
     rates: Array = to_rates @ np.linalg.lstsq(rows @ to_rates, right, rcond=DEPENDENT)[0]
     residual = right - rows @ rates  # rounding, which is large if masses differ by orders of magnitude

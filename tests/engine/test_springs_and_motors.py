@@ -201,3 +201,8 @@ def test_a_function_that_fails_ends_the_run_by_name(load, name, what):
     assert result.status is mbs.Status.FUNCTION_FAILED, result.message
     assert f"the function of '{name}'" in result.message and what in result.message
     assert 0 < result.time[-1] < 1.0 and np.isfinite(result.signals["A.x"]).all()
+
+
+def test_a_spring_from_a_point_to_itself_is_refused():
+    with pytest.raises(ValueError, match="spring from 'A' to 'crank:A': both its ends are the same point of the same link"):
+        crank(mbs.Spring("A", "crank:A", 10.0))

@@ -1,10 +1,12 @@
 """Loop closure with other drives and guides, and mobility: closed forms, and how they fail."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulations import BAR, closed, parallelogram, position
 
-from buckler.mbs import Drive, Gear, Guide, Link, Mechanism, Revolute, crank_rocker
+from buckler.mbs import Drive, Gear, Guide, Link, Mass, Mechanism, Revolute, crank_rocker
 from buckler.mbs.library import PAPER
 from buckler.mbs.scene.linkage import KinematicsError, Linkage
 from buckler.mbs.scene.scene import Scene
@@ -36,6 +38,13 @@ def test_dead_centre_is_named(angle):
     """The slider cannot start the mechanism from where its speed is zero whatever the crank does."""
     with pytest.raises(KinematicsError, match=r"velocities at t = 0 s do not exist.*dead centre"):
         _ = Scene.of(slider_driven(angle, -0.05)).start
+
+
+def test_masses_beyond_the_digits_of_a_number_are_named():
+    mechanism = slider_driven(np.radians(60), -0.05)
+    heavy = replace(mechanism, masses=[Mass("A", 1e25)])
+    with pytest.raises(KinematicsError, match="masses differ by too many orders of magnitude"):
+        _ = Scene.of(heavy).start
 
 
 @pytest.mark.parametrize("along", [(1, 1), (0, 2), (-3, 1)])
