@@ -59,8 +59,8 @@ def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     if not _may_vanish(time, determinant(linkage.jacobian(places))):
         return
     follower = Follower(record.mechanism, float(time[-1]))
-    if follower.ended is not None:
-        yield follower.ended.message
+    if follower.failure is not None:
+        yield follower.failure.message
         return
     try:
         exact = follower.at(time).q
