@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulations import pushed, slim
+from simulations import guided, pushed, slim
 from stopping import stop_at
 
 from buckler import mbs
@@ -69,13 +69,7 @@ def test_where_a_search_begins():
 
 def struck(push, gap):
     """A block pushed steadily from rest against an elastic stop, 1e4 N/m, after a gap."""
-    return mbs.Mechanism(
-        points={"O": (0.0, 0.0), "A": (0.2, 0.0)},
-        links=[mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[mbs.Guide("O", "bar", mass=0.5), mbs.Guide("A", "bar")],
-        loads=[mbs.Force("O", (push, 0.0))],
-        stops=[mbs.Stop("O", at=gap, law=KelvinVoigt(1e4, 0.0))],
-    )
+    return guided(loads=[mbs.Force("O", (push, 0.0))], stops=[mbs.Stop("O", at=gap, law=KelvinVoigt(1e4, 0.0))])
 
 
 def test_a_contact_that_is_not_there_yet_waits_for_the_others():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipk
-from simulations import pushed, slim
+from simulations import guided, pushed, slim
 
 from buckler import mbs
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
@@ -89,13 +89,8 @@ def test_frequency_and_euler_load_of_a_strip_by_its_thickness():
 
 def bounce(height=0.1, stiffness=1e4, law=None):
     """A block that falls along its guide onto a stop, by default without loss."""
-    return mbs.Mechanism(
-        points={"O": (0.0, height), "A": (0.0, height + 0.2)},
-        links=[mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[mbs.Guide("O", "bar", mass=0.5, along=(0.0, 1.0)), mbs.Guide("A", "bar", along=(0.0, 1.0))],
-        stops=[mbs.Stop("O", at=0.0, law=law or CarvalhoMartins(stiffness, 1.0, exponent=1.0))],
-        gravity=(0.0, -G),
-    )
+    stop = mbs.Stop("O", at=0.0, law=law or CarvalhoMartins(stiffness, 1.0, exponent=1.0))
+    return guided(start=(0.0, height), along=(0.0, 1.0), stops=[stop], gravity=(0.0, -G))
 
 
 def test_what_follows_an_impact_has_derivatives_too():

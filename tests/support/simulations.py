@@ -103,14 +103,18 @@ def block(pull=0.0, law=None, stop=0.1, friction=None, speed=None, along=(1.0, 0
     )
 
 
+def guided(mass=0.5, start=(0.0, 0.0), along=(1.0, 0.0), points=(), **parts):
+    """A block O on a line, held by a bar without mass."""
+    end = (start[0] + 0.2 * along[0], start[1] + 0.2 * along[1])
+    links = [Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))]
+    guides = [Guide("O", "bar", mass=mass, along=along), Guide("A", "bar", along=along)]
+    return Mechanism({"O": start, "A": end, **dict(points)}, links, guides=guides, **parts)
+
+
 def pushed(stiffness=200.0, mass=0.5, push=3.0, damping=0.0):
     """A block on a guide, a spring and a steady push from rest: undamped x = (F/k)(1 - cos(w t)), 2 F/k at the most."""
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
-        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[Guide("O", "bar", mass=mass), Guide("A", "bar")],
-        loads=[Spring("C", "O", stiffness=stiffness, damping=damping), Force("O", (push, 0.0))],
-    )
+    loads = [Spring("C", "O", stiffness=stiffness, damping=damping), Force("O", (push, 0.0))]
+    return guided(mass, points={"C": (-0.1, 0.0)}, loads=loads)
 
 
 def simply_supported(body, pull=0.0, length=SIMPLE):
