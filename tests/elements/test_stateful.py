@@ -70,16 +70,8 @@ def test_statics_refuse_states(asked):
 def test_a_file_has_states_by_formulas(tmp_path):
     text = """
     points = { O = [0, 0], A = [0.1, 0] }
-    [[links]]
-    name = "rotor"
-    start = "O"
-    end = "A"
-    body = { kind = "Rigid", mass = 1.0, inertia = 0.02 }
-    [[joints]]
-    kind = "Revolute"
-    point = "O"
-    first = "ground"
-    second = "rotor"
+    pins = ["O: ground rotor"]
+    links.rotor = { start = "O", end = "A", body = { kind = "Rigid", mass = 1.0, inertia = 0.02 } }
     [[loads]]
     kind = "Torque"
     link = "rotor"

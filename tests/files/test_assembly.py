@@ -8,25 +8,13 @@ import pytest
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute, Rigid, Section, simulate
 from buckler.mbs.assembly import assemble
+from buckler.mbs.documents.document import read
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.units import parse_quantity
+from buckler.studies.kit.cli import EXAMPLES
 
-SIX_BAR = {
-    "points": {"O": [0, 0], "C": ["225 mm", 0], "F": ["400 mm", "-100 mm"]},
-    "defaults": {"body": {"kind": "Rigid"}, "section": {"width": "20 mm", "thickness": "5 mm"}},
-    "links": {
-        "crank": {"start": "O", "end": "A", "length": "105 mm", "angle": "60 deg"},
-        "coupler": {"start": "A", "end": "B", "length": "272 mm", "carries": {"D": ["130 mm", "60 mm"]}},
-        "rocker": {"start": "C", "end": "B", "length": "175 mm"},
-        "rod": {"start": "D", "end": "E", "length": "400 mm"},
-        "output": {"start": "F", "end": "E", "length": "220 mm"},
-    },
-    "pins": [
-        "O: ground crank", "A: crank coupler", "B: coupler rocker", "C: ground rocker",
-        "D: coupler rod", "E: rod output", "F: ground output",
-    ],
-    "drives": [{"target": "crank", "speed": "60 rpm"}],
-}  # fmt: skip
+SIX_BAR = {name: each for name, each in read(EXAMPLES / "stephenson.toml").items() if name not in ("about", "run")}
+"""Crank 105 mm at 60 degrees, coupler 272 mm, rocker 175 mm, rod 400 mm from 130 mm along and 60 mm beside it, output 220 mm."""
 LENGTHS = CrankRocker()
 
 

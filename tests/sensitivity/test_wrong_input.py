@@ -25,10 +25,6 @@ def data(tmp_path, text, encoding="utf-8"):
     return path
 
 
-def read(tmp_path, *lines, **more):
-    return read_csv(data(tmp_path, "\n".join(lines), **more), ["place=O.x"])[0]
-
-
 @pytest.mark.parametrize(
     ("mark", "point", "start", "end"),
     [(",", ".", "", "\n"), (";", ",", "\ufeff", "\r\n"), ("\t", ".", "", "\n"), (",", ".", "", ",\n")],
@@ -56,6 +52,8 @@ def test_tables_of_other_programs(tmp_path, mark, point, start, end):
         (["time [N],place", *ROWS], "time [N]: 'N' is no unit for a quantity in s"),
         (["time,place [foo]", *ROWS], "place [foo]: unknown unit 'foo'"),
         (["place,place", *ROWS], "two columns of the same name"),
+        (["time [s],place (left)", *ROWS], "G; write its unit in brackets behind its name"),
+        (["0.0,place", *ROWS], "line 1: '0.0' stands where names of columns should"),
         ([",t [s],place", "0,0.00,1", "1,0.01,2"], "line 1: the first column, which has no name, is read as the time; leave out"),
         (["frame,Time (s),place", "0,0.00,1", "1,0.01,2"], "the first column, 'frame', is read as the time"),
         ([HEAD, "12:00:01,1", "12:00:02,2"], "needs a line of names and two of numbers at least; the last line is '12:00:02,2'"),
@@ -63,7 +61,7 @@ def test_tables_of_other_programs(tmp_path, mark, point, start, end):
 )
 def test_what_is_no_table(tmp_path, lines, message):
     with pytest.raises(ValueError) as error:
-        read(tmp_path, *lines)
+        read_csv(data(tmp_path, "\n".join(lines)), ["place=O.x"])
     assert message in str(error.value) and "data.csv: " in str(error.value)
 
 
@@ -103,20 +101,6 @@ def test_a_clock_is_kept_or_begins_where_it_is_said_to(tmp_path):
     lines = [HEAD + ",load", *(f"{12.3 + 0.01 * k:g},{k},{k // 3}" for k in range(6))]
     for each in read_csv(data(tmp_path, "\n".join(lines)), ["place=O.x"], ["load"]):  # a setting: from the first row of each
         assert each.time == pytest.approx(0.01 * np.arange(3))
-
-
-@pytest.mark.parametrize(
-    ("head", "message"),
-    [
-        ("time [s],place (left)", "G; write its unit in brackets behind its name"),
-        ("time (N),place", "time [N]: 'N' is no unit for a quantity in s"),
-        ("0.0,place", "line 1: '0.0' stands where names of columns should"),
-    ],
-)
-def test_a_heading_that_says_no_unit_is_refused(tmp_path, head, message):
-    with pytest.raises(ValueError) as error:
-        read(tmp_path, head, *ROWS)
-    assert message in str(error.value)
 
 
 def measured(**more):

