@@ -54,16 +54,11 @@ def test_a_stored_result_was_made_with_the_options_of_its_item(name):
 @pytest.mark.parametrize(
     ("metric", "form", "text"),
     [
-        ("peak", ".3g", "156"),
-        ("peak", ".2e", "1.56e2"),
-        ("peak", ".1f*1e-3~", "0.2"),
-        ("ratio", ".1f%", "59.9 %"),
-        ("force@exact", ".4f", "1.7246"),
-        ("force@error", ".0e", "6e-5"),
-        ("work@wall_s", ".0f", "12"),
+        ("peak", ".3g", "156"), ("peak", ".2e", "1.56e2"), ("peak", ".1f*1e-3~", "0.2"), ("ratio", ".1f%", "59.9 %"),
+        ("force@exact", ".4f", "1.7246"), ("force@error", ".0e", "6e-5"), ("work@wall_s", ".0f", "12"),
         ("table", "0", "\n| a | b |\n|---|---|\n| 1.235 |  |\n| 0.60 ± 0.02 | −2e-5 |\n"),
     ],
-)
+)  # fmt: skip
 def test_a_number_is_written_in_its_format(metric, form, text):
     assert evidence.write_number(metric, form, RESULT) == text
 
@@ -81,9 +76,8 @@ def test_a_wrong_number_is_filled_or_named(monkeypatch):
 
 
 def test_quick_studies_give_their_stored_numbers(capsys):
-    assert evidence.main(["--check", *(name for name, item in evidence.ITEMS.items() if item.get("quick"))]) == 0, (
-        capsys.readouterr()
-    )
+    quick = (name for name, item in evidence.ITEMS.items() if item.get("quick"))
+    assert evidence.main(["--check", *quick]) == 0, capsys.readouterr()
 
 
 def rows(page):

@@ -13,7 +13,6 @@ from drawing import inked
 
 from buckler.mbs import Controlled, Exudyn, simulate
 from buckler.mbs.ensembles.readings import read_windows
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import clearance_speed
 from buckler.studies.rattling.clearance_speed import IMPACTS, MEASURES, READINGS, compute_sections, ideal
@@ -147,16 +146,8 @@ def draw(result):
 
 def test_figures(small):
     figures = draw(small)
+    assert all(name in str(small) for name in ("peak force B [N]", "depth/c", "PENETRATION")) and len(MEASURES) == 3
     assert len(figures["lines"].axes) == 4 and "bifurcation" not in figures
-
-
-def test_command_line(tmp_path, capsys):
-    words = [word for name, value in SMALL.items() for word in (f"--{name}", str(value))]
-    assert main("clearance-speed", [*words, "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in ("peak force B [N]", "depth/c", "PENETRATION"))
-    assert {path.name for path in (tmp_path / "clearance-speed").glob("*.png")} == {"lines.png"}
-    assert len(MEASURES) == 3
 
 
 def ensemble(**given):

@@ -7,7 +7,6 @@ from scipy.optimize import linprog
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.cli import main
 from buckler.studies.strips import contact_force_table, elastica_law
 from buckler.studies.strips.contact_force_table import friction_interval
 
@@ -46,6 +45,7 @@ def test_forces_against_what_was_printed_and_the_cube(table):
     for name, cube, printed in (("ratio_h0.3_h0.1", 27, 26.998), ("ratio_h0.5_h0.1", 125, 124.99)):
         assert metrics[name].exact == pytest.approx(cube) and metrics[name].error < 1e-5
         assert metrics[name].published == pytest.approx(printed, abs=0.01)
+    assert "Largest contact force" in str(table)
     left, right = drawn(contact_force_table, table).axes
     assert len(left.get_legend().get_texts()) == 4
     assert "printed in Table 2" in [text.get_text() for text in right.get_legend().get_texts()]
@@ -92,11 +92,3 @@ def test_friction_interval_of_the_study():
     result = contact_force_table.run(contact_force_table.Parameters(thicknesses=3e-4, elements=4, angles=3))
     low, high = (result.metrics[f"friction_h0.3.{end}"].value for end in ("low", "high"))
     assert (high - low) / 2 == pytest.approx(0.15 * 0.3 * 9.81) and (high + low) / 2 == pytest.approx(1.7246507, rel=1e-6)
-
-
-def test_command_line_writes_the_table_study(tmp_path, capsys):
-    words = ["run", "contact-force-table", "--out", str(tmp_path), "--angles", "3", "--elements", "8", "--thicknesses", "0.3mm"]
-    assert main(argv=words) == 0
-    assert "Largest contact force" in capsys.readouterr().out
-    names = {path.name for path in (tmp_path / "contact-force-table").iterdir()}
-    assert names == {"metrics.json", "signals.npz", "figure.png", "figure.pdf"}
