@@ -9,8 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..declare import Declared, declared, quantity
-from .friction import stribeck_level
-from .pieces import Reals, saturate
+from .pieces import Reals, saturate, stribeck_level
 
 
 @declared

@@ -50,7 +50,7 @@ def compile_function(function: Callable[..., object], jit: Callable[..., object]
 
 
 def with_compiled_names(function: types.FunctionType, jit: Callable[..., object]) -> types.FunctionType:
-    """Copy a function with compiled functions in its globals and closure; a function that may raise an error is a TypeError."""
+    """Copy a function with compiled functions in its globals and closure; raise a TypeError if it may raise an exception."""
     if any(each.opname == "RAISE_VARARGS" for each in dis.get_instructions(function)):
         raise TypeError(f"{function.__name__} may raise an exception, which compiled code would lose")
     names = function.__code__.co_names  # not those that only nested functions use: then Numba refuses the function
@@ -120,22 +120,21 @@ def _identify(function: object) -> Hashable:
 
 
 def _make_key(thing: object, depth: int) -> Hashable:
-    """Return the key of a function or value that is used within `depth` functions and objects, each within the one before."""
+    """Return the key of a thing that a function uses; `depth` is the number of functions and objects around it."""
     if isinstance(thing, tuple):
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    has_equality = type(thing).__hash__ is not object.__hash__  # as laws and other frozen objects have
-    is_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
-    if is_key and not isinstance(thing, types.FunctionType):
-        # the object is its own key: by its equality, or by its identity as a built-in or compiled function or a module
-        hash(thing)  # a TypeError for a list
-        return type(thing), thing
+    has_equality = type(thing).__hash__ is not object.__hash__  # laws and other frozen objects; lists, which have no hash, too
+    has_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
+    if has_key and not isinstance(thing, types.FunctionType):
+        hash(thing)  # raises a TypeError for a list
+        return type(thing), thing  # its own key: by equality; built-in and compiled functions and modules by identity
     if depth == DEEPEST or not hasattr(thing, "__dict__"):
         raise TypeError("too many levels, or a value without attributes")
     if isinstance(thing, types.FunctionType):
         return thing.__code__, *(_make_key(part, depth + 1) for part in _values_used(thing))
-    return type(thing), *(_make_key(part, depth + 1) for part in thing.__dict__.items())
+    return type(thing), *(_make_key(part, depth + 1) for part in thing.__dict__.items())  # a user's object: by its attributes
 
 
 def _values_used(function: types.FunctionType) -> Sequence[object]:

@@ -69,7 +69,7 @@ NORMAL_KINDS: LawKinds = {
     laws.Impact: (NormalKind.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
 }
 STRIBECK = ("static", "dynamic", "v_stribeck", "exponent")
-"""Numbers of `table.stribeck`."""
+"""Numbers of `pieces.stribeck_level`."""
 FRICTION_KINDS: LawKinds = {
     laws.NoFriction: (FrictionKind.SMOOTH, ()),
     laws.Coulomb: (FrictionKind.COULOMB, ("dynamic", "v_reg", "viscous")),
@@ -220,7 +220,7 @@ def _compile_functions() -> tuple[Any, Any]:
     import numba
     from numba import float64, int64, void
 
-    stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "table.py")))
+    stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "pieces.py", "table.py")))
     vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
     arguments = float64, vector, vector, table, offsets, table
     compiled = []

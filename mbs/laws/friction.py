@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from ..declare import Declared, declared, quantity
-from .pieces import Reals, ramp, saturate, step
+from .pieces import Reals, ramp, saturate, step, stribeck_level
 
 
 @runtime_checkable
@@ -60,11 +60,6 @@ class WithoutMemory(NamedTuple):
 def as_bristle_law(friction: FrictionLaw | BristleLaw) -> BristleLaw:
     """Return a friction law as it is if it has a bristle, and as `WithoutMemory` otherwise."""
     return friction if isinstance(friction, BristleLaw) else WithoutMemory(friction)
-
-
-def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:
-    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta) [1], which falls from static at rest to dynamic friction."""
-    return dynamic + (static - dynamic) * np.exp(-((abs(speed) / v_stribeck) ** exponent))
 
 
 @declared

@@ -27,7 +27,7 @@ class HysteresisLaw(PowerLaw, Declared, ABC):
     pole_at_zero: ClassVar[bool] = False
 
     def agree(self) -> None:
-        """Raise a ValueError at a pole of the hysteresis factor, or if it is negative, so that energy would be created."""
+        """Raise a ValueError at a pole of the hysteresis factor, or if a user's law has a negative one, which creates energy."""
         super().agree()
         if self.pole_at_zero:
             number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
@@ -152,7 +152,7 @@ class CarvalhoMartins(HysteresisLaw):
 class ExactRestitution(HysteresisLaw):
     """chi from chi (1 + e) = ln[(1 + chi) / (1 - chi e)]: delivers e itself, 0 < e <= 1.
 
-    ``buckler.mbs.laws.chi_exact`` solves the equation of Carvalho and Martins (doi 10.1016/j.mechmachtheory.2019.03.028) once.
+    ``buckler.mbs.laws.chi_exact`` solves it as the law is made; Carvalho, Martins, doi 10.1016/j.mechmachtheory.2019.03.028.
 
     >>> round(ExactRestitution(1e8, restitution=0.7).delivered(), 3)  # asked: 0.7
     0.7

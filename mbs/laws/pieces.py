@@ -1,10 +1,12 @@
 """Protocol of normal contact laws, and elementary functions for laws.
 
-``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So a law made of them takes a float or an array of
-any shape, and can be compiled.
+The functions use nothing but arithmetic, ``abs`` and ``exp``. So a law made of them takes a float or an array of any shape, and
+can be compiled.
 """
 
 from typing import Any, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
 
 Reals: TypeAlias = Any
 """Argument and value of a law: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
@@ -24,6 +26,11 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
     """Return the ADAMS function STEP: h0 + (h1 - h0) D^2 (3 - 2 D) with D = (x - x0) / (x1 - x0) clipped to [0, 1]."""
     fraction = saturate(ramp((x - x0) / (x1 - x0)))
     return h0 + (h1 - h0) * fraction * fraction * (3.0 - 2.0 * fraction)
+
+
+def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:
+    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta) [1], which falls from static at rest to dynamic friction."""
+    return dynamic + (static - dynamic) * np.exp(-((abs(speed) / v_stribeck) ** exponent))
 
 
 @runtime_checkable

@@ -45,7 +45,7 @@ def restitution(chi: float) -> float:
 def chi_exact(e: float) -> float:
     """Compute the factor chi that delivers 0 < e <= 1, the inverse of ``restitution``: 1.5 (1 - e) as e -> 1, 1/e as e -> 0."""
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
-    return _root(lambda chi: restitution(chi) - e, 1.001 / e)  # chi e < 1
+    return _root(lambda chi: restitution(chi) - e, 1.001 / e)  # as chi e < 1, the restitution of 1.001/e is below e
 
 
 def restitution_linear(damping_ratio: float) -> float:

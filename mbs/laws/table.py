@@ -14,6 +14,7 @@ import numpy as np
 
 from ..geometry import Array
 from ..process import has_compiler
+from .pieces import stribeck_level
 
 if has_compiler():
     from llvmlite import ir
@@ -61,7 +62,8 @@ FrictionKind = IntEnum(
 LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
 """Columns of integers of a law: kind, address of its function, and of a second one, the bristle after a time at constant speed.
 
-Tables of the spectral solver use them also for the functions of both components of a force, or of travel and speed of a drive."""
+In the compiled solver laws also have the functions of a force's two components, which need no kind, or a drive's motion, of a
+`MotionKind`: travel and speed."""
 CODES = len(LawColumn)
 """Number of columns of integers of a law: its kind and two addresses."""
 NUMBERS = 8
@@ -102,16 +104,11 @@ def normal_force(tables: Laws, law: int, depth: float, rate: float, onset_speed:
     return call(tables.laws[law, LawColumn.FIRST_ADDRESS], (depth, rate, onset_speed))
 
 
-def stribeck(speed: float, p: Array) -> float:
-    """Return mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); the first four numbers p are mu_s, mu_d, v_str, delta."""
-    return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
-
-
 def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     """Return dz/dt of a bristle [m/s]; zero for a law without a bristle."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.LUGRE:  # p[4]: bristle stiffness s0, over the normal force [1/m]
-        return speed - p[4] * abs(speed) * bristle / stribeck(speed, p)
+        return speed - p[4] * abs(speed) * bristle / stribeck_level(speed, p[0], p[1], p[2], p[3])
     if kind == FrictionKind.BRISTLE_CALLED:
         step = 1e-9  # of a forward difference of the time [s], short compared with any motion
         return (call(tables.laws[law, LawColumn.SECOND_ADDRESS], (bristle, speed, step)) - bristle) / step
@@ -122,7 +119,7 @@ def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: fl
     """Return the bristle [m] after a time [s] at constant speed [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == FrictionKind.LUGRE:
-        steady = stribeck(speed, p) / p[4]  # deflection in steady sliding [m]
+        steady = stribeck_level(speed, p[0], p[1], p[2], p[3]) / p[4]  # deflection in steady sliding [m]
         return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
     if kind == FrictionKind.BRISTLE_CALLED:
         return call(tables.laws[law, LawColumn.SECOND_ADDRESS], (bristle, speed, time))
@@ -144,7 +141,7 @@ def friction(tables: Laws, law: int, speed: float, bristle: float) -> float:
     if kind == FrictionKind.THRELFALL:  # p: mu_d, v0
         return -p[0] * np.sign(speed) * np.expm1(-3.0 * abs(speed) / p[1])
     if kind == FrictionKind.STRIBECK:  # p: mu_s, mu_d, v_str, delta, v_reg, beta
-        return stribeck(speed, p) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
+        return stribeck_level(speed, p[0], p[1], p[2], p[3]) * min(max(speed / p[4], -1.0), 1.0) + p[5] * speed
     if kind == FrictionKind.LUGRE:  # p: mu_s, mu_d, v_str, delta, s0, s1, beta
         return p[4] * bristle + p[5] * bristle_rate(tables, law, bristle, speed) + p[6] * speed
     if kind == FrictionKind.COEFFICIENT_CALLED:

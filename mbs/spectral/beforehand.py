@@ -10,10 +10,7 @@ from ..solvers import Spectral
 
 
 def compile_all() -> float:
-    """Compile what is not on disk yet, by short runs of both integrators; return the time spent on it [s].
-
-    Raises ModuleNotFoundError without a compiler.
-    """
+    """Compile what is not on disk yet, by short runs of both integrators; return the time spent on it [s]."""
     if not has_compiler():
         raise ModuleNotFoundError("Numba is not installed, or is switched off by NUMBA_DISABLE_JIT: pip install 'buckler[fast]'")
     from ..laws.contact import compile_kernel  # these load the compiler

@@ -25,6 +25,8 @@ from ..laws.contact import LawTable
 from ..mechanism import Mechanism
 from .tables import FORCE_NUMBERS, LAW_STATE, ForceKind, MarkerKind, MeasureKind, MotionKind, PushData
 
+NO_LAW = -1
+"""Index of the law of a force that has none: its numbers tell its value."""
 Pair = tuple[float, float]
 """Coordinates (x, y) [m], or components of a direction."""
 
@@ -50,7 +52,6 @@ class MarkerRow(NamedTuple):
     """Marker, with the columns of `tables.Markers`; `add_marker` explains them by kind."""
 
     kind: int
-    offset: int  # first dof of a frame, or dof of a law's state; else 0
     size: int  # number of modes or of basis functions
     first: int  # index of its first dof in `Builder.dofs`
     dof_count: int
@@ -155,29 +156,29 @@ class Builder(LawTable):
         group = len(self.elastic)  # any number that no other group has
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
 
-    def add_marker(self, kind: int, offset: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
+    def add_marker(self, kind: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find an equal one; return its index.
 
-        `offset` is the first dof of a FRAME, or the dof of a law's state; else it is 0. `size` is the number of modes or basis
-        functions. Numbers by kind: FRAME, point in the frame, added angle, modes (size, 3); LINEAR, factors of the coordinates
-        in x, y and angle (3, size); CURVE, basis and its derivative (2, size); GROUND, x, y, angle. The kernel computes cosine
+        `size` is the number of modes or basis functions. Dofs and numbers by kind: FRAME, x, y, angle of the frame and modes;
+        point in the frame, added angle, modes (size, 3). LINEAR, coordinates of x, of y, of the angle; their factors (3, size).
+        CURVE, coordinates of x, of y; basis and its derivative (2, size). GROUND, none; x, y, angle. The kernel computes cosine
         and sine of a frame once, for its first marker; others have this one as `twin`.
         """
-        key = (kind, offset, size, tuple(dofs), tuple(np.ravel(numbers).tolist()))
+        key = (kind, size, tuple(dofs), tuple(np.ravel(numbers).tolist()))
         if key in self._marker_rows:
             return self._marker_rows[key]
         index, twin = len(self.markers), -1
         if kind == MarkerKind.FRAME:
-            twin = self._frames.get(offset, -1)
-            self._frames.setdefault(offset, index)
-        self.markers.append(MarkerRow(kind, offset, size, len(self.dofs), len(dofs), self.add_numbers(numbers), twin))
+            twin = self._frames.get(dofs[0], -1)
+            self._frames.setdefault(dofs[0], index)
+        self.markers.append(MarkerRow(kind, size, len(self.dofs), len(dofs), self.add_numbers(numbers), twin))
         self.dofs += [int(p) for p in dofs]
         self._marker_rows[key] = index
         return index
 
     def add_ground(self, place: Pair = (0.0, 0.0)) -> int:
         """Add a marker fixed at a position [m], by default the origin; return its index."""
-        return self.add_marker(MarkerKind.GROUND, 0, 0, (), (*place, 0.0))
+        return self.add_marker(MarkerKind.GROUND, 0, (), (*place, 0.0))
 
     def add_point(self, x: float, y: float, mass: float) -> int:
         """Add a point mass [kg] with coordinates of its own at (x, y) [m]; return its marker."""
@@ -185,7 +186,7 @@ class Builder(LawTable):
         dofs = (x_dof, x_dof + 1)
         self.add_mass(dofs, mass * np.eye(2))
         self.add_weight(dofs, mass * np.array(self.mechanism.gravity))
-        return self.add_marker(MarkerKind.LINEAR, 0, 1, (*dofs, x_dof), [1.0, 1.0, 0.0])  # factor 0: the angle is 0
+        return self.add_marker(MarkerKind.LINEAR, 1, (*dofs, x_dof), [1.0, 1.0, 0.0])  # factor 0: the angle is 0
 
     def marker(self, link: str, point: str) -> int:
         """Return the marker of a point of a link, or of its position on the ground; '' is the link's start, or the origin.
@@ -202,7 +203,7 @@ class Builder(LawTable):
         if row.kind == MarkerKind.GROUND:
             return self.data[row.data + 2]
         if row.kind == MarkerKind.FRAME:
-            return self.q[row.offset + 2] + self.data[row.data + 2]
+            return self.q[self.dofs[row.first + 2]] + self.data[row.data + 2]
 
         def combine(component: int, factors: int) -> float:
             """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the numbers of `data` from `factors` on."""
@@ -232,7 +233,7 @@ class Builder(LawTable):
         used = [i for i, value in enumerate(values) if abs(value) > 1e-15]  # basis functions that are not zero, up to rounding
         x, y = ([self.dofs[row.first + component * row.size + i] for i in used] for component in (0, 1))
         value, zeros = [values[i] for i in used], [0.0] * len(used)
-        return self.add_marker(MarkerKind.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
+        return self.add_marker(MarkerKind.LINEAR, len(used), [*x, *y, *x], [*value, *value, *zeros])  # the angle is always 0
 
     def add_row(self, name: str, measures: Sequence[int], motion: int = -1, value: float | None = None) -> None:
         """Constrain the sum of the last added `measures`, each times its factor, to a value plus a motion, the index of a law."""
@@ -269,13 +270,13 @@ class Builder(LawTable):
             self.state_rates[i] = state
             self.units[i] = max(1.0, abs(state))  # until the state grows, see `radau.update_units`; 1: it may begin at 0
             self.elastic.append((i, LAW_STATE, group, -1, -1, -1, -1))  # LAW_STATE marks a rate that is a state; no chord
-        states = [self.add_marker(MarkerKind.LINEAR, i, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
+        states = [self.add_marker(MarkerKind.LINEAR, 1, (i,) * 3, (0.0, 0.0, 1.0)) for i in dofs]  # angle: the coordinate
         components = load.signature.size  # 2 of a force, 1 of a torque
         numbers = (column, components, len(initial), offset)
         self.add_force(name, ForceKind.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
-        self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
+        self, name: str, kind: int, a: int, b: int = -1, *, law: int = NO_LAW, friction: int = NO_LAW, row: int = -1,
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; return its index. Arguments are the fields of `ForceRow`, and `numbers` as its kind has them."""

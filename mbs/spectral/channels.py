@@ -28,7 +28,7 @@ from .markers import place_markers
 from .output import Output
 from .recording import compute_acceleration, record_of
 from .scene import CompiledScene
-from .tables import Instant, Memory, Report, State
+from .tables import STEP_START, Instant, Report, State
 
 Source = IntEnum("Source", "REPORT DEPTH MARKER ACCELERATION MULTIPLIER", start=0)
 """Sources of a column: report of a force, depth of a contact, state of a marker, its acceleration, multiplier of a constraint."""
@@ -46,7 +46,7 @@ def evaluate(tables, work, out, columns, factors, values):
             is_needed[index] = True
     for i in range(out.time.size):
         # time since the step began, over which bristles deflect; all forces have the same
-        since = out.time[i] - out.memory[i, 0, Memory.STEP_START] if forces > 0 else 0.0
+        since = out.time[i] - out.memory[i, 0, STEP_START] if forces > 0 else 0.0
         now = Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i])
         place_markers(tables, work, now.q, now.v)
         for k in range(forces):
@@ -169,18 +169,11 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
     model = body.model  # of a modal link; None for a rigid one
-    length = scene.mechanism.length(name) if model is None else model.length
-    shape = None  # x, y and angle of each mode at the point, (modes, 3); None for zeros
+    place, shape = body.link_centre, None  # shape: x, y and angle of each mode there, (modes, 3); None for zeros
     if station:
-        arm = np.array((length / 2, 0.0))  # from the link's start to the point, in its axes [m]
-        if model is not None:
-            shape = model.shapes[STATIONS.index("middle")].T.copy()
-    elif model is None:
-        _mass, _inertia, centre = scene.mechanism.link(name).body.mass_properties(length)
-        arm = np.array(centre)
-    else:
-        arm = model.centre
-    marker = body.marker_at(scene.builder, body.start + rotate(np.array(body.angle), arm), shape)
+        place = body.start + rotate(np.array(body.angle), np.array((scene.mechanism.length(name) / 2, 0.0)))
+        shape = None if model is None else model.shapes[STATIONS.index("middle")].T.copy()
+    marker = body.marker_at(scene.builder, place, shape)
     scene.refresh()
     if quantity in POINT:
         return Column(Source.MARKER, marker, POINT[quantity])

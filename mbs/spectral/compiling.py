@@ -93,8 +93,8 @@ def list_compiled_files() -> list[Path]:
     """List all files whose functions are compiled, and those that define their constants."""
     here = Path(__file__).parent
     own = [path for path in here.glob("*.py") if "from .compiling import" in path.read_text(encoding="utf-8")]
-    constants = [here / "tables.py", here / "output.py", here / "elimination.py"]
-    return [Path(__file__), *constants, *own, here.parent / "laws" / "table.py"]
+    laws = [here.parent / "laws" / name for name in ("table.py", "pieces.py")]
+    return [Path(__file__), *(here / name for name in ("tables.py", "output.py", "elimination.py")), *own, *laws]
 
 
 @cache

@@ -1,10 +1,8 @@
 """Compiled functions that Python calls, besides the integrators: equations of motion at a state, states of markers.
 
 The equations are M(q) a = f(q, v, lambda, t) - G^T lambda and g(q, t) = 0 with G = dg/dq, for n coordinates q and r multipliers
-lambda; the friction of guides makes f depend on lambda. Differentiated in time, g = 0 gives G v = speed and G a = change.
-Matrices are stored as their slots, the entries that can be nonzero, and one more entry, which is never read. `jacobian` stores G
-in the order of the list `tables.block_unknowns`, which has the coordinates of each constraint and then its multiplier, whose
-entry is not used.
+lambda. Differentiated in time, g = 0 gives G v = speed and G a = change. Matrices are stored as their slots, the entries that can
+be nonzero, and one more entry, which is never read. `kernel` tells how `jacobian` stores G.
 """
 
 import numpy as np
@@ -44,15 +42,13 @@ def assemble(tables, work, now, matrices, force, sides):
     it. Rows of `matrices` (4, slots + 1) are -df/dlambda, C = -df/dv, K = -df/dq + d(G^T lambda)/dq, G with G^T; `matrices`
     with one row only gets G with G^T.
     """
-    has_tangents, jacobian = matrices.shape[0] > 1, np.zeros(tables.block_unknowns.size)
+    jacobian = np.zeros(tables.block_unknowns.size)
     kernel.compute_forces(tables, work, now, force)
-    if has_tangents:
+    if matrices.shape[0] > 1:
         cross, damping, stiffness = matrices[0], matrices[1], matrices[2]
         kernel.compute_tangents(tables, work, now, cross, damping, stiffness)
     kernel.compute_rows(tables, work, now.time, sides[0], jacobian, sides[1])
     kernel.compute_changes(tables, work, now.time, JUST_AFTER, sides[2])
-    if has_tangents:
-        kernel.add_multiplier_stiffness(tables, work, now.q, now.lam, matrices[2])
     kernel.write_rows(tables, jacobian, matrices[-1])
 
 

@@ -18,7 +18,7 @@ from .tables import ForceKind, Forces, Instant, Memory, Report
 def compute_start(model, t):
     """Compute forces, their reports and the constraints at the start of a step, the present state at time t."""
     tables, work, state = model.tables, model.work, model.state
-    work.kept_gradients[:] = 0.0  # B0 of `strips`: without it the forces are those of `state.stress` alone
+    work.kept_gradients[:] = 0.0  # B0 of `strips`, so that their forces are those of the stresses alone, without residual
     copy(state.stress, work.stress)
     since = 0.0  # time since the start of the step
     compute_forces(tables, work, Instant(t, since, state.q, state.v, state.lam, state.memory), state.force)
@@ -28,14 +28,11 @@ def compute_start(model, t):
 
 @kernel_function
 def _compute_accelerations(model, t):
-    """Solve M a + G^T lambda = f, G a = change just after time t; the state's a and lambda may jump there.
-
-    Friction by the reaction of a constraint takes lambda from before the jump.
-    """
+    """Solve M a + G^T lambda = f, G a = change just after time t. Friction takes lambda from before a jump at t."""
     tables, orders, state = model.tables, model.orders, model.state
     n = state.q.size
     compute_start(model, t)
-    compute_changes(tables, model.work, t, JUST_AFTER, state.change)  # forces do not depend on accelerations of drives
+    compute_changes(tables, model.work, t, JUST_AFTER, state.change)  # where the acceleration of a drive jumps: that after t
     copy(state.force, state.right_side[:n])
     copy(state.change, state.right_side[n:])
     factor_saddle(tables, orders, model.work, state, state.q, state.start_jacobian)
@@ -51,7 +48,7 @@ def update_memories(tables, work, state, controls, counts):
     for k in range(tables.forces.shape[0]):
         kind, m = tables.forces[k, Forces.KIND], state.memory[k]
         copy(m, state.start_memory[k])  # m becomes the memory after the step
-        # 0.8, chosen: the largest force of recent steps, as after five steps a third of it is left
+        # of recent steps, for the error control: with 0.8, chosen, a third of a force counts after five steps
         state.largest_force[k] = max(0.8 * state.largest_force[k], abs(work.reports[k, Report.VALUE]))
         if is_contact(tables, k):
             has_closed, has_opened = update_onset(tables, state.start_reports, work.reports, k, m, controls)
@@ -67,10 +64,10 @@ def update_memories(tables, work, state, controls, counts):
 def restart_past_event(model, clock, controls, out, counts):
     """Restart past an event, where accelerations and multipliers jump.
 
-    A step ends just before a face or edge. The coordinates are moved just beyond it at constant rates, by so little that neither
-    constraints nor rates are corrected: at most 1.1 times `closing_gap`.
+    A step ends just before a face or edge. The coordinates are moved just beyond it at constant rates: the depth of the contact
+    changes by at most 1.1 `closing_gap`. This is so little that neither constraints nor rates are corrected.
     """
-    state = model.state
+    state = model.state  # its start_reports are those of the present state, at which the last step has ended
     h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)
     h = min(h, 0.1 * clock.previous, 0.1 * (controls.end - clock.time))  # 0.1: chosen
     for i in range(state.q.size):

@@ -2,7 +2,7 @@
 
 Constraints are solved for accelerations; after a step in which they drift, positions and velocities are projected onto them.
 The saddle-point matrix [M G^T; G 0] is factored again only where it changes. If no constraint acts on modal links, M at zero
-deformation is factored, and `couple_modes` adds the rest. Source: docs/theory-spectral.md.
+deformation is factored, and `couple_modes` corrects the accelerations. Source: docs/theory-spectral.md.
 
 The state y of a step is (q, v, bristles): n coordinates, their n rates, a deflection for each force. Single numbers that
 compiled functions change are arrays of one element, such as `state.largest_rate[0]`. For `clock`, `controls`, `counts`, and the
@@ -19,7 +19,7 @@ from .fronts import factor, solve
 from .kernel import compute_changes, compute_forces, compute_rows, couple_modes, fill_saddle, multiply_row, write_rows
 from .lawtable import JUST_AFTER, bristle_rate
 from .output import LARGEST_RATIO, SMALLEST_RATIO, STEP_END_REACH, Ended
-from .tables import ForceKind, Forces, Instant, Memory, Report
+from .tables import STEP_START, ForceKind, Forces, Instant, Memory, Report
 
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
 """Nodes of the seven stages (Dormand and Prince 1980, doi 10.1016/0771-050X(80)90013-3)."""
@@ -63,10 +63,10 @@ def compute_rates(model, t, y, out):
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
-    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # -1: bristles are states of this integrator
+    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # `since` is -1: bristles are states of this integrator
     compute_forces(tables, work, now, state.right_side[:n])
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
-    compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change
+    compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change; of a kink after it
     copy(state.change, state.right_side[n:])
     if _has_changed(tables, state):
         if has_free_modes:
@@ -85,7 +85,7 @@ def compute_rates(model, t, y, out):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
         is_closed_pin = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # LENGTH is its depth
-        if law >= 0 and (kind == ForceKind.FRICTION or is_closed_pin):  # the bristle at a face moves while it is open, too
+        if law >= 0 and (kind == ForceKind.FRICTION or is_closed_pin):  # the bristle at a face moves also while the face is open
             out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
 
@@ -107,10 +107,7 @@ def fill_accelerations(model, out):
 
 @inline
 def _violates_constraints(tables, state, allowed):
-    """Return True if a constraint is violated by more than `allowed` times the smallest unit of a coordinate.
-
-    Violations of velocities are divided by the largest rate so far.
-    """
+    """Return True if a constraint, or its rate over the largest rate so far, is off by over `allowed` times the least unit."""
     n, worst = state.force.size, 0.0
     for k in range(state.lam.size):
         rate_defect = multiply_row(tables, k, state.jacobian, state.y_new[n : 2 * n]) - state.speed[k]
@@ -161,12 +158,9 @@ def _compute_stages(model, t, h, end):
 
 @inline
 def _estimate_error(state, h, tolerance):
-    """Return the embedded error over the tolerance: coordinates in their units, rates in units times the largest rate so far.
-
-    The deflections of bristles do not count.
-    """
+    """Return the embedded error over the tolerance: coordinates in their units, rates in units times the largest rate so far."""
     n, worst = state.force.size, 0.0
-    for i in range(2 * n):
+    for i in range(2 * n):  # the deflections of bristles do not count
         e = 0.0
         for j in range(7):
             e += ERROR_WEIGHTS[j] * state.stage_rates[j, i]
@@ -277,7 +271,7 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row; its bristles are those at t, so STEP_START is t, and SLIDING is not used."""
+    """Write the state at time t as a row. Its bristles are those at t: they move on over no time, so SLIDING has no effect."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t
@@ -287,4 +281,4 @@ def _write(state, out, counts, t):
     for k in range(state.memory.shape[0]):
         m = out.memory[i, k]
         m[Memory.ONSET], m[Memory.BRISTLE] = state.memory[k, Memory.ONSET], state.y[2 * n + k]
-        m[Memory.SLIDING], m[Memory.STEP_START] = 0.0, t
+        m[Memory.SLIDING], m[STEP_START] = 0.0, t

@@ -20,9 +20,8 @@ class FrameBody:
     offset: int  # first coordinate
     centre: Array  # place of the frame at t = 0 [m], (2,)
     angle: float  # theta at t = 0, the direction of the link [rad]
-    mass: float  # [kg]
-    inertia: float  # about the centre of mass [kg m^2]
     start: Array  # place of the link's start at t = 0 [m], (2,)
+    link_centre: Array  # centre of mass of the link without attached masses at t = 0 [m], (2,)
     modes: int = 0  # number of modes
     shapes: dict[str, Array] = field(default_factory=dict)  # mode shapes at the ends, the only points of a modal link
     model: PlanarModel | None = None  # of a link with modes
@@ -39,7 +38,7 @@ class FrameBody:
         local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if from_zero else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         dofs = range(self.offset, self.offset + 3 + self.modes)
-        return builder.add_marker(MarkerKind.FRAME, self.offset, self.modes, dofs, [*local, *modes.ravel()])
+        return builder.add_marker(MarkerKind.FRAME, self.modes, dofs, [*local, *modes.ravel()])
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Return the rates of all coordinates (n, 3) for unit rates of x and y of the link's start and of theta."""
@@ -64,18 +63,18 @@ def add_separate_mass(builder: Builder, marker: int, each: Attached, link: str) 
         builder.pin(name, builder.add_point(x, y, each.mass), marker)
     if each.inertia:
         builder.separate_masses.append(SeparateMass(len(builder.q), link, each.point, is_rotor=True))
-        o = builder.add_coordinates((0.0,))
-        builder.angles.add(o)
-        builder.add_mass((o,), np.array([[each.inertia]]))
-        factors = [0.0, 0.0, 1.0]  # of q[o] in the marker's x, y and angle: only the angle moves
-        rotor = builder.add_marker(MarkerKind.LINEAR, offset=0, size=1, dofs=(o, o, o), numbers=factors)
+        turn = builder.add_coordinates((0.0,))
+        builder.angles.add(turn)
+        builder.add_mass((turn,), np.array([[each.inertia]]))
+        factors = (0.0, 0.0, 1.0)  # of this one coordinate in the marker's x, y and angle
+        rotor = builder.add_marker(MarkerKind.LINEAR, 1, (turn,) * 3, factors)
         builder.add_row(name, [builder.add_measure(MeasureKind.ANGLE, rotor, marker)])
 
 
 def add_rigid(builder: Builder, link: Link) -> FrameBody:
     """Add a `Rigid` link, merged with the masses attached to it."""
     start, length, angle = line_of(builder, link)
-    bar_mass, bar_inertia, arm = link.body.mass_properties(length)
+    bar_mass, bar_inertia, arm = link.body.mass_properties(length)  # arm (2,): from start to centre of mass, along the link
     bar_centre = start + rotate(np.array(angle), arm)
     attached, points = builder.attached.get(link.name, ()), builder.mechanism.points
     parts = [(bar_mass, bar_centre, bar_inertia), *((each.mass, np.array(points[each.point]), each.inertia) for each in attached)]
@@ -86,7 +85,7 @@ def add_rigid(builder: Builder, link: Link) -> FrameBody:
     builder.angles.add(o + 2)
     builder.add_mass((o, o + 1, o + 2), np.diag([mass, mass, inertia]))
     builder.add_weight((o, o + 1), mass * np.array(builder.mechanism.gravity))
-    return FrameBody(o, centre, angle, mass, inertia, start)
+    return FrameBody(o, centre, angle, start, bar_centre)
 
 
 def add_modal(builder: Builder, link: Link) -> FrameBody:
@@ -103,12 +102,12 @@ def add_modal(builder: Builder, link: Link) -> FrameBody:
     builder.add_weight((o, o + 1), model.mass * np.array(builder.mechanism.gravity))
     if m:
         damping_rates = 2 * model.damping * model.frequency  # 2 zeta omega [1/s], (m,)
-        # X.phi_i, phi_i.phi_j and phi_i x phi_j integrated over the mass, see `kernel`; stiffness and damping of each mode
+        # integrals of X.phi_i, phi_i.phi_j and phi_i x phi_j in `kernel`; stiffness and damping of each mode
         at = builder.add_numbers(model.radial, model.gram, model.gyration, model.stiffness, damping_rates)
         builder.modal.append((o, m, at))
-        builder.group_deformations(range(o + 3, o + 3 + m))  # the error control gives them one unit
+        builder.group_deformations(range(o + 3, o + 3 + m))  # scaled by the largest of them in the error control
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
-    body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
+    body = FrameBody(o, centre, angle, start, centre, m, shapes, model)
     for each in builder.attached.get(link.name, ()):
         add_separate_mass(builder, body.marker(builder, each.point), each, link.name)
     return body

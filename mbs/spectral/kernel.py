@@ -189,11 +189,12 @@ def compute_forces(tables, work, now, f):
 
 @kernel_function
 def compute_tangents(tables, work, now, saddle, damp, stiff):
-    """Compute stiff = -df/dq and damp = -df/dv of the last `compute_forces`; add -df/dlambda to `saddle`, [M G^T; G 0]."""
+    """Compute K and C (stiff, damp) of the last `compute_forces`; add -df/dlambda to `saddle`, [M G^T; G 0]."""
     stiff[:], damp[:] = 0.0, 0.0
     add_strips_tangents(tables, work, now.v, damp, stiff)
     add_modal_tangents(tables, work, now.q, now.v, damp, stiff)
     add_forces_tangents(tables, work, now, saddle, damp, stiff)
+    _add_multiplier_stiffness(tables, work, now.q, now.lam, stiff)
 
 
 @inline
@@ -259,7 +260,7 @@ def write_rows(tables, jacobian, saddle):
 
 
 @kernel_function
-def add_multiplier_stiffness(tables, work, q, lam, stiff):
+def _add_multiplier_stiffness(tables, work, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers must be placed; work.jacobian has their derivatives, not G."""
     grad, hess = work.grad, work.hess  # (6,), (6, 6): of a measure by (x, y, angle) of markers a and b
     for r in range(tables.rows.shape[0]):

@@ -1,7 +1,7 @@
 """Laws compiled for the solver: those of `buckler.mbs.laws.table`, motions of drives, and forces along a measure.
 
 Arguments are the index `law` of a law, the index k of a force, and the memory `mem` of a force (4,). The meaning of the
-numbers `p` of a force (8,) depends on its kind. `now` is an `Instant`, `onset` the speed of a contact at its onset [m/s].
+numbers `p` of a force (7,) depends on its kind. `now` is an `Instant`, `onset` the speed of a contact at its onset [m/s].
 Functions of time are taken at `tables.time_factor[0]` times the time: so studies vary the speed.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from ..laws import table
 from ..laws.table import FrictionKind, LawColumn, call
 from .compiling import compile_law, kernel_function
-from .tables import ForceKind, Forces, Memory, MotionKind
+from .tables import FORCE_NUMBERS, ForceKind, Forces, Memory, MotionKind
 
 LawData = IntEnum("LawData", "IS_SPRING OFFSET", start=0)
 """Numbers of a LAW: 1 for the law of a spring, a function of its argument and rate, 0 for one that depends on time, too; value of
@@ -134,7 +134,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
     """
     t, mem = tables.time_factor[0] * now.time, now.memory[k]
     kind, number, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS], tables.forces[k, Forces.LAW]
-    p = tables.data[number : number + 8]
+    p = tables.data[number : number + FORCE_NUMBERS]
     if kind == ForceKind.SPRING:
         stiffness, damping, free = p[0], p[1], p[2]
         return -stiffness * (value - free) - damping * rate
@@ -144,7 +144,7 @@ def evaluate_along(tables, k, now, value, rate, reaction):
         if depth <= 0.0:
             return 0.0
         return -side * normal_force(tables, law, depth, side * rate, mem[Memory.ONSET])
-    if kind == ForceKind.FRICTION_FORCE:
+    if kind == ForceKind.GUIDE_FRICTION:
         return -friction_force(rate, p)
     if kind == ForceKind.FRICTION:
         return -evaluate_friction(tables, tables.forces[k, Forces.FRICTION], rate, mem, now.since)[0] * abs(reaction)
@@ -164,7 +164,7 @@ def differentiate_along(tables, k, now, value, rate, reaction):
     """Return the derivatives of force k by its measure and rate: exact if linear or given in time, else by differences."""
     mem = now.memory[k]
     kind, number = tables.forces[k, Forces.KIND], tables.forces[k, Forces.NUMBERS]
-    p = tables.data[number : number + 8]
+    p = tables.data[number : number + FORCE_NUMBERS]
     if kind == ForceKind.SPRING:
         stiffness, damping = p[0], p[1]
         return -stiffness, -damping

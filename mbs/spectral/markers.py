@@ -1,9 +1,9 @@
 """Markers (points with an angle) and measures (lengths and angles between two markers), compiled, with two derivatives.
 
-work.jacobian (3, dofs) has J, the derivatives of x, y and angle of all markers by their coordinates, one marker after the other
-as in `Tables.dofs`. Those of one marker begin in column `first`. work.jacobian_rate has J' = dJ/dt. `allocate_work` wrote their
-constant entries. A bias is a second time derivative at zero second rates of the coordinates. The columns AX, AY, SPIN_BIAS of a
-marker's state are the biases of x, y and angle.
+work.jacobian has J, the derivatives of x, y and angle of all markers by their coordinates, with a column for each entry of
+`Tables.dofs`: one marker after the other. Those of one marker begin in column `first`. work.jacobian_rate has J' = dJ/dt.
+`allocate_work` wrote their constant entries. A bias is a second time derivative at zero second rates of the coordinates. The
+columns AX, AY, SPIN_BIAS of a marker's state are the biases of x, y and angle.
 
 Where markers are placed, m is a marker, p its state, d the index of its first number in tables.data. There j and dj are J and J',
 c and sn cosine and sine. `tables` defines the kinds of markers and measures, and the blocks of which matrices are sums.
@@ -22,8 +22,8 @@ def _place_frame(tables, work, m, q, v):
     (lx, ly) is the point in the frame, (rx, ry) its rate there, `turn` the rate of its angle in the frame; (px, py, pa) a mode
     shape phi_k. Along global axes (ax, ay) is r - R, (ux, uy) the velocity of the point relative to the frame.
     """
-    o, size, first = tables.markers[m, Markers.OFFSET], tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST]
-    d = tables.markers[m, Markers.DATA]
+    size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
+    o = tables.dofs[first]  # x of the frame; its y, its angle theta and the modes follow
     lx, ly, angle = tables.data[d], tables.data[d + 1], q[o + 2] + tables.data[d + 2]
     rx = ry = turn = 0.0
     for k in range(size):  # x, y, angle of each mode follow
@@ -119,13 +119,13 @@ def add_geometric(tables, work, m, q, push, out, start):
     kind, first, size = tables.markers[m, Markers.KIND], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.SIZE]
     d = tables.markers[m, Markers.DATA]
     if kind == MarkerKind.FRAME:
-        t = start + 2
-        out[t, t] += -fx * work.jacobian[1, first + 2] + fy * work.jacobian[0, first + 2]
+        turn = start + 2  # row and column of the frame's angle: derivatives (dx, dy) of the point turn with it, by (-dy, dx)
+        out[turn, turn] += -fx * work.jacobian[1, first + 2] + fy * work.jacobian[0, first + 2]
         for k in range(size):
             i = first + 3 + k
             h = -fx * work.jacobian[1, i] + fy * work.jacobian[0, i]
-            out[t, t + 1 + k] += h
-            out[t + 1 + k, t] += h
+            out[turn, turn + 1 + k] += h
+            out[turn + 1 + k, turn] += h
     elif kind == MarkerKind.CURVE and torque != 0.0:  # only its angle is not linear in the coordinates
         tx, ty = 0.0, 0.0  # tangent
         for i in range(size):
@@ -174,10 +174,7 @@ def is_curved(tables, k):
 
 @kernel_function
 def compute_hessian(tables, work, k, grad, hess):
-    """Fill the Hessian (6, 6) of measure k by (x, y, angle) of markers a and b, from its gradient.
-
-    That of a distance is not finite where the points coincide.
-    """
+    """Fill the Hessian (6, 6) of measure k by (x, y, angle) of a, then b, from its gradient; not finite at a distance of 0."""
     kind, pa = tables.measures[k, Measures.KIND], work.state[tables.measures[k, Measures.A]]
     pb, dx, dy = work.state[tables.measures[k, Measures.B]], grad[0], grad[1]
     hess[:] = 0.0
@@ -212,9 +209,8 @@ def add_pair(tables, work, pair, matrix, factor, right, out):
     """Add factor J^T H R to `out`, the block of a force on two markers.
 
     `matrix` is H (6, 6), derivatives of the forces (x, y, torque) on a and b by (x, y, angle) of both, or by their rates. For a
-    stiffness or damping `factor` is -1. `right` is R (3, dofs): J, or J' where H has derivatives by rates and `out` by
-    coordinates, as d(J v)/dq = J'. `pair` is marker a, marker b, and the row and column of `out` at which the coordinates of a
-    begin. Those of b follow.
+    stiffness or damping `factor` is -1. `right` is R, J or J': forces by rates J v add H J' to the stiffness, as d(J v)/dq = J'.
+    `pair` is marker a, marker b, and the row and column of `out` at which the coordinates of a begin. Those of b follow.
     """
     a, b, start = pair
     both, starts = (a, b), (start, start + tables.markers[a, Markers.COUNT])
@@ -248,10 +244,7 @@ def clear_block(tables, work, block):
 
 @kernel_function
 def add_entries(tables, block, entries, values):
-    """Add the entries of a block to `values`, the nonzeros of the whole matrix, (slots + 1,).
-
-    Entries of the block that are always zero go to the last of `values`, which is never read.
-    """
+    """Add a block to the nonzeros of the whole matrix, (slots + 1,); entries that are always zero go to the last, never read."""
     width, slot = tables.blocks[block, BlockColumn.WIDTH], tables.blocks[block, BlockColumn.ENTRIES]
     for i in range(width):
         for j in range(width):

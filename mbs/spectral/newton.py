@@ -34,13 +34,12 @@ def renew_matrices(tables, orders, work, state, t, h, counts):
     since = NODES[MATRIX_NODE] * h
     copy(state.node_stress[MATRIX_NODE], work.stress)
     now = Instant(t + since, since, q, v, lam, state.memory)
-    work.strip_form[0] = RENEWED  # as MIXED, with stresses as unknowns, but keeps the gradients of strains for the matrices
+    work.strip_form[0] = RENEWED  # for these forces only: the gradients of strains at this state are kept for the matrices
     kernel.compute_forces(tables, work, now, state.force)
-    work.strip_form[0] = MIXED
+    work.strip_form[0] = MIXED  # the form of the whole run, with stresses as unknowns
     kernel.compute_rows(tables, work, t + since, state.violation, state.jacobian, state.speed)
     kernel.fill_saddle(tables, work, q, state.jacobian, state.saddle_mass)
     kernel.compute_tangents(tables, work, now, state.saddle_mass, state.damping, state.stiffness)
-    kernel.add_multiplier_stiffness(tables, work, q, lam, state.stiffness)
     kernel.add_inertia_stiffness(tables, work, q, state.node_a[MATRIX_NODE], state.stiffness)
     counts.jacobians += 1
     if not np.isfinite(state.stiffness.sum() + state.damping.sum() + state.saddle_mass.sum()):
@@ -76,10 +75,10 @@ def _compute_residuals(tables, work, state, t, h):
 
 @kernel_function
 def _apply_increment(tables, orders, work, state, h):
-    """Add one Newton increment to the unknowns at the nodes; return its largest change of a coordinate in two units.
+    """Add one Newton increment to the unknowns at the nodes; return the size of its change of the coordinates in two norms.
 
-    `size` is in units of the error control, `size_in_coordinate_units` in `state.unit`. Multipliers are scaled by
-    k = h/eigenvalue of A^-1, so that G stands in the matrices without a factor.
+    `size` is that of `measure_change`, with the error control's own units for strips and modes, `size_in_coordinate_units` the
+    largest component over `state.unit`. Multipliers are scaled by k = h/eigenvalue of A^-1: so G needs no factor.
 
     Residuals are sums over the eigenvectors of A^-1: `one` times the real one plus the real part of `two` times the complex one.
     With the columns T_1 and T_2 of T, its real and imaginary part, Re(two (T_1 + i T_2)) = Re(two) T_1 - Im(two) T_2.
@@ -126,6 +125,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
+    has_new_matrices = renew
     if renew and not renew_matrices(tables, orders, work, state, t, h, counts):
         return FAILED
     error_ratio = max(state.error_ratio[0], 0.1)  # 0.1: the last step's rate of convergence may not hold
@@ -144,9 +144,9 @@ def solve_nodes(model, t, h, allowed, renew, counts):
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             is_divergent = ratio > 2.0  # below 2 a third iteration is tried
             if size_in_coordinate_units > ROUNDING and (is_divergent or is_slow):
-                if renew or not renew_matrices(tables, orders, work, state, t, h, counts):
+                if has_new_matrices or not renew_matrices(tables, orders, work, state, t, h, counts):
                     return FAILED
-                renew, last_size, ratio, left, error_ratio = True, 0.0, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
+                has_new_matrices, last_size, ratio, left, error_ratio = True, 0.0, 0.0, MOST_ITERATIONS, UNKNOWN_ERROR_RATIO
                 continue
         if size_in_coordinate_units <= ROUNDING or error_ratio * size <= allowed:
             state.error_ratio[0] = error_ratio

@@ -85,12 +85,9 @@ def blank(kind: np.dtype[np.void]) -> Record:
 
 
 def allocate(shapes: Mapping[str, str], sizes: Mapping[str, int], values: Mapping[str, ArrayLike]) -> Iterator[Array]:
-    """Yield an array for each shape, with its `values` or zeros.
-
-    A shape lists numbers and names of sizes; behind a colon is the type, if it is not float.
-    """
+    """Yield an array for each shape, numbers and names of sizes, with its `values` or zeros."""
     for name, shape in shapes.items():
-        axes, _, kind = shape.partition(":")
+        axes, _, kind = shape.partition(":")  # the type, if it is not float
         array = np.zeros([sizes[axis] if axis in sizes else int(axis) for axis in axes.split()], kind or float)
         array[:] = values.get(name, 0)
         yield array
@@ -104,7 +101,7 @@ class Output(NamedTuple):
     v: Array  # rates, (times, n)
     a: Array  # second rates, (times, n)
     lam: Array  # multipliers, (times, r)
-    memory: Array  # (times, k, 4): columns ONSET, BRISTLE, SLIDING, STEP_START of `tables.Memory`
+    memory: Array  # (times, k, 4): columns ONSET, BRISTLE, SLIDING of `tables.Memory`, STEP_START
 
 
 RADAU_SHAPES = {

@@ -4,12 +4,11 @@
 """
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, cast
 
 import numpy as np
 
-from ..geometry import Array, rotate
+from ..geometry import Array
 from ..mechanism import Mechanism
 from ..modal.planar import ModalHistory, PlanarModel
 from ..record.lookup import corrected_trapezoidal
@@ -22,10 +21,7 @@ from .motion import Piece, SpectralStrip
 from .output import Output
 from .scene import CompiledScene
 from .strip_body import StripBody
-from .tables import ForceKind, Forces, Instant, Markers, Memory, Report, State, StatefulData
-
-UNREPORTED = (ForceKind.JOURNAL, ForceKind.FRICTION, ForceKind.STATEFUL)
-"""Kinds of forces whose signals are computed from bristles, onset speeds and states of laws; others need their `Report`."""
+from .tables import STEP_START, ForceKind, Forces, Instant, Markers, Report, State, StatefulData
 
 
 @inline
@@ -55,8 +51,7 @@ def follow(tables, work, out, wanted, traces, reports):
                 traces[k, 0, c, i], traces[k, 1, c, i] = work.state[m, State.X + c], work.state[m, State.VX + c]
                 traces[k, 2, c, i] = compute_acceleration(tables, work, m, c, out.a[i])
         if reports.shape[0] > 0:
-            step_start = out.memory[i, 0, Memory.STEP_START]  # instant of the bristles in the memory; each force has the same
-            since = out.time[i] - step_start
+            since = out.time[i] - out.memory[i, 0, STEP_START]  # time over which bristles deflect, the same for each force
             add_forces(tables, work, Instant(out.time[i], since, out.q[i], out.v[i], out.lam[i], out.memory[i]), unused_forces)
             copy(work.reports, reports[i])
 
@@ -65,28 +60,26 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
     """Convert the rows of a run to a record."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
-    rigid_links = {}  # by name: marker of the centre of mass, function from its trace to the link's motion
-    for link in mechanism.links:
-        body = builder.bodies[link.name]
-        if isinstance(body, FrameBody) and body.model is None:  # one with a model is modal
-            mass, inertia, (x, y) = link.body.mass_properties(mechanism.length(link.name))  # without attached masses
-            centre = body.start + rotate(np.array(body.angle), (x, y))
-            arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
-            marker = body.marker_at(builder, centre, from_zero=True)  # its angle is the turn since t = 0
-            rigid_links[link.name] = marker, partial(RigidMotion, mass, inertia, arms)
+    rigid_links = {  # by name: marker of the centre of mass, whose angle is the turn since t = 0
+        name: body.marker_at(builder, body.link_centre, from_zero=True)
+        for name, body in builder.bodies.items()
+        if isinstance(body, FrameBody) and body.model is None  # one with a model is modal
+    }
     scene.refresh()  # packs the markers just added into the tables
-    wanted = [*(marker for marker, _ in rigid_links.values()), *guides.values()]
+    wanted = [*rigid_links.values(), *guides.values()]
     kinds = scene.tables.forces[:, Forces.KIND]
-    reported_times = 0 if np.isin(kinds, UNREPORTED).all() else len(out.time)
-    reports = np.empty((reported_times, len(kinds), len(Report)))
+    has_stops = (kinds == ForceKind.CONTACT).any()  # signals of other forces follow from the motion and the memories
+    reports = np.empty((len(out.time) if has_stops else 0, len(kinds), len(Report)))
     traces = dict(zip(wanted, follow_markers(scene, out, wanted, reports), strict=True))
 
     links: dict[str, Any] = {}
     for link in mechanism.links:
         body = builder.bodies[link.name]
-        if link.name in rigid_links:
-            marker, make_motion = rigid_links[link.name]
-            links[link.name] = make_motion(*traces[marker])
+        if isinstance(body, FrameBody) and body.model is None:
+            mass, inertia, _ = link.body.mass_properties(mechanism.length(link.name))
+            # elements may ask for any point of the mechanism as a point of this link
+            arms = {name: np.subtract(place, body.link_centre) for name, place in mechanism.points.items()}
+            links[link.name] = RigidMotion(mass, inertia, arms, *traces[rigid_links[link.name]])
         elif isinstance(body, FrameBody):
             q, v, a = (each[:, body.offset : body.offset + 3 + body.modes] for each in (out.q, out.v, out.a))
             stations = {link.start: "start", link.end: "end"}
@@ -119,7 +112,7 @@ def _record_block(mechanism: Mechanism, point: str, trace: Array) -> BlockMotion
 
 
 def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
-    """Collect data of elements by name: reactions, forces of stops and loads, memories of joints with clearance."""
+    """Collect data of elements by name: reactions, forces of stops, states of loads, memories of friction and of clearances."""
     channels: dict[str, dict[str, Array]] = {}
     names, elements = np.array(scene.row_names), scene.source.elements
     for name in dict.fromkeys(scene.row_names):
@@ -135,10 +128,8 @@ def _channels(scene: CompiledScene, out: Output, reports: Array) -> dict[str, di
         elif kind == ForceKind.CONTACT:
             found["force"] = np.abs(reports[:, i, [Report.VALUE]])  # its sign is the side of the face
         elif kind == ForceKind.STATEFUL:
-            marker, numbers = scene.tables.forces[i, [Forces.B, Forces.NUMBERS]]  # marker B: of the first state's coordinate
-            first, count = scene.tables.markers[marker, Markers.OFFSET], int(scene.tables.data[numbers + StatefulData.STATES])
-            dofs = slice(first, first + count)
+            marker, data = scene.tables.forces[i, [Forces.B, Forces.NUMBERS]]  # marker B: of the first state's coordinate
+            first = scene.tables.dofs[scene.tables.markers[marker, Markers.FIRST]]
+            dofs = slice(first, first + int(scene.tables.data[data + StatefulData.STATES]))
             found["states"] = np.hstack([out.v[:, dofs], out.a[:, dofs]])  # a state is the rate of its coordinate
-        else:
-            found["value"] = reports[:, i, [Report.VALUE]]
     return channels

@@ -18,7 +18,7 @@ from ..laws import BristleLaw, FrictionLaw
 from ..laws.compiled import function_pointer
 from ..laws.contact import add_friction, add_normal
 from .basis import gauss
-from .builder import Builder, BuiltBody
+from .builder import NO_LAW, Builder, BuiltBody
 from .connect import connect, marker_at, resolve_in_axes
 from .frame_body import add_modal, add_rigid
 from .strip_body import StripBody, add_strip
@@ -47,7 +47,7 @@ def add_guide(builder: Builder, name: str, guide: Guide) -> None:
         return
     # a `GuideFriction`, which depends on the speed alone
     numbers = (friction.dynamic, friction.static_offset, friction.viscous, friction.regularisation, friction.stribeck)
-    builder.add_force(name, ForceKind.FRICTION_FORCE, along, numbers=numbers)
+    builder.add_force(name, ForceKind.GUIDE_FRICTION, along, numbers=numbers)
 
 
 def add_stop(builder: Builder, name: str, stop: Stop) -> None:
@@ -78,20 +78,19 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
 
 def add_force(builder: Builder, name: str, load: Force) -> None:
     """Add a force: constant, a function of time, or a law with states; its direction is fixed, or turns with a link."""
-    turns = load.turns_with(builder.mechanism)
+    followed = load.turns_with(builder.mechanism)  # reference to the point with whose angle the force turns, or None
     a = marker_at(builder, holder_reference(builder.mechanism, load.point))
     if load.states is not None:
-        builder.add_stateful(name, load, a, column=State.X, offset=0.0)  # its law gets x and y
+        builder.add_stateful(name, load, a, column=State.X, offset=0.0)  # its law gets this column and the next, y
         return
-    b = builder.add_ground() if turns is None else marker_at(builder, turns)
+    b = builder.add_ground() if followed is None else marker_at(builder, followed)
     line_of_action = [] if load.through is None else [1.0, *load.through]  # 1: there is a point through which it goes
-    law, components = -1, [0.0, 0.0]
+    law, x, y = NO_LAW, 0.0, 0.0
     if callable(load.value):
         law = _add_function(builder, load.value, ["t"], f"the function of {name}", components=2)
     else:
-        components = [float(x) for x in load.value]
-    numbers = [*components, 0.0 if turns is None else builder.angle_of(b), *line_of_action]
-    builder.add_force(name, ForceKind.POINT_FORCE, a, b, law=law, numbers=numbers)
+        x, y = load.value
+    builder.add_force(name, ForceKind.POINT_FORCE, a, b, law=law, numbers=[x, y, builder.angle_of(b), *line_of_action])
 
 
 def _add_function(builder: Builder, function: object, variables: Sequence[str], about: str, components: int = 1) -> int:
@@ -106,14 +105,15 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground()
     for i, piece in enumerate(strip.pieces):
-        # two points more than the polynomials need (docs/theory-stability.md), as in `SpectralStrip.quadrature`
+        # products of two polynomials need degree + 1 points; two more, chosen, as directions turn (docs/theory-stability.md)
         points, weights = gauss(piece.degree + 3)
         for x, w in zip(points, weights, strict=True):
             weight = float(w) * piece.half_length
             marker = strip.marker_at(builder, piece.start + (1.0 + float(x)) * piece.half_length, i)
             if any(load.force):
-                b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
-                builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=[*(weight * each for each in load.force), turn])
+                b = marker if load.turns else ground
+                numbers = [*(weight * each for each in load.force), builder.angle_of(b)]
+                builder.add_force(name, ForceKind.POINT_FORCE, marker, b, numbers=numbers)
             if load.moment:
                 measure = builder.add_measure(MeasureKind.ANGLE, marker, ground)
                 builder.add_force(name, ForceKind.PRESCRIBED, measure, numbers=(weight * load.moment,))
@@ -139,11 +139,11 @@ def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, whose voltage is constant or a function of time."""
     marker = marker_at(builder, angle_reference(builder.mechanism, load.link))
     measure = builder.add_measure(MeasureKind.ANGLE, marker, builder.add_ground())
-    law, voltage = -1, 0.0
+    law, voltage = NO_LAW, 0.0
     if callable(load.voltage):
         law = _add_function(builder, load.voltage, ["t"], f"the voltage of {name}")
     else:
-        voltage = float(load.voltage)
+        voltage = load.voltage
     # CREEP: speed of the rotor [rad/s] below which its friction falls linearly to zero
     numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
     builder.add_force(name, ForceKind.MOTOR, measure, law=law, numbers=numbers)

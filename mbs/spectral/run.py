@@ -57,7 +57,7 @@ class RunState(NamedTuple):
 def memory_at_end(out: Output) -> Array:
     """Return the memories of forces, (forces, 4), from which another run goes on."""
     memory = out.memory[-1].copy()
-    # a row has the start of its step in this column: the fastest onset is not known, and the last one takes its place
+    # `Output` has STEP_START in place of the fastest onset, for which the last onset stands here
     memory[:, Memory.FASTEST] = np.maximum(memory[:, Memory.ONSET], SLOWEST_ONSET)
     return memory
 
@@ -140,10 +140,11 @@ def integrate(
 
 def _find_step_ends(scene: CompiledScene, start: float, controls: output.Record, ends: Array | None) -> Array:
     """Find the step ends [s]: kinks of functions of time, the end, `ends`; unless steps are fixed, times between close kinks."""
-    factor, end = scene.tables.time_factor[0], controls.end  # functions of time are taken at factor * t: so their speed is varied
-    with use_memory(current_memory(scene.edge_memory)):  # edges of users' functions are searched once, not in every run
+    factor, end = scene.tables.time_factor[0], controls.end  # statics varies the speed of drives: functions get factor * t
+    # edges of users' functions are searched once, not in every run: in the memory of a surrounding call or, else, of the scene
+    with use_memory(current_memory(scene.edge_memory)):
         kinks = [t / factor for t in scene.source.kinks(end * factor) if start < t / factor < end]
-    if not controls.fixed:
+    if not controls.fixed:  # a finer run has more steps also between close kinks
         kinks = subdivide(kinks, controls.longest, default_longest=end / SECOND_LEVEL_STEPS)
     times = np.unique([*kinks, end])
     times = times[np.append(np.diff(times) > 1e-12 * end, True)]  # a step between closer ones would be rounding
@@ -169,7 +170,7 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
     if solver.method != "chosen":
         return solver.method == "explicit"
     kinds = scene.tables.forces[:, Forces.KIND]
-    stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.FRICTION, ForceKind.FRICTION_FORCE, ForceKind.STATEFUL)).any()
+    stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.FRICTION, ForceKind.GUIDE_FRICTION, ForceKind.STATEFUL)).any()
     has_clearance = bool((kinds == ForceKind.JOURNAL).any())
     return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 
@@ -187,8 +188,8 @@ def _set_controls(
     out.shortest = end * (1e-15 if runs_explicitly else 1e-12)  # rounding of a time, or some thousand roundings
     out.every, out.writes_within_steps = every, every == 1 and not out.fixed
     out.stops_at_all_onsets = not (runs_explicitly and gives_parts)
-    out.least_onset = SLOWEST_ONSET
-    # finer runs allow slower onsets, so that the difference of two runs shows the effect of `GRAZE`
+    out.least_onset = SLOWEST_ONSET  # [m/s]
+    # GRAZE: share of the fastest onset; finer runs allow slower onsets, so that the difference of two runs shows its effect
     out.least_onset_ratio = GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     share = NEWTON_SHARE * min(1.0, solver.tolerance / NEWTON_TOLERANCE) ** (1 / 4)
     # steps of equal length have no error control: Newton's method may leave 1e-12 of a coordinate's unit
@@ -221,10 +222,7 @@ def _translate_failure(counts: output.Record, t: float, solver: Spectral) -> Fai
 
 
 def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, Failure]:
-    """Return the rows before a user's function raised an exception, found by bisection, with status and message.
-
-    A ValueError with a strut means that its law was called outside of its range.
-    """
+    """Return the rows before a user's function raised an exception, found by bisection, with status and message."""
     error, low, high = RAISED[0], 0, len(out.time)
     while low < high:
         RAISED.clear()
@@ -233,7 +231,7 @@ def _cut_at_exception(scene: CompiledScene, out: Output) -> tuple[Output, Failur
         low, high = (low, middle) if RAISED else (middle + 1, high)
     part = Output(*(x[: max(1, low)] for x in out))
     t = part.time[-1]
-    if isinstance(error, ValueError) and any(link.body.massless for link in scene.mechanism.links):
+    if isinstance(error, ValueError) and any(link.body.massless for link in scene.mechanism.links):  # by the law of a strut
         return part, Failure(Status.STRUT_OUT_OF_RANGE, f"after t = {t:.6g} s the law of a strut: {error}")
     message = f"after t = {t:.6g} s a function of the mechanism raised {type(error).__name__}: {error}"
     return part, Failure(Status.FUNCTION_FAILED, message)

@@ -5,24 +5,24 @@ Multipliers follow the cubic through the step's start and nodes. Rows are close 
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
 step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
 
-`clock` and `controls` are those of `output`. A row has the forces' memories, from which forces are computed again: onset speeds,
-and bristles and sliding speeds at the start of a step.
+The module `output` defines the records `clock`, `controls`, `counts`. A row has the forces' memories, from which forces are
+computed again: onset speeds, and bristles and sliding speeds at the start of a step.
 """
 
 import numpy as np
 
 from .compiling import copy, kernel_function
 from .radau import evaluate_lagrange, measure_change
-from .tables import Memory
+from .tables import STEP_START, Memory
 
 LINE_EXPONENT = 0.75
 """Error allowed of linear interpolation between rows: the tolerance to this power, as the error of a run falls more slowly than
 its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows."""
 MOST_SAMPLES = 40
-"""Largest number of parts of a step, each with a row; the error of linear interpolation falls as its square. A call of the
-integrator ends when its `run.ROWS_PER_CALL` rows may not suffice for one more step with so many parts."""
+"""Largest number of parts of a step, each with a row; chosen. In a longer step linear interpolation errs by more than asked.
+A call of the integrator ends when its `run.ROWS_PER_CALL` rows may not suffice for one more step with so many parts."""
 JUMP = 0.1
-"""Time from a jump of accelerations to the row just after it, or from the row just before, as a share of the shortest step."""
+"""Time from a jump of accelerations to the row just after it, over the shortest step; chosen: well before the next row."""
 END = 2
 """Index of the node at the end of a step."""
 
@@ -53,7 +53,7 @@ def write_at_face(state, out, counts, t, h, moment):
     """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
 
     The row's time is t + `moment` or, if `moment` is negative, t + h + `moment`: near the step's start or its end. In this short
-    time only coordinates move, with constant rates.
+    time only coordinates move, with constant rates. The onset speed is that before the step, as an onset counts at a step's end.
     """
     row, is_near_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam
@@ -71,7 +71,7 @@ def _end_row(state, onset_memory, out, counts, start):
     """Write forces' memories to a row: onset speeds from `onset_memory`, the others as they were at the step's `start` [s]."""
     for k in range(state.start_memory.shape[0]):
         m = out.memory[counts.samples, k]
-        m[Memory.ONSET], m[Memory.STEP_START] = onset_memory[k, Memory.ONSET], start
+        m[Memory.ONSET], m[STEP_START] = onset_memory[k, Memory.ONSET], start
         m[Memory.BRISTLE], m[Memory.SLIDING] = state.start_memory[k, Memory.BRISTLE], state.start_memory[k, Memory.SLIDING]
     counts.samples += 1
 
@@ -96,13 +96,11 @@ def count_parts(state, elastic, h, controls, depth_deviation):
 
 @kernel_function
 def write_between(state, out, counts, t, h, parts):
-    """Write rows within a step from time t, at the ends of all parts but the last.
-
-    With y = (time - t)/h a coordinate is q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5: Hermite's quintic.
-    """
+    """Write rows within a step from time t, at the ends of all parts but the last, by Hermite's quintic in y = (time - t)/h."""
     for part in range(1, parts):
         y, row = part / parts, counts.samples
         for i in range(state.q.size):
+            # q + v0 y + a0 y^2/2 + c3 y^3 + c4 y^4 + c5 y^5
             v0, v1 = h * state.v[i], h * state.node_v[END, i]  # dq/dy at both ends
             a0, a1 = h * h * state.a[i], h * h * state.node_a[END, i]  # the second derivatives
             # differences from the quadratic q + v0 y + a0 y^2/2 at y = 1: of the value and both derivatives

@@ -64,10 +64,7 @@ class CompiledScene:
 
     @classmethod
     def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
-        """Translate a mechanism into arrays; `degree` is that of the strips' polynomials.
-
-        Raises ValueError if this solver does not support an element's kind, or a strut is not pinned to a body.
-        """
+        """Translate a mechanism into arrays. A ValueError names a kind that is not supported, or a strut without a neighbour."""
         builder = Builder(mechanism, DEGREE if degree is None else degree)
         masses = [(guide.link, guide.point, guide.mass, 0.0) for guide in mechanism.guides]
         masses += [(*link_of(builder, at), mass, inertia) for at, mass, inertia in Scene.of(mechanism).burdens]

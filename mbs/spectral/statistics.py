@@ -107,10 +107,7 @@ def add_vertices(t, value, sums):
 
 @kernel_function
 def add_samples(t, value, sums):
-    """Add the changes from sample to sample, up to this row at time t, to the total variation.
-
-    Samples before the first row have its values.
-    """
+    """Add the changes from sample to sample, up to this row at time t, to the total variation."""
     windows = sums.edges.size - 1
     while sums.progress.samples <= windows * SAMPLES_PER_WINDOW:
         k = sums.progress.samples
@@ -119,7 +116,7 @@ def add_samples(t, value, sums):
         at = sums.edges[window] + (k - window * SAMPLES_PER_WINDOW) * length / SAMPLES_PER_WINDOW
         if at > t:
             break
-        fraction = 1.0  # of the interval from the last row to this one
+        fraction = 1.0  # of the interval from the last row to this one; samples before the first row have its values
         if sums.progress.rows > 0:
             fraction = (at - sums.progress.last_time) / (t - sums.progress.last_time)
         for c in range(value.size):

@@ -58,11 +58,11 @@ class StripBody:
         if self.kind == StripKind.KIRCHHOFF:
             slope = basis(piece.degree, xi, 1)[0] / piece.half_length
             dofs, numbers = piece.dofs.ravel().tolist(), [*value, *slope]
-            return builder.add_marker(MarkerKind.CURVE, offset=0, size=len(value), dofs=dofs, numbers=numbers)  # no frame: 0
+            return builder.add_marker(MarkerKind.CURVE, len(value), dofs, numbers)
         used = np.flatnonzero(np.abs(value) > 1e-15)  # at an end all polynomials but one are zero
         dofs = piece.dofs[:, used].ravel().tolist()
         factors = np.tile(value[used], 3)  # the same in x, y and angle
-        return builder.add_marker(MarkerKind.LINEAR, offset=0, size=len(used), dofs=dofs, numbers=factors)
+        return builder.add_marker(MarkerKind.LINEAR, len(used), dofs, factors)
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Return the rates of all coordinates (n, 3) for unit rates of x, y of the strip's start and of its angle, at t = 0."""

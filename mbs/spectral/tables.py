@@ -22,8 +22,8 @@ class MarkerKind(IntEnum):
 
     GROUND = 0  # fixed
     FRAME = 1  # on a body with a frame: rigid, or with modes
-    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each, with factors: on a Reissner strip, or a point mass
-    # also a rotor, or the coordinate made for a law's state (`stateful`): the factors of this coordinate in x and y are 0
+    LINEAR = 2  # x, y, angle are sums over `SIZE` coordinates each, with factors: on a Reissner strip, or a point mass;
+    # a rotor and a law's state (`stateful`) have one coordinate, the angle: its factors in x and y are 0
     CURVE = 3  # on a Kirchhoff strip: its angle is the direction of the tangent
 
 
@@ -48,7 +48,7 @@ class ForceKind(IntEnum):
 
     SPRING = 0  # linear spring and damper
     CONTACT = 1  # of a point with a face
-    FRICTION_FORCE = 2  # function of the sliding speed alone
+    GUIDE_FRICTION = 2  # of a `GuideFriction`: function of the sliding speed alone
     FRICTION = 3  # coefficient of friction times the normal force of a constraint or of a contact
     STRUT = 4  # post-buckled strip without mass
     PRESCRIBED = 5  # constant, or a function of time
@@ -63,12 +63,11 @@ class Markers(IntEnum):
     """Columns of markers."""
 
     KIND = 0
-    OFFSET = 1  # first dof of its frame, or its only dof if it is the marker of a law's state
-    SIZE = 2  # number of modes, or of basis functions
-    FIRST = 3  # index of its first dof in `dofs`
-    COUNT = 4  # number of its dofs
-    DATA = 5  # index of its first number
-    TWIN = 6  # first marker on the same frame, whose cosine and sine are copied; -1 in this marker itself
+    SIZE = 1  # number of modes, or of basis functions
+    FIRST = 2  # index of its first dof in `dofs`
+    COUNT = 3  # number of its dofs
+    DATA = 4  # index of its first number
+    TWIN = 5  # first marker on the same frame, whose cosine and sine are copied; -1 in this marker itself
 
 
 Measures = IntEnum("Measures", "KIND A B", start=0)
@@ -93,8 +92,9 @@ class Forces(IntEnum):
 
 MeasureNumber = IntEnum("MeasureNumber", "X Y FACTOR", start=0)
 """Columns of `measure_numbers`: direction d of a measure, and its coefficient in the constraint that it is part of."""
-FORCE_NUMBERS = 8
-"""Numbers of each force in `data`, the unused ones zero; at least the 7 of `MOTOR`, the kind with the most."""
+FORCE_NUMBERS = 7
+"""Numbers of each force in `data`, the unused ones zero; `MOTOR` has the most. Those of forces along a measure are read in
+`lawtable.evaluate_along`; of others they are `forces.JournalData` and the two below."""
 PushData = IntEnum("PushData", "X Y ANGLE HAS_LINE LINE_X LINE_Y", start=0)
 """Numbers of a POINT_FORCE: its components; angle of marker b at t = 0; 1 if its line of action goes through a fixed point, else
 0; this point."""
@@ -128,20 +128,23 @@ class Report(IntEnum):
 
 
 class Memory(IntEnum):
-    """Columns of a force's memory, which a step leaves to the next. The record of a run (`Output`) has another last column."""
+    """Columns of a force's memory, which a step leaves to the next; rows of `Output` have `STEP_START` as the last column."""
 
     ONSET = 0  # onset speed of a contact [m/s]
     BRISTLE = 1  # deflection of a bristle at the last accepted step [m]
     SLIDING = 2  # sliding speed at the last accepted step [m/s]
     FASTEST = 3  # fastest onset so far [m/s]
-    STEP_START = 3  # only in `Output`, in place of FASTEST: time of BRISTLE and SLIDING, the start of the step [s]
+
+
+STEP_START = 3
+"""Column of memories in `Output` in place of `Memory.FASTEST`: time of BRISTLE and SLIDING, the start of the step [s]."""
 
 
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a strip are `StripData`. Those of a modal link of m modes are three integrals that `kernel` defines: radial (m),
-    gram (m, m), gyration (m, m). Stiffness (m) and damping (m) follow. Statics changes `values`, `factors` and the time factor.
+    Numbers of a strip are `StripData`. Those of a modal link of m modes are three integrals of mode shapes, radial (m), gram
+    (m, m), gyration (m, m), see `kernel`; stiffness (m); damping (m). Statics changes `values`, `factors` and the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
@@ -156,18 +159,18 @@ class Tables(NamedTuple):
     weight: Array  # floats (n,): generalised forces of gravity
     modal: Array  # (k, 3): columns of `Modal`
     strips: Array  # (k, 6): columns of `StripColumn`
-    markers: Array  # (k, 7): columns of `Markers`
+    markers: Array  # (k, 6): columns of `Markers`
     dofs: Array  # dofs on which markers and strips depend; of a strip those of x, of y and, if it shears, of the angle
     measures: Array  # (k, 3): columns of `Measures`
     measure_numbers: Array  # floats (k, 3): columns of `MeasureNumber`, one row for each measure
     rows: Array  # (r, 3): columns of `RowColumn`
-    values: Array  # floats (r,): value of each constrained sum, less the drive's motion
+    values: Array  # floats (r,): value at which each sum is held; the travel of a drive comes on top
     forces: Array  # (k, 7): columns of `Forces`
     factors: Array  # floats (k + 1,): factors of the forces, then that of gravity
     time_factor: Array  # floats (1,): functions of time are taken at time_factor * t
     elastic: Array  # (k, 7): columns of `Elastic`; inner coordinates of strips and modes, integrals of laws' states
-    laws: Array  # (k, 4): kind, addresses of up to three functions
-    law_numbers: Array  # floats (k, 8): parameters of laws
+    laws: Array  # (k, 3): columns of `laws.table.LawColumn`: laws of forces, motions of drives
+    law_numbers: Array  # floats (k, 8): parameters of laws in the order of their kind
     edges: Array  # floats (k, 2): force, and a value of its measure at which its law has a jump or kink
     data: Array  # floats: numbers of strips, modal links, markers, forces
 
@@ -200,7 +203,7 @@ class Work(NamedTuple):
     strip_form: Array  # (1,): how `strips` computes forces: `strips.PLAIN`, MIXED or RENEWED
     stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
     stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
-    kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (x', y', ...), of the last Newton matrices
+    kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (`strips`), of the last Newton matrices
     strain_arguments: Array  # (points, 4): these arguments, kept from forces to tangents
     weighted_stress: Array  # (points, 3): weights times stresses, kept in the same way
     reports: Array  # (forces, 8): columns of `Report`
@@ -220,7 +223,7 @@ def allocate_work(tables: Tables) -> Work:
         stress_residual=z((points, 3)), kept_gradients=z((points, 3, 4)), strain_arguments=z((points, 4)),
         weighted_stress=z((points, 3)), reports=z((len(tables.forces), len(Report))),
     )  # fmt: skip
-    for i, (kind, _offset, size, first, _count, data, _twin) in enumerate(tables.markers):
+    for i, (kind, size, first, _count, data, _twin) in enumerate(tables.markers):
         if kind == MarkerKind.GROUND:
             work.state[i, :3] = tables.data[data : data + 3]
         elif kind == MarkerKind.FRAME:
