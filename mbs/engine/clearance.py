@@ -26,7 +26,7 @@ class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
     The kernel's coordinates are x, y, theta of each node in turn. `offsets` (joints, 2) are the indices of the first coordinate
-    of pin and bush, -1 for the ground, `numbers` (joints, n) the constants of each joint. `indices` (3 nodes,) are those of the
+    of pin and bush, -1 for the ground, `numbers` (joints, 10) the constants of each joint. `indices` (3 nodes,) are those of the
     coordinates in the engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step;
     `updates_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
     """
@@ -37,7 +37,7 @@ class ClearanceGroup:
         self.nodes = nodes
         law, friction = joints[0].law, joints[0].friction
         self.kernel: Kernel = kernel_of(law, friction)
-        self.offsets, self.numbers = tables(joints, ends, self.kernel.constants)
+        self.offsets, self.numbers = tables(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
@@ -123,11 +123,11 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
     return End(offset=first_coordinate, place=(node_x, node_y), arm=(x - node_x, y - node_y))
 
 
-def tables(joints: list[Clearance], ends: list[tuple[End, End]], constants: Array) -> tuple[Array, Array]:
-    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, n), with the constants of the laws last."""
+def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
+    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, 10)."""
     offsets = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *constants]  # radius of the pin, clearance [m]
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]  # radius of the pin, clearance [m]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
     return offsets, np.array(numbers, dtype=float)

@@ -2,14 +2,14 @@
 
 A row of the table has the kind of a law, addresses and numbers. A law of this package is given by its kind and numbers. A user's
 law is compiled separately, and its row has the address of the machine code. So one machine code serves all laws. A `Kernel` is
-this code with the constants of one pair of laws, and computes the forces of all joints with this pair. If one of the two laws
-does more than arithmetic, the kernel of the pair is plain Python.
+this code with the table of one pair of laws, and computes the forces of all joints with this pair. If one of the two laws does
+more than arithmetic, the kernel of the pair is plain Python.
 """
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from types import FunctionType
 from typing import Any, cast
@@ -117,9 +117,6 @@ def add_friction(builder: LawTable, law: laws.FrictionLaw | laws.BristleLaw) -> 
     return builder.add_law(key, FrictionKind.COEFFICIENT_CALLED, (), [function_pointer(law.coefficient, arguments=1)], about)
 
 
-FIRST_CODE = GAP + 1
-"""First column of both laws in a joint's row of numbers: kinds and addresses, integers stored bit by bit, then floats."""
-REPORT_COLUMNS = len(COLUMNS)
 LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 """Rows of the two laws of a joint in its table of laws."""
 
@@ -129,14 +126,13 @@ class Kernel:
     """Functions that compute generalised forces, and the report (normal force, depth, ...) of joints with a pair of laws.
 
     Both take the time [s], coordinates q, rates v, and `memory` (joints, 4) of the values `journal.MEMORY`. Then follow `offsets`
-    (joints, 2) of pin and bush in q, the joints' rows of `numbers`, and the array to fill. `constants` are the columns of a row
-    of numbers from `FIRST_CODE` on; `owners` keep the machine code at the addresses in them alive.
+    (joints, 2) of pin and bush in q, the joints' rows of `numbers`, and the array to fill. `owners` keep the machine code of the
+    laws alive.
     """
 
     forces: Callable[..., None]
     report: Callable[..., None]
     compiled: bool
-    constants: Array = field(default_factory=lambda: np.empty(0))
     owners: tuple[object, ...] = ()
 
 
@@ -148,11 +144,12 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     bristle_law = as_bristle_law(friction)
     report = _replace_globals(
         _report,
-        _normal=lambda _numbers, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
-        _friction=lambda _numbers, speed, bristle: bristle_law.coefficient(speed, bristle),
-        _bristle=lambda _numbers, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
+        normal_force=lambda _laws, _row, depth, rate, onset_speed: law.force(depth, rate, onset_speed),
+        friction=lambda _laws, _row, speed, bristle: bristle_law.coefficient(speed, bristle),
+        bristle_after=lambda _laws, _row, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
     )
-    return Kernel(_replace_globals(_forces, _report=report), report, compiled=False)
+    forces, no_laws = _replace_globals(_forces, _report=report), Laws(np.empty(0), np.empty(0))
+    return Kernel(partial(forces, *no_laws), partial(report, *no_laws), compiled=False)
 
 
 def _replace_globals(function: Callable[..., None], **functions: Callable[..., Any]) -> Any:
@@ -168,30 +165,15 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
     add_friction(table, friction)
     if not all(pointer.compiled for pointer in table.pointers):
         return None
-    codes = np.array(table.laws, dtype=np.int64).view(float)  # the bits of integers, in a row of floats
-    constants = np.concatenate([codes.ravel(), np.ravel(table.law_numbers)])
-    return Kernel(*_compile_functions(), compiled=True, constants=constants, owners=tuple(table.pointers))
+    rows = np.array(table.laws, dtype=np.int64), np.array(table.law_numbers)
+    forces, report = (partial(function, *rows) for function in _compile_functions())
+    return Kernel(forces, report, compiled=True, owners=tuple(table.pointers))
 
 
-def _laws_of(numbers: Array) -> Laws:
-    first_float = FIRST_CODE + 2 * CODES
-    codes, floats = numbers[FIRST_CODE:first_float].view(np.int64), numbers[first_float:]
-    return Laws(codes.reshape(2, CODES), floats.reshape(2, NUMBERS))
-
-
-def _normal(numbers: Array, depth: float, rate: float, onset_speed: float) -> float:
-    return normal_force(_laws_of(numbers), LawRow.NORMAL, depth, rate, onset_speed)
-
-
-def _friction(numbers: Array, speed: float, bristle: float) -> float:
-    return friction(_laws_of(numbers), LawRow.FRICTION, speed, bristle)
-
-
-def _bristle(numbers: Array, bristle: float, speed: float, duration: float) -> float:
-    return bristle_after(_laws_of(numbers), LawRow.FRICTION, bristle, speed, duration)
-
-
-def _report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
+def _report(
+    codes: Array, law_numbers: Array, t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array
+) -> None:
+    pair = Laws(codes, law_numbers)
     for j in range(offsets.shape[0]):
         pin, bush = find_states(offsets[j], numbers[j], q, v)
         depth, rate, sliding, nx, ny = locate_contact(
@@ -201,32 +183,34 @@ def _report(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers
         force = drag = bristle = fx = fy = 0.0
         if depth > 0.0:
             past = memory[j]
-            force = _normal(numbers[j], depth, rate, past[ONSET])
-            bristle = _bristle(numbers[j], past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
-            drag = _friction(numbers[j], sliding, bristle) * force
+            force = normal_force(pair, LawRow.NORMAL, depth, rate, past[ONSET])
+            mean_sliding = 0.5 * (past[SLIDING] + sliding)
+            bristle = bristle_after(pair, LawRow.FRICTION, past[BRISTLE], mean_sliding, t - past[SINCE])
+            drag = friction(pair, LawRow.FRICTION, sliding, bristle) * force
             fx, fy = -force * nx + drag * ny, -force * ny - drag * nx
         out[j] = force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny  # in the order of `COLUMNS`
 
 
-def _forces(t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    rows = np.empty((offsets.shape[0], REPORT_COLUMNS))
-    _report(t, q, v, memory, offsets, numbers, rows)
+def _forces(
+    codes: Array, law_numbers: Array, t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array
+) -> None:
+    rows = np.empty((offsets.shape[0], len(COLUMNS)))
+    _report(codes, law_numbers, t, q, v, memory, offsets, numbers, rows)
     fill_forces(rows, q, v, offsets, numbers, out)
 
 
 @cache
 def _compile_functions() -> tuple[Any, Any]:
-    """Compile forces and report, or read them from disk."""
+    """Compile forces and report, or read them from disk, with the code of the functions that they call."""
     import numba
     from numba import float64, int64, void
 
     stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "pieces.py", "table.py")))
-    vector, table, offsets = float64[::1], float64[:, ::1], int64[:, ::1]
-    arguments = float64, vector, vector, table, offsets, table
+    vector, table, integers = float64[::1], float64[:, ::1], int64[:, ::1]
+    arguments = integers, table, float64, vector, vector, table, integers, table
     compiled = []
     for function, out in ((_forces, vector), (_report, table)):
-        # kept on disk with the code of the functions that it calls, by `with_compiled_names`
-        dispatcher = compile_cached(with_compiled_names(cast(FunctionType, function), numba.njit(error_model="numpy")), stamp)
-        dispatcher.compile(void(*arguments, out))
-        compiled.append(dispatcher)
+        copied = with_compiled_names(cast(FunctionType, function), numba.njit(error_model="numpy"))
+        compiled.append(compile_cached(copied, stamp))
+        compiled[-1].compile(void(*arguments, out))
     return compiled[0], compiled[1]

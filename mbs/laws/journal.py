@@ -31,7 +31,7 @@ ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 RADIUS = 8
 """Column of the pin's radius [m] in a joint's row of numbers, after place (x, y) and arm (x, y) of the pin, then of the bush."""
 GAP = RADIUS + 1
-"""Column of the clearance c [m] in a joint's row of numbers; kinds and parameters of both laws follow."""
+"""Column of the clearance c [m] in a joint's row of numbers, the last one."""
 
 
 @dataclass(frozen=True)

@@ -105,7 +105,7 @@ def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.add_ground()
     for i, piece in enumerate(strip.pieces):
-        # products of two polynomials need degree + 1 points; two more, chosen, as directions turn (docs/theory-stability.md)
+        # degree + 1 points integrate squares of the polynomials exactly; two more, chosen, as in `SpectralStrip.quadrature`
         points, weights = gauss(piece.degree + 3)
         for x, w in zip(points, weights, strict=True):
             weight = float(w) * piece.half_length

@@ -53,7 +53,8 @@ def write_at_face(state, out, counts, t, h, moment):
     """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
 
     The row's time is t + `moment` or, if `moment` is negative, t + h + `moment`: near the step's start or its end. In this short
-    time only coordinates move, with constant rates. The onset speed is that before the step, as an onset counts at a step's end.
+    time only coordinates move, with constant rates. Onset speeds are those before the step, with which its forces
+    were computed.
     """
     row, is_near_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam

@@ -33,7 +33,7 @@ class Bodies:
         names = [("ground", "a"), ("a", "b"), ("b", "a")]
         gaps = (1e-4, 1e-5, 2e-3)
         made = [Clearance("P", *names[j], PIN, gaps[j], law, friction) for j in joints]
-        self.places, self.numbers = tables(made, [ENDS[j] for j in joints], kernel(law, friction).constants)
+        self.places, self.numbers = tables(made, [ENDS[j] for j in joints])
         self.law, self.friction, self.size = law, friction, len(joints)
         chance = np.random.default_rng(7)
         self.q = chance.normal(size=(count, 6)) * ([3e-4, 3e-4, 3e-3] * 2)
@@ -97,7 +97,7 @@ def test_depth_normal_and_force_of_a_pin_put_somewhere(plain):
     """Pin of a body held 0.5 mm along (3, 4)/5 from its bush on the ground, turning in place at 2 rad/s."""
     law, friction = laws.Hertz(1e9), laws.Coulomb(0.25, 1e-3)
     joint, made = Clearance("P", "a", "ground", PIN, GAP, law, friction), kernel(law, friction)
-    places, numbers = tables([joint], [(End(0, (1.0, 1.0), (0.0, 0.0)), End(-1, (1.0, 1.0), (0.0, 0.0)))], made.constants)
+    places, numbers = tables([joint], [(End(0, (1.0, 1.0), (0.0, 0.0)), End(-1, (1.0, 1.0), (0.0, 0.0)))])
     out, f = np.zeros((1, len(COLUMNS))), np.zeros(3)
     state = 0.0, np.array([3e-4, 4e-4, 0.7]), np.array([0.0, 0.0, 2.0]), np.zeros((1, len(MEMORY)))
     made.report(*state, places, numbers, out), made.forces(*state, places, numbers, f)
