@@ -63,11 +63,8 @@ def find_states(offsets: Array, numbers: Array, q: Array, v: Array) -> tuple[End
 
 
 def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins: Pair) -> tuple[Reals, ...]:
-    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays.
-
-    `place` e [m] and `velocity` [m/s] of the pin's centre are relative to the bush's centre. `spins` [rad/s]: of pin and bush.
-    """
-    (ex, ey), (ux, uy) = place, velocity
+    """Return depth [m], its rate [m/s], sliding speed [m/s] and normal (n_x, n_y) of the contact, for floats or arrays."""
+    (ex, ey), (ux, uy) = place, velocity  # of the pin's centre relative to the bush's centre [m], [m/s]
     distance = np.sqrt(ex * ex + ey * ey)
     divisor = distance + 1e-300  # so that a pin in the middle of its bush has n = 0 and not 0/0
     nx, ny = ex / divisor, ey / divisor
@@ -77,10 +74,7 @@ def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins
 
 
 def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
-    """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`.
-
-    `offsets` (joints, 2) are the indices in `out` of (x, y, theta) of both bodies' nodes, -1 for the ground.
-    """
+    """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`."""
     out[:] = 0.0
     for j in range(offsets.shape[0]):
         radius, row = numbers[j, RADIUS], rows[j]
@@ -89,7 +83,7 @@ def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array,
         pin, bush = find_states(offsets[j], numbers[j], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
-            k = offsets[j, side]
+            k = offsets[j, side]  # index of (x, y, theta) of the body's node; -1 for the ground
             if k < 0:
                 continue
             end = pin if side == 0 else bush

@@ -189,10 +189,7 @@ class Builder(LawTable):
         return self.add_marker(MarkerKind.LINEAR, 1, (*dofs, x_dof), [1.0, 1.0, 0.0])  # factor 0: the angle is 0
 
     def marker(self, link: str, point: str) -> int:
-        """Return the marker of a point of a link, or of its position on the ground; '' is the link's start, or the origin.
-
-        The ground and a link with a frame have a marker at any point of the mechanism, a strip only at points of its own.
-        """
+        """Return the marker of a point of a link, or of its position on the ground; '' is the link's start, or the origin."""
         if link == GROUND:
             return self.add_ground(self.mechanism.points[point]) if point else self.add_ground()
         return self.bodies[link].marker(self, point or self.mechanism.link(link).start)

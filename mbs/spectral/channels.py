@@ -160,16 +160,13 @@ def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | Non
 
 
 def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find the motion of a rigid or modal link at its centre of mass or, for LINK.middle, half-way between its joints.
-
-    The scene gets a marker there if it has none. In the axes of a modal link its modes do not move the centre of mass.
-    """
+    """Find the motion of a rigid or modal link at its centre of mass or, for LINK.middle, half-way between its joints."""
     name, _, station = owner.partition(".")
     body = scene.builder.bodies.get(name)
     if not isinstance(body, FrameBody) or quantity not in (*POINT, "ax", "ay") or station not in ("", "middle"):
         return None
     model = body.model  # of a modal link; None for a rigid one
-    place, shape = body.link_centre, None  # shape: x, y and angle of each mode there, (modes, 3); None for zeros
+    place, shape = body.link_centre, None  # shape: x, y and angle of each mode there, (modes, 3); modes do not move the centre
     if station:
         place = body.start + rotate(np.array(body.angle), np.array((scene.mechanism.length(name) / 2, 0.0)))
         shape = None if model is None else model.shapes[STATIONS.index("middle")].T.copy()

@@ -75,12 +75,9 @@ def evaluate_cubic(x, h, start, end):
 
 @kernel_function
 def find_zero(h, start, end):
-    """Find a fraction of the step at which a cubic of `evaluate_cubic`, negative at the start, passes zero; NEVER if none.
-
-    A cubic that is also negative at the end passes zero only if it rises at the start and falls at the end.
-    """
+    """Find a fraction of the step at which a cubic of `evaluate_cubic`, negative at the start, passes zero; NEVER if none."""
     low, high = 0.0, 1.0
-    if not end[0] > 0.0:  # nan counts as negative
+    if not end[0] > 0.0:  # nan counts as negative; then it must rise at the start and fall at the end
         if not (start[1] > 0.0 and end[1] < 0.0):
             return NEVER
         high = _find_maximum(h, start, end)
@@ -233,11 +230,8 @@ def find_time_past_face(tables, start, end, least):
 
 @kernel_function
 def compute_depth_deviation(tables, start, end, h):
-    """Return the largest deviation of a closed contact's depth from the line between its ends, over the deeper end.
-
-    It is h^2/8 times the second rate, (change of the rate)/h, and decides how many rows the step needs.
-    """
-    largest = 0.0
+    """Return the largest deviation of a closed contact's depth from the line between its ends, over the deeper end."""
+    largest = 0.0  # h^2/8 times the second rate, (change of the rate)/h
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             (old, old_rate), (new, new_rate) = get_depth(tables, start, k), get_depth(tables, end, k)
@@ -249,13 +243,10 @@ def compute_depth_deviation(tables, start, end, h):
 
 @kernel_function
 def estimate_depth_error(tables, state, shifted, h, k, controls):
-    """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance.
-
-    An error up to `controls.rounding` counts as 0. `shifted` are reports at the end state plus its estimated error.
-    """
+    """Return the error of contact k's depth, relative to the largest of depth, its change in the step, and face tolerance."""
     (old, old_rate), (new, new_rate) = get_depth(tables, state.start_reports, k), get_depth(tables, state.end_reports, k)
     deepest = max(old, new)
-    error = abs(get_depth(tables, shifted, k)[0] - new)
+    error = abs(get_depth(tables, shifted, k)[0] - new)  # shifted: reports at the end state plus its estimated error
     if deepest > 0.0 and error > controls.rounding:
         return error / max(deepest, h * max(abs(old_rate), abs(new_rate)), controls.face_tolerance)
     return 0.0

@@ -40,10 +40,7 @@ class Fronts(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts of a matrix with so many `unknowns`, of which the first are its `coordinates`, the others constraints.
-
-    The slots are given by `row` and `col`, arrays (slots,). Nonzeros are those for which `filled` (slots,) is true.
-    """
+    """Return the fronts for so many unknowns, coordinates first, of a matrix with nonzeros at row, col (slots,) if `filled`."""
     return _build_fronts(np.array([row, col, filled], dtype=np.int64).tobytes(), coordinates, unknowns)
 
 
@@ -99,10 +96,7 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 
 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[tuple[list[int], list[int]]]:
-    """Return pivots and later unknowns of fronts, one for each group, by minimum degree; overwrite `adjacent`.
-
-    Later unknowns are eliminated in other fronts. Constraints are eliminated after their coordinates.
-    """
+    """Return pivots, and unknowns that later fronts eliminate, of a front for each group, by minimum degree."""
     size, is_constraint = [len(members) for members in groups], [members[0] >= coordinates for members in groups]
     # waiting: number of groups of coordinates to eliminate before a constraint; constraints: those on a group of coordinates
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]

@@ -61,10 +61,7 @@ def update_stresses(tables, work, shift):
 
 @jit
 def accelerate(tables, order, work, q, x):
-    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q; x (n + r,) is the right side, then the solution.
-
-    `order` is the `Fronts` in which the unknowns are eliminated; x has them in their own order, coordinates first.
-    """
+    """Solve [M G^T; G 0] (a, lambda) = (f, change) at q in the order of `Fronts`; x (n + r,) is right side, then solution."""
     r, values = tables.rows.shape[0], np.zeros(tables.mass.size)
     jacobian, unused = np.zeros(tables.block_unknowns.size), np.zeros((2, r))
     place_markers(tables, work, q, np.zeros(q.size))

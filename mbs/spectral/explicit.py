@@ -117,13 +117,9 @@ def _violates_constraints(tables, state, allowed):
 
 @inline
 def _project(tables, order, state):
-    """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities.
-
-    The last stage left violation, G and factors of the new state. Where no constraint acts on modal links, their mass is that at
-    zero deformation.
-    """
+    """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
     n = state.force.size
-    q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation
+    q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation  # the last stage left it, with G and factors
     _subtract_correction(order, state, defect, q)
     for k in range(state.lam.size):  # now the defects of the velocities, in the same array
         defect[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
@@ -142,12 +138,9 @@ def _subtract_correction(order, state, defect, y):
 
 @inline
 def _compute_stages(model, t, h, end):
-    """Compute the seven stages; state.y_new becomes the solution of fifth order, reports are those of its end.
-
-    Functions of time are taken up to the time `end`: just before a kink for a step to it, else t + h.
-    """
+    """Compute the seven stages; state.y_new becomes the solution of fifth order, reports are those of its end."""
     state = model.state
-    for stage in range(1, 7):
+    for stage in range(1, 7):  # functions of time are taken up to the time `end`, which is just before a kink
         target, f, c = state.y_new if stage == 6 else state.y_stage, state.stage_rates, WEIGHTS[stage]
         for i in range(state.y.size):  # c is 0 for later stages, whose rates must be finite: 0 times nan is nan
             target[i] = state.y[i] + h * (

@@ -51,10 +51,7 @@ def _add_along(tables, work, k, now, f):
 
 @kernel_function
 def _differentiate_along(tables, work, k, now, normal_force):
-    """Return the derivatives of force k by its measure and rate; fill grad, hess and hess_rate of `work` for the measure.
-
-    hess_rate is the Hessian times the markers' rates: the derivatives of the measure's rate by (x, y, angle).
-    """
+    """Return the derivatives of force k by its measure and rate; fill grad, hess and hess_rate of `work` for the measure."""
     measure = tables.forces[k, Forces.A]
     a, b = tables.measures[measure, Measures.A], tables.measures[measure, Measures.B]
     value, rate = markers.compute_measure(tables, work, measure, work.grad)
@@ -63,7 +60,7 @@ def _differentiate_along(tables, work, k, now, normal_force):
         total = 0.0
         for j in range(6):
             total += work.hess[i, j] * markers.get_rate(work, a, b, j)
-        work.hess_rate[i] = total
+        work.hess_rate[i] = total  # derivative of the measure's rate by (x, y, angle)
     return lawtable.differentiate_along(tables, k, now, value, rate, normal_force)
 
 

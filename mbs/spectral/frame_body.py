@@ -31,12 +31,9 @@ class FrameBody:
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
     def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, from_zero: bool = False) -> int:
-        """Return the marker of the point at `place` (2,) at t = 0; its angle is theta, or its change since then if `from_zero`.
-
-        `shape` (modes, 3) has the mode shapes at the point: x, y in the frame, rotation; None for zeros.
-        """
+        """Return the marker of a point at `place` (2,) at t = 0; its angle is theta, or its change since then if `from_zero`."""
         local = [*rotate(np.array(-self.angle), place - self.centre), -self.angle if from_zero else 0.0]
-        modes = np.zeros((self.modes, 3)) if shape is None else shape
+        modes = np.zeros((self.modes, 3)) if shape is None else shape  # at the point: x, y in the frame, rotation
         dofs = range(self.offset, self.offset + 3 + self.modes)
         return builder.add_marker(MarkerKind.FRAME, self.modes, dofs, [*local, *modes.ravel()])
 

@@ -46,10 +46,7 @@ def _begin(model, t, tolerance):
 
 @kernel_function
 def _complete_step(model, t, h, controls):
-    """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance.
-
-    The error is that of the coordinates, or of depth and force of a contact that is closed at either end; 0 for equal steps.
-    """
+    """Project the step's end onto the constraints and compute its forces; return the largest local error over the tolerance."""
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     error = 0.0 if controls.fixed else estimate_error(tables, orders, state, h) / controls.tolerance
     project(tables, orders, work, state, t, h)
@@ -57,6 +54,7 @@ def _complete_step(model, t, h, controls):
         return error
     now = Instant(t, h, state.node_q[2], state.node_v[2], state.node_lam[2], state.memory)
     add_forces(tables, work, now, state.force)  # for the reports; state.force is work space here
+    # of a closed contact also depth and force have errors
     if not controls.fixed and _has_closed_contact(tables, state.start_reports, work.reports):
         error = max(error, _estimate_contact_error(model, now, h, controls))
     return error
@@ -114,10 +112,7 @@ def _report_shifted_end(model, now, h):
 
 @kernel_function
 def _advance(state):
-    """Make the end of the step, its third node, the present state; keep what the first guess of the next step (`predict`) needs.
-
-    It continues the polynomial of rates through start and nodes, and the line of multipliers and stresses through nodes 2 and 3.
-    """
+    """Make the end of the step, its third node, the present state; keep what the next step's first guess (`predict`) needs."""
     copy(state.v, state.past_v[0])
     copy(state.node_v, state.past_v[1:])
     copy(state.node_lam[1], state.past_lam)

@@ -65,16 +65,13 @@ def _place_linear(tables, work, m, q, v):
 
 @inline
 def _place_curve(tables, work, m, q, v):
-    """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), which goes on from its last value.
-
-    (tx, ty) is the tangent, (rx, ry) its rate; n and dn are the basis and its derivative.
-    """
+    """Compute x = sum N_i x_i, y likewise, and the angle of the tangent (x', y'), which goes on from its last value."""
     size, first, d = tables.markers[m, Markers.SIZE], tables.markers[m, Markers.FIRST], tables.markers[m, Markers.DATA]
     p, j, dj = work.state[m], work.jacobian, work.jacobian_rate
-    x = y = vx = vy = tx = ty = rx = ry = 0.0
+    x = y = vx = vy = tx = ty = rx = ry = 0.0  # (tx, ty): tangent, (rx, ry): its rate
     for i in range(size):
         x_dof, y_dof = tables.dofs[first + i], tables.dofs[first + size + i]
-        n, dn = tables.data[d + i], tables.data[d + size + i]
+        n, dn = tables.data[d + i], tables.data[d + size + i]  # basis and its derivative
         x, y, vx, vy = x + n * q[x_dof], y + n * q[y_dof], vx + n * v[x_dof], vy + n * v[y_dof]
         tx, ty, rx, ry = tx + dn * q[x_dof], ty + dn * q[y_dof], rx + dn * v[x_dof], ry + dn * v[y_dof]
     square = tx * tx + ty * ty

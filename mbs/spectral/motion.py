@@ -140,12 +140,9 @@ class SpectralStrip:
         return w * piece.half_length, [a - b for a, b in zip(strain, free, strict=True)], rate
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Evaluate Reissner's strip, the only one that takes line loads, at the Gauss points of these loads.
-
-        Returns their weights [m] (points,); (x, y, angle turned since t = 0), (times, points, 3); the rates of these.
-        """
+        """Evaluate weights [m] (points,), (x, y, turn) (times, points, 3) and their rates at the Gauss points of line loads."""
         weights, fields, rates = [], [], []
-        for piece in self.pieces:
+        for piece in self.pieces:  # of Reissner's strip, the only one that takes line loads; its turn is that since t = 0
             xi, w = gauss(piece.degree + 3)  # the points at which `registry.add_line_load` puts the load
             start_angle = self._evaluate_fields(self.reference[None], piece, xi) * [0.0, 0.0, 1.0]
             weights.append(w * piece.half_length)

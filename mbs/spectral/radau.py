@@ -21,18 +21,15 @@ from .tables import LAW_STATE, Elastic, Instant
 
 
 def _compute_coefficients() -> tuple[Any, ...]:
-    """Compute the nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, and the weights of the error.
-
-    T has the real eigenvector, and real and imaginary part of the complex one as columns. Weights: Hairer and Wanner 1996, IV.8.
-    """
+    """Compute the nodes, A, A^-1, its real and its complex eigenvalue, T, T^-1, and the weights of the error."""
     root = np.sqrt(6.0)
     nodes = np.array([(4 - root) / 10, (4 + root) / 10, 1.0])
     powers = np.vander(nodes, increasing=True)
     a = powers * nodes[:, None] / np.arange(1, 4) @ np.linalg.inv(powers)
     values, vectors = np.linalg.eig(np.linalg.inv(a))
     real, pair = np.argmin(np.abs(values.imag)), np.argmax(values.imag)
-    t = np.column_stack([vectors[:, real].real, vectors[:, pair].real, vectors[:, pair].imag])
-    weights = np.array([-(13 + 7 * root) / 3, (7 * root - 13) / 3, -1 / 3])
+    t = np.column_stack([vectors[:, real].real, vectors[:, pair].real, vectors[:, pair].imag])  # eigenvectors of A^-1
+    weights = np.array([-(13 + 7 * root) / 3, (7 * root - 13) / 3, -1 / 3])  # Hairer and Wanner 1996, IV.8
     return nodes, a, np.linalg.inv(a), float(values[real].real), complex(values[pair]), t, np.linalg.inv(t), weights
 
 
@@ -222,10 +219,7 @@ def _project_coordinates(tables, orders, work, state, t):
 
 @kernel_function
 def _project_rates(tables, orders, state, target, y):
-    """Move rates or accelerations y (n,) onto G y = target (r,) by the least correction in the metric of the mass.
-
-    Returns the multipliers mu of the correction, (r,), which the next solution overwrites.
-    """
+    """Move rates or accelerations y (n,) onto G y = target (r,) by the least correction in the mass metric; return mu (r,)."""
     n, correction = y.size, state.right_side
     correction[:n] = 0.0
     for k in range(target.size):
@@ -233,7 +227,7 @@ def _project_rates(tables, orders, state, target, y):
     solve(orders.mass, state.saddle_factors, state.saddle_swaps, correction, state.front_work)
     for i in range(n):
         y[i] -= correction[i]
-    return correction[n:]
+    return correction[n:]  # the next solution overwrites them
 
 
 @kernel_function

@@ -26,11 +26,8 @@ from .tables import STEP_START, ForceKind, Forces, Instant, Markers, Report, Sta
 
 @inline
 def compute_acceleration(tables, work, m, component, a):
-    """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates.
-
-    It is the marker's Jacobian times a, plus the second rate at a = 0, which the state has from column AX on.
-    """
-    total, first = work.state[m, State.AX + component], tables.markers[m, Markers.FIRST]
+    """Return the second rate of marker m, component 0 to 2 of (x, y, angle), at second rates a of the coordinates."""
+    total, first = work.state[m, State.AX + component], tables.markers[m, Markers.FIRST]  # total: the second rate at a = 0
     for j in range(first, first + tables.markers[m, Markers.COUNT]):
         total += work.jacobian[component, j] * a[tables.dofs[j]]
     return total
@@ -38,10 +35,7 @@ def compute_acceleration(tables, work, m, component, a):
 
 @jit
 def follow(tables, work, out, wanted, traces, reports):
-    """Fill the traces of `wanted` markers, (wanted, rate 0 to 2, component, times), and the reports of all forces.
-
-    `reports` has the shape (times, forces, columns of `Report`), or (0, ...) if none are wanted.
-    """
+    """Fill traces of `wanted` markers, (wanted, rate 0 to 2, component, times), and reports (times or 0, forces, `Report`)."""
     unused_forces = np.zeros(out.q.shape[1])
     for i in range(out.q.shape[0]):
         place_markers(tables, work, out.q[i], out.v[i])

@@ -176,10 +176,7 @@ class CompiledScene:
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
         *, since: float = 0.0, tangents: bool = True, sparse: bool = False,
     ) -> Equations:  # fmt: skip
-        """Compute forces, tangents and constraints at q, v (zero by default), time t [s], multipliers lam (zero).
-
-        `memory` has the bristles of `since` seconds before t, by default at rest. Matrices are SciPy's sparse arrays if `sparse`.
-        """
+        """Compute forces, tangents, constraints at a state, by default at rest; `memory` is that of `since` seconds before."""
         v = np.zeros(self.size) if v is None else v
         lam = np.zeros(len(self.tables.rows)) if lam is None else lam
         memory = self.memory() if memory is None else memory

@@ -25,24 +25,19 @@ def _read_counts(tables, k):
 
 @kernel_function
 def _evaluate(tables, work, k, r, count):
-    """Evaluate component r of the force if r < count, else the rate of state r - count, at the arguments in work.scratch.
-
-    A force has `count` components. Each component, then each rate, has one function, at the address in a row of tables.laws.
-    """
+    """Evaluate component r of the force if r < count, else the rate of state r - count, at the arguments in work.scratch."""
     factor = tables.factors[k] if r < count else 1.0  # statics scales the force, not the rates of its states
+    # components, `count` of them, then rates have consecutive laws
     return factor * call(tables.laws[tables.forces[k, Forces.LAW] + r, LawColumn.FIRST_ADDRESS], work.scratch)
 
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Find component p_c: return its marker, its row of work.jacobian, and where the marker's coordinates begin in the block.
-
-    The force's block has the coordinates of marker a, on which it acts, then those of the markers of states, from b on.
-    """
+    """Find component p_c: return its marker, its row of work.jacobian, and where the marker's coordinates begin in the block."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:  # rows of work.jacobian are x, y, angle, as the first columns of `State`
         return a, first + component, 0
-    b = tables.forces[k, Forces.B]
+    b = tables.forces[k, Forces.B]  # first marker of a state; their coordinates follow those of a in the block
     return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
 
 

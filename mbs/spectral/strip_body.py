@@ -128,10 +128,8 @@ def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
 
 
 def find_shape(link: Link, chord: float) -> StripShape:
-    """Find the stress-free shape of a link by integrals of its tangent, by Gauss's rule with 8 points in each of 256 intervals.
-
-    For a cubic spline of three waves through 17 points the error is 3e-9 of the length. With a tenth of the intervals it is 1e-5.
-    """
+    """Find the stress-free shape of a link: its tangent integrated by Gauss's rule with 8 points in each of 256 intervals."""
+    # for a cubic spline of three waves through 17 points the error is 3e-9 of the length; with a tenth of the intervals 1e-5
     curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
     on_grid = curve.places(grid)
@@ -162,12 +160,9 @@ def _fit_piece(line: Line, start: float, end: float, degree: int, fields: int) -
 
 
 def _add_coordinates(builder: Builder, coefficients: Array, before: Piece | None) -> Array:
-    """Add the coefficients of a piece, (fields, degree + 1), as coordinates; return their dofs in the same shape.
-
-    Coefficient 0 of each field is the value at the start, which is coefficient 1 of the piece `before`.
-    """
+    """Add the coefficients of a piece, (fields, degree + 1), as coordinates; return their dofs in the same shape."""
     dofs, first_new = np.zeros(coefficients.shape, dtype=int), 0
-    if before is not None:
+    if before is not None:  # coefficient 0 is the value at the start, coefficient 1 that at the end
         dofs[:, 0], first_new = before.dofs[:, 1], 1
     for own, values in zip(dofs[:, first_new:], coefficients[:, first_new:], strict=True):
         own[:] = builder.add_coordinates(values.tolist()) + np.arange(len(values))
@@ -202,13 +197,10 @@ def _add_mass(builder: Builder, fields: Array, mass: float, inertia: float, gram
 
 
 def _tabulate(builder: Builder, body: StripBody, piece: Piece) -> None:
-    """Add the row of a piece to the table of strips, with its numbers in the order of `StripData`.
-
-    Reissner's strip of degree p has p Gauss points, Kirchhoff's p + 1 (docs/theory-spectral.md, Bodies).
-    """
+    """Add the row of a piece to the table of strips, with its numbers in the order of `StripData`."""
     section, degree = body.section, piece.degree
     is_reissner = body.kind == StripKind.REISSNER
-    points = degree if is_reissner else degree + 1
+    points = degree if is_reissner else degree + 1  # docs/theory-spectral.md, Bodies
     xi, weights = gauss(points)
     # polynomials and their first and second derivatives by the arc length, each (points, degree + 1)
     functions = [basis(degree, xi, order) / piece.half_length**order for order in range(3)]

@@ -44,10 +44,7 @@ def _compute_strains(kind, z0, z1, z2, z3, gradients):
 
 @kernel_function
 def _differentiate_gradients(kind, dx, dy, ddx, ddy, gradients, second):
-    """Fill `second` (3, 4, 4) with second derivatives of the strains by z: Reissner's from B, Kirchhoff's from z = (dx, .., ddy).
-
-    Kirchhoff's strains are |r'| - 1, 0 and kappa = (dx ddy - dy ddx)/|r'|^2, with |r'|^2 = dx^2 + dy^2.
-    """
+    """Fill `second` (3, 4, 4) with second derivatives of the strains by z: Reissner's from B, Kirchhoff's from z."""
     second[:] = 0.0
     if kind == StripKind.REISSNER:
         c, s, shear, axial = gradients[0, 0], gradients[0, 1], gradients[0, 2], -gradients[1, 2]
@@ -57,6 +54,7 @@ def _differentiate_gradients(kind, dx, dy, ddx, ddy, gradients, second):
         second[1, 0, 2] = second[1, 2, 0] = -c
         second[1, 1, 2] = second[1, 2, 1] = -s
         return
+    # strains |r'| - 1, 0, kappa = (dx ddy - dy ddx)/|r'|^2
     w = 1.0 / (dx * dx + dy * dy)  # 1/|r'|^2
     inverse_stretch, kappa, ww = np.sqrt(w), (dx * ddy - dy * ddx) * w, w * w
     second[0, 0, 0], second[0, 1, 1] = inverse_stretch * dy * dy * w, inverse_stretch * dx * dx * w
@@ -198,13 +196,11 @@ def add_strips_tangents(tables, work, v, damp, stiff):
 
 @kernel_function
 def _add_strip_tangents(tables, work, strip, v, damp, stiff):
-    """Add a strip's tangents; its forces were added before, and left arguments and weighted stresses in `work`.
-
-    Tangents are sums of A^T H A over the Gauss points, H being `by_z` (4, 4) in the stiffness and `by_rate` in the damping.
-    """
+    """Add a strip's tangents, sums of A^T H A over the Gauss points; its forces left what they need in `work`."""
     kind, nb, ng, first, d, first_point = tables.strips[strip]
     size, block, order = _index_fields(kind, nb)
-    gradients, second, by_z, by_rate = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    gradients, second = np.zeros((3, 4)), np.zeros((3, 4, 4))
+    by_z, by_rate = np.zeros((4, 4)), np.zeros((4, 4))  # H of the stiffness and of the damping
     z_rate, lag = np.zeros(4), np.zeros(3)
     lag[0], lag[2] = tables.data[d + StripData.AXIAL_TIME], tables.data[d + StripData.BENDING_TIME]
     is_damped = lag[0] > 0.0 or lag[2] > 0.0
