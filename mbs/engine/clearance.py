@@ -12,7 +12,7 @@ from ..elements.element import GROUND
 from ..elements.stop import SLOWEST_ONSET
 from ..geometry import Array, find_sign_changes
 from ..laws import BristleLaw, NormalLaw
-from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
+from ..laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End, Joints
 from ..record.lookup import hermite
 from . import Callback, System
 from .guarded import watch
@@ -25,9 +25,8 @@ if TYPE_CHECKING:
 class ClearanceGroup:
     """Joints with clearance with the same laws, as a user element of the engine without mass.
 
-    The kernel's coordinates are x, y, theta of each node in turn. `offsets` (joints, 2) are the indices of the first coordinate
-    of pin and bush, -1 for the ground, `numbers` (joints, 10) the constants of each joint. `indices` (3 nodes,) are those of the
-    coordinates in the engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step;
+    The kernel's coordinates are x, y, theta of each node in turn. `indices` (3 nodes,) are those of the coordinates in the
+    engine's vector. `memory` (joints, 4) has the columns of `laws.journal.MEMORY` at the last accepted step;
     `updates_memory` is true if a law depends on it. `is_stuck` is true if the engine repeats one step for ever.
     """
 
@@ -37,7 +36,7 @@ class ClearanceGroup:
         self.nodes = nodes
         law, friction = joints[0].law, joints[0].friction
         self.kernel: Kernel = kernel_of(law, friction)
-        self.offsets, self.numbers = tables(joints, ends)
+        self.joints = tabulate(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.is_stuck = False
@@ -61,13 +60,13 @@ class ClearanceGroup:
         if self._calls > most_calls:
             self.is_stuck = True
             raise RuntimeError("the step is rejected again and again: no step is short enough for this law")
-        self.kernel.forces(t, np.array(q), np.array(q_t), self.memory, self.offsets, self.numbers, self._out)
+        self.kernel.forces(t, np.array(q), np.array(q_t), self.memory, self.joints, self._out)
         return self._out
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Update bristles and onset speeds of new contacts after an accepted step; return a copy of the memory, (joints, 4)."""
         indices, memory = self.indices, self.memory
-        self.kernel.report(t, q[indices], q_t[indices], memory, self.offsets, self.numbers, self._report)
+        self.kernel.report(t, q[indices], q_t[indices], memory, self.joints, self._report)
         report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
         depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
@@ -123,11 +122,11 @@ def _end(scene: EngineScene, body: str, point: str, nodes: list[int]) -> End:
     return End(offset=first_coordinate, place=(node_x, node_y), arm=(x - node_x, y - node_y))
 
 
-def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack `offsets` of pins and bushes, (joints, 2), and `numbers`, (joints, 10)."""
+def tabulate(joints: list[Clearance], ends: list[tuple[End, End]]) -> Joints:
+    """Tabulate joints for the kernel from their pins and bushes."""
     offsets = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
         [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]  # radius of the pin, clearance [m]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
-    return offsets, np.array(numbers, dtype=float)
+    return Joints(offsets, np.array(numbers, dtype=float))

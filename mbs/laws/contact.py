@@ -21,7 +21,7 @@ from ..geometry import Array
 from ..process import has_compiler
 from .compiled import Pointer, compile_cached, function_pointer, stamp_of, with_compiled_names
 from .friction import BristleLaw, FrictionLaw, as_bristle_law
-from .journal import BRISTLE, COLUMNS, GAP, ONSET, RADIUS, SINCE, SLIDING, fill_forces, find_states, locate_contact
+from .journal import BRISTLE, COLUMNS, GAP, ONSET, RADIUS, SINCE, SLIDING, Joints, fill_forces, find_states, locate_contact
 from .pieces import NormalLaw
 from .table import CODES, NUMBERS, FrictionKind, Laws, NormalKind, bristle_after, friction, normal_force
 
@@ -125,9 +125,8 @@ LawRow = IntEnum("LawRow", "NORMAL FRICTION", start=0)
 class Kernel:
     """Functions that compute generalised forces, and the report (normal force, depth, ...) of joints with a pair of laws.
 
-    Both take the time [s], coordinates q, rates v, and `memory` (joints, 4) of the values `journal.MEMORY`. Then follow `offsets`
-    (joints, 2) of pin and bush in q, the joints' rows of `numbers`, and the array to fill. `owners` keep the machine code of the
-    laws alive.
+    Both take the time [s], coordinates q, rates v, `memory` (joints, 4) of the values `journal.MEMORY`, the joints and the array
+    to fill. `owners` keep the machine code of the laws alive.
     """
 
     forces: Callable[..., None]
@@ -149,7 +148,7 @@ def kernel_of(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
         bristle_after=lambda _laws, _row, bristle, speed, duration: bristle_law.after(bristle, speed, duration),
     )
     forces, no_laws = _replace_globals(_forces, _report=report), Laws(np.empty(0), np.empty(0))
-    return Kernel(partial(forces, *no_laws), partial(report, *no_laws), compiled=False)
+    return Kernel(partial(forces, no_laws), partial(report, no_laws), compiled=False)
 
 
 def _replace_globals(function: Callable[..., None], **functions: Callable[..., Any]) -> Any:
@@ -165,17 +164,15 @@ def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel
     add_friction(table, friction)
     if not all(pointer.compiled for pointer in table.pointers):
         return None
-    rows = np.array(table.laws, dtype=np.int64), np.array(table.law_numbers)
-    forces, report = (partial(function, *rows) for function in _compile_functions())
+    pair = Laws(np.array(table.laws, dtype=np.int64), np.array(table.law_numbers))
+    forces, report = (partial(function, pair) for function in _compile_functions())
     return Kernel(forces, report, compiled=True, owners=tuple(table.pointers))
 
 
-def _report(
-    codes: Array, law_numbers: Array, t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array
-) -> None:
-    pair = Laws(codes, law_numbers)
-    for j in range(offsets.shape[0]):
-        pin, bush = find_states(offsets[j], numbers[j], q, v)
+def _report(pair: Laws, t: float, q: Array, v: Array, memory: Array, joints: Joints, out: Array) -> None:
+    numbers = joints.numbers
+    for j in range(numbers.shape[0]):
+        pin, bush = find_states(joints.offsets[j], numbers[j], q, v)
         depth, rate, sliding, nx, ny = locate_contact(
             numbers[j, RADIUS], numbers[j, GAP], (pin.x - bush.x, pin.y - bush.y), (pin.vx - bush.vx, pin.vy - bush.vy),
             (pin.spin, bush.spin),
@@ -191,23 +188,22 @@ def _report(
         out[j] = force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny  # in the order of `COLUMNS`
 
 
-def _forces(
-    codes: Array, law_numbers: Array, t: float, q: Array, v: Array, memory: Array, offsets: Array, numbers: Array, out: Array
-) -> None:
-    rows = np.empty((offsets.shape[0], len(COLUMNS)))
-    _report(codes, law_numbers, t, q, v, memory, offsets, numbers, rows)
-    fill_forces(rows, q, v, offsets, numbers, out)
+def _forces(pair: Laws, t: float, q: Array, v: Array, memory: Array, joints: Joints, out: Array) -> None:
+    rows = np.empty((memory.shape[0], len(COLUMNS)))
+    _report(pair, t, q, v, memory, joints, rows)
+    fill_forces(rows, q, v, joints, out)
 
 
 @cache
 def _compile_functions() -> tuple[Any, Any]:
     """Compile forces and report, or read them from disk, with the code of the functions that they call."""
     import numba
-    from numba import float64, int64, void
+    from numba import float64, int64, types, void
 
     stamp = stamp_of(*(Path(__file__).with_name(name) for name in ("contact.py", "journal.py", "pieces.py", "table.py")))
     vector, table, integers = float64[::1], float64[:, ::1], int64[:, ::1]
-    arguments = integers, table, float64, vector, vector, table, integers, table
+    pair, joints = (types.NamedTuple((integers, table), each) for each in (Laws, Joints))
+    arguments = pair, float64, vector, vector, table, joints
     compiled = []
     for function, out in ((_forces, vector), (_report, table)):
         copied = with_compiled_names(cast(FunctionType, function), numba.njit(error_model="numpy"))

@@ -13,6 +13,7 @@ Both solvers have this contact: `laws.contact` compiles these functions for Exud
 
 from collections import namedtuple
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -41,6 +42,13 @@ class End:
     offset: int  # index at which the coordinates (x, y, theta) of its body begin; -1 for the ground
     place: tuple[float, float]  # of the body's node, or the point on the ground, at t = 0 [m]
     arm: tuple[float, float]  # from `place` to the joint's centre [m]
+
+
+class Joints(NamedTuple):
+    """Joints with clearance with the same laws."""
+
+    offsets: Array  # integers (joints, 2): index of (x, y, theta) of the nodes of pin and bush in q; -1 for the ground
+    numbers: Array  # (joints, 10): place and arm of the pin, then of the bush; pin's radius, clearance
 
 
 EndState = namedtuple("EndState", "x y vx vy arm_x arm_y spin")
@@ -73,8 +81,9 @@ def locate_contact(radius: float, gap: float, place: Pair, velocity: Pair, spins
     return distance - gap, nx * ux + ny * uy, sliding, nx, ny
 
 
-def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array, out: Array) -> None:
+def fill_forces(rows: Array, q: Array, v: Array, joints: Joints, out: Array) -> None:
     """Set `out` to the generalised forces, the sum over all joints; `rows` are the joints' `COLUMNS`."""
+    offsets, numbers = joints.offsets, joints.numbers
     out[:] = 0.0
     for j in range(offsets.shape[0]):
         radius, row = numbers[j, RADIUS], rows[j]
@@ -83,7 +92,7 @@ def fill_forces(rows: Array, q: Array, v: Array, offsets: Array, numbers: Array,
         pin, bush = find_states(offsets[j], numbers[j], q, v)
         px, py = pin.x + radius * row[NX], pin.y + radius * row[NY]  # the common point P
         for side in range(2):
-            k = offsets[j, side]  # index of (x, y, theta) of the body's node; -1 for the ground
+            k = offsets[j, side]
             if k < 0:
                 continue
             end = pin if side == 0 else bush

@@ -168,7 +168,7 @@ def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:
         return solver.method == "explicit"
     kinds = scene.tables.forces[:, Forces.KIND]
     stiff = np.isin(kinds, (ForceKind.STRUT, ForceKind.FRICTION, ForceKind.GUIDE_FRICTION, ForceKind.STATEFUL)).any()
-    # with stiff damping the implicit method is 2 to 8 times faster at a 30 times smaller error (docs/theory-spectral.md)
+    # with stiff damping the implicit method is 2 to 8 times faster at a 30 times smaller energy error (docs/theory-spectral.md)
     has_clearance = bool((kinds == ForceKind.JOURNAL).any())
     return has_clearance and not len(scene.tables.strips) and not stiff and not scene.source.is_stiffly_damped
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Clearance, laws
-from buckler.mbs.engine.clearance import tables
+from buckler.mbs.engine.clearance import tabulate
 from buckler.mbs.laws import contact
 from buckler.mbs.laws.contact import kernel_of as kernel
 from buckler.mbs.laws.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
@@ -33,7 +33,7 @@ class Bodies:
         names = [("ground", "a"), ("a", "b"), ("b", "a")]
         gaps = (1e-4, 1e-5, 2e-3)
         made = [Clearance("P", *names[j], PIN, gaps[j], law, friction) for j in joints]
-        self.places, self.numbers = tables(made, [ENDS[j] for j in joints])
+        self.joints = tabulate(made, [ENDS[j] for j in joints])
         self.law, self.friction, self.size = law, friction, len(joints)
         chance = np.random.default_rng(7)
         self.q = chance.normal(size=(count, 6)) * ([3e-4, 3e-4, 3e-3] * 2)
@@ -49,7 +49,7 @@ class Bodies:
         """Generalised forces, shape (states, 6)."""
         made, out = kernel(self.law, self.friction), np.zeros_like(self.q)
         for row, *state in zip(out, self.t, self.q, self.q_t, self.memory, strict=True):
-            made.forces(*state, self.places, self.numbers, row)
+            made.forces(*state, self.joints, row)
         return out
 
     def report(self, q=None):
@@ -57,7 +57,7 @@ class Bodies:
         q, out = self.q if q is None else q, np.zeros((len(self.q), self.size, len(COLUMNS)))
         made = kernel(self.law, self.friction)
         for row, *state in zip(out, self.t, q, self.q_t, self.memory, strict=True):
-            made.report(*state, self.places, self.numbers, row)
+            made.report(*state, self.joints, row)
         return {name: out[:, :, k] for k, name in enumerate(COLUMNS)}
 
 
@@ -97,10 +97,10 @@ def test_depth_normal_and_force_of_a_pin_put_somewhere(plain):
     """Pin of a body held 0.5 mm along (3, 4)/5 from its bush on the ground, turning in place at 2 rad/s."""
     law, friction = laws.Hertz(1e9), laws.Coulomb(0.25, 1e-3)
     joint, made = Clearance("P", "a", "ground", PIN, GAP, law, friction), kernel(law, friction)
-    places, numbers = tables([joint], [(End(0, (1.0, 1.0), (0.0, 0.0)), End(-1, (1.0, 1.0), (0.0, 0.0)))])
+    joints = tabulate([joint], [(End(0, (1.0, 1.0), (0.0, 0.0)), End(-1, (1.0, 1.0), (0.0, 0.0)))])
     out, f = np.zeros((1, len(COLUMNS))), np.zeros(3)
     state = 0.0, np.array([3e-4, 4e-4, 0.7]), np.array([0.0, 0.0, 2.0]), np.zeros((1, len(MEMORY)))
-    made.report(*state, places, numbers, out), made.forces(*state, places, numbers, f)
+    made.report(*state, joints, out), made.forces(*state, joints, f)
     normal = 1e9 * 4e-4**1.5
     n, t = np.array([0.6, 0.8]), np.array([-0.8, 0.6])
     expected = [normal, 0.25 * normal, 4e-4, 0.0, 2.0 * PIN, 0.0, *(-normal * n - 0.25 * normal * t), *n]
@@ -136,7 +136,7 @@ def test_law_that_asks_itself_for_its_force_runs_in_python():
     made = kernel(Halved(8e9), laws.NoFriction())
     assert not made.compiled
     states, out, whole = Bodies(Halved(8e9), laws.NoFriction()), np.zeros(6), np.zeros(6)
-    given = states.t[0], states.q[0], states.q_t[0], states.memory[0], states.places
-    made.forces(*given, states.numbers, out)
-    kernel(laws.Hertz(8e9), laws.NoFriction()).forces(*given, Bodies(laws.Hertz(8e9), laws.NoFriction()).numbers, whole)
+    given = states.t[0], states.q[0], states.q_t[0], states.memory[0], states.joints
+    made.forces(*given, out)
+    kernel(laws.Hertz(8e9), laws.NoFriction()).forces(*given, whole)
     assert np.abs(out).max() > 0 and out == pytest.approx(0.5 * whole, rel=1e-12)
