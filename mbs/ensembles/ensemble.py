@@ -23,11 +23,13 @@ from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import USER_STOPS, TimeUpError, watch, watching
 from ..record.errors import Failure
+from ..record.run import collect
 from ..scene.linkage import turning_speed
 from ..solvers import Spectral
 from ..spectral.channels import Channels
 from ..spectral.dense import refine_times
 from ..spectral.output import Output
+from ..spectral.recording import record_of
 from ..spectral.run import RunState, integrate, is_explicit
 from ..spectral.scene import CompiledScene
 from ..spectral.start import start_rates
@@ -186,23 +188,30 @@ def ensemble(
     drawn = Members.draw(mechanisms, members, vary or {}, seed)
     edges = length * np.arange(windows + 1)
     task = Task(drawn, duration, solver, readings, edges, curves or {})
-    _try_first(task)
+    units = _try_first(task)
     values = np.full((len(drawn), windows, len(of)), np.nan)
-    found = Ensemble(drawn, tuple(of), edges, skip, values, np.zeros(len(drawn), dtype=bool), [""] * len(drawn))
+    found = Ensemble(drawn, tuple(of), edges, skip, values, np.zeros(len(drawn), dtype=bool), [""] * len(drawn), units)
     found = found.resume(store) if store and Path(store).exists() else found
     return _gather(task, found, executor, store)
 
 
-def _try_first(task: Task) -> None:
-    """Run the first member for a short time; raise a ValueError if readings or paths are wrong."""
+def _try_first(task: Task) -> dict[str, str]:
+    """Run the first member for a short time and return the units of readings; raise a ValueError if one or a path is wrong."""
     duration = 1e-4 * task.duration  # wrong names are found at the first rows of a run of any duration
     trial = replace(task, duration=duration, edges=np.array([0.0, duration]))
+    units: dict[str, str] = {}
     try:
-        trial.integrate(0, trial.prepare(0, {}))
+        scene, start, channels = trial.prepare(0, {})
+        trial.integrate(0, (scene, start, channels))
+        parts: list[Output] = []
+        integrate(scene, duration, task.solver, state=start, take=parts.append)
+        if parts:
+            units = {name: signal.unit for name, signal in collect(record_of(scene, parts[0])).items()}
     except np.linalg.LinAlgError:  # a ValueError, but no mistake in the call: the run of this member will report it
         pass
     except KeyError as error:
         raise ValueError(str(error)) from None
+    return {reading.text: reading.unit(units) for reading in task.readings}
 
 
 def _gather(task: Task, found: Ensemble, executor: Executor | None, store: str | Path | None) -> Ensemble:

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..functions.formulas import CONSTANTS
 from ..geometry import Array
-from ..sensitivity.reading import POINTWISE, TOKEN, parse_reading, value_of
+from ..sensitivity.reading import POINTWISE, TOKEN, parse_reading, unit_of_formula, value_of
 from ..spectral.statistics import Accumulator, Statistic, add_rows
 
 NO_TIMES = np.empty(0)
@@ -70,6 +70,11 @@ class StatisticReading:
     def signals(self) -> tuple[str, ...]:
         """Names of the signals."""
         return tuple(dict.fromkeys(_signals(self.tree)))
+
+    def unit(self, units: Mapping[str, str]) -> str:
+        """Return the unit of the reading from those of signals; '' if it is not known."""
+        known = all(name in units for name in self.signals)  # a curve of the user's has no unit
+        return unit_of_formula(self.tree, units) if known else ""
 
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:
         """Compute the reading in windows of `lengths` [s] from `sums` (windows, formulas in `order`, kinds of sum)."""

@@ -7,7 +7,7 @@ members with one mechanism and one value of each list.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,6 +23,10 @@ from .members import Members
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
+
+
+MOST_TICKS = 6
+"""Number of values of a list up to which each has a tick in a map; chosen so that the numbers do not overlap."""
 
 
 class Cell(NamedTuple):
@@ -46,6 +50,7 @@ class Ensemble:
     values: Array  # (members, windows, readings), nan if a member failed or has not run
     done: Array  # True for members that have run, (members,)
     reasons: list[str]  # reasons of failures, '' for members that did not fail
+    units: dict[str, str] = field(default_factory=dict)  # of readings, '' where it is not known
     interrupted: bool = False  # by Ctrl-C
     timed_out: bool = False  # the time limit was over before all members had run
 
@@ -63,6 +68,12 @@ class Ensemble:
             why, count = Counter(filter(None, self.reasons)).most_common(1)[0]
             found += f", {failed} of them failed, {count} by {why}"
         return found + (" (interrupted)" if self.interrupted else " (TIMED_OUT)" if self.timed_out else "")
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Readings and varied numbers with their units, by name."""
+        units = Family.of(self.members.sources[0], self.members.paths).units | self.units
+        return {name: label_with_unit(name, units.get(name, "")) for name in (*self.members.paths, *self.readings)}
 
     def of(self, reading: str, cell: int | None = None) -> Array:
         """Return values of a reading, of members that did not fail, without skipped windows, shape (members, windows).
@@ -119,9 +130,11 @@ class Ensemble:
                  for b in grid[1]]  # fmt: skip
         ax = ax or _make_axes()
         mesh = ax.pcolormesh(grid[0], grid[1], means, shading="nearest")
-        ax.figure.colorbar(mesh, ax=ax, label=f"mean of {reading}")
-        units = Family.of(self.members.sources[0], (x, y)).units
-        ax.set(xlabel=label_with_unit(x, units[x]), ylabel=label_with_unit(y, units[y]))
+        ax.figure.colorbar(mesh, ax=ax, label=f"mean of {self.labels[reading]}")
+        ax.set(xlabel=self.labels[x], ylabel=self.labels[y])
+        for axis, values in zip((ax.xaxis, ax.yaxis), grid, strict=True):
+            if len(values) <= MOST_TICKS:  # else ticks between the values, and beyond them, would look like values
+                axis.set_ticks(values)
         ax.ticklabel_format(scilimits=(-3, 4))
         return ax
 
@@ -131,7 +144,7 @@ class Ensemble:
         ax.hist(self.of(reading).ravel(), bins=bins, color="0.7")
         ax.axvspan(*self.interval(reading), alpha=0.4, label="mean, 95 % interval")
         ax.axvline(self.mean(reading))
-        ax.set(xlabel=reading, ylabel="windows")
+        ax.set(xlabel=self.labels[reading], ylabel="windows")
         ax.legend()
         return ax
 
@@ -139,7 +152,7 @@ class Ensemble:
         """Draw a Poincaré section: two readings at the ends of all windows, such as `end(B.x)` and `end(B.vx)`."""
         ax = ax or _make_axes()
         ax.plot(self.of(x).ravel(), self.of(y).ravel(), ".", ms=1)
-        ax.set(xlabel=x, ylabel=y)
+        ax.set(xlabel=self.labels[x], ylabel=self.labels[y])
         return ax
 
     def columns(self) -> dict[str, Array]:

@@ -79,7 +79,7 @@ def read_number(
         value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
         raise ValueError(f"{text}: gives a series; write max({text}), mean({text}) or end({text})")
-    return ValueWithUnit(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
+    return ValueWithUnit(float(value), unit_of_formula(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
 def parse_frequency(text: str) -> int:
@@ -169,7 +169,7 @@ def value_of(
     return evaluate(tree)
 
 
-def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
+def unit_of_formula(node: ast.expr, units: Mapping[str, str]) -> str:
     """Return the unit of a formula's value; '' if the formula mixes units or makes a new one, except a signal's impulse."""
     match node:
         case ast.Name(id=name) if name in units:
@@ -177,9 +177,9 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
         case ast.Constant() | ast.Name():
             return "1"
         case ast.UnaryOp(operand=operand):
-            return _unit(operand, units)
+            return unit_of_formula(operand, units)
         case ast.BinOp(op=operator, left=left, right=right):
-            a, b = _unit(left, units), _unit(right, units)
+            a, b = unit_of_formula(left, units), unit_of_formula(right, units)
             if isinstance(operator, ast.Add | ast.Sub):
                 return a if a == b else ""
             if isinstance(operator, ast.Pow):
@@ -191,10 +191,10 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             return "1" if a == b != "" else ""  # of a quotient
         case ast.Call(func=ast.Name(id="when" | "begins" | "ends")):
             return "s"
-        case ast.Call(func=ast.Name(id="sin" | "cos")):
+        case ast.Call(func=ast.Name(id="sin" | "cos" | "share" | "onsets")):
             return "1"
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            inner = _unit(arguments[0], units)
+            inner = unit_of_formula(arguments[0], units)
             if name == "impulse":
                 return "s" if inner == "1" else f"{inner} s" if inner else ""
             return inner if name != "sqrt" or inner == "1" else ""

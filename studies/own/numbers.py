@@ -190,12 +190,12 @@ def _table(found: Ensemble) -> str:
     rows = []
     for each in (_summary(found, reading) for reading in found.readings):
         interval = f"{each['low']:.6g} to {each['high']:.6g}"
-        rows.append([each["reading"], each["mean"], f"{each['error']:.2g}", interval, *each["quantiles"]])
+        rows.append([found.labels[each["reading"]], each["mean"], f"{each['error']:.2g}", interval, *each["quantiles"]])
     tables = [Table(("reading", "mean", "standard error", "95 % interval", "5 %", "50 %", "95 %"), rows)]
     if found.members.grid:
         by_combination = zip(*(found.cells(reading) for reading in found.readings), strict=True)  # each a cell for each reading
         lines = [[*cells[0].values.values(), *(f"{x.mean:.5g} ± {x.error:.2g}" for x in cells)] for cells in by_combination]
-        tables.append(Table([*found.members.grid, *found.readings], lines))
+        tables.append(Table([found.labels[name] for name in (*found.members.grid, *found.readings)], lines))
     return "\n\n".join(map(str, tables))
 
 

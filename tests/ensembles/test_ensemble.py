@@ -159,7 +159,8 @@ def test_tables_and_figures(chaotic):
         list(frame.columns) == ["member", "window", "joints[2].gap", FORCE, "onsets(B.normal_force)", "end(B.x)"]
         and len(frame) == 60
     )
-    assert chaotic.histogram(FORCE).get_xlabel() == FORCE
+    assert chaotic.histogram(FORCE).get_xlabel() == f"{FORCE} [N]"
+    assert list(chaotic.units.values()) == ["N", "1", "m"]
     assert len(chaotic.section("end(B.x)", FORCE).lines[0].get_xdata()) == 48
 
 
@@ -177,6 +178,8 @@ def test_a_map_over_two_lists():
     drawn = found.map("gravity[1]", "links.bar.body.mass", "max(A.vx)")
     assert drawn.collections[0].get_array().shape == (3, 2)
     assert (drawn.get_xlabel(), drawn.get_ylabel()) == ("gravity[1] [m/s^2]", "links.bar.body.mass [kg]")
+    assert drawn.figure.axes[1].get_ylabel() == "mean of max(A.vx) [m/s]"
+    assert sorted(drawn.get_yticks()) == [1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize(
