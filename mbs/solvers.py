@@ -34,7 +34,7 @@ class Controlled(Setting):
     tolerance: float | None = quantity(
         "1", above=0, default=None,
         doc="local error of positions allowed a step, relative to the longest link or, if that is less, a tenth of the smallest "
-        "clearance; by default 1e-5, with clearance 1e-3, with stiffly damped clearance 3e-5; for `Spectral` see there",
+        "clearance; by default 1e-5, with clearance 1e-3, with stiffly damped clearance 3e-5; for `Spectral` 1e-6",
     )  # fmt: skip
     max_step: float | None = quantity("s", above=0, doc="by default a 200th of the duration, for `Spectral` a 50th", default=None)
     contact_resolution: int = whole(1, 10_000, doc="least steps in half an oscillation of a block on a stop or strut", default=40)

@@ -24,9 +24,9 @@ from buckler.mbs.spectral.beforehand import compile_all
 from buckler.mbs.units import measured
 from buckler.mbs.validate import number
 
-from ..kit.cli import Command
+from ..kit.cli import Command, add_repeated
 from ..kit.report import Table
-from .files import FileContent, ask, file_command
+from .files import FileContent, ask, file_command, open_file
 
 
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
@@ -175,11 +175,12 @@ def _frequencies(mechanism: mbs.Mechanism) -> list[str]:
 
 def _declare_show(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+    add_repeated(parser, "--set", "PATH=VALUE", "another value of an entry of the file", dest="changes")
     parser.add_argument("--out", metavar="FILE", type=Path, help="the drawing; default FILE.png beside it")
 
 
 def _show(options: argparse.Namespace) -> int:
-    mechanism = mbs.Mechanism.load(options.file)
+    mechanism = open_file(options.file, options.changes).mechanism
     print(describe(mechanism))
     drawing = options.out or options.file.with_suffix(".png")
     mechanism.plot().figure.savefig(drawing)

@@ -38,7 +38,9 @@ SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spec
 SOLVER_GROUP = "the solver; with an accuracy its kind is kept, its steps and the strips' elements are chosen"
 """Heading, in the help, of the solver's options."""
 SOLVER_NAME = Declaration(
-    Choice(tuple(SOLVERS)), "default exudyn, or closure for linkages that it determines",
+    Choice(tuple(SOLVERS)),
+    "exudyn, spectral (compiled) or closure; by default chosen, and the error estimated; with one of the settings below and no "
+    "name exudyn, or closure where constraints determine the motion",
     bounds={}, required=False, default=None, group=SOLVER_GROUP,
 )  # fmt: skip
 """Declaration of the solver's name: of the option `solver`, and of the key `kind` in the table `solver`."""
@@ -222,7 +224,7 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     if not result.status.finished:
         return found
     if parameters.accuracy is not None:
-        found["relative error"] = Metric(result.error.motion, "1")
+        found["relative error of the motion"] = Metric(result.error.motion, "1")
         found |= {f"relative error of {name}": Metric(result.error[key_of(name)], "1") for name in target_signals(parameters)}
     if parameters.verify:
         found["difference from the other solver"] = Metric(result.verified, "1")
@@ -247,7 +249,6 @@ def figure(result: StudyResult) -> dict[str, Figure]:
     drawn, axes = subplots(len(names), 1, height=height, sharex=True, squeeze=False)
     for name, ax in zip(names, axes[:, 0], strict=True):
         ax.plot(result.signals["time"], result.signals[name])
-        ax.set_ylabel(label_with_unit(name, result.units.get(name, "")))
+        ax.set_title(label_with_unit(name, result.units.get(name, "")), loc="left")  # as a label of the axis it may be too long
     axes[-1, 0].set_xlabel("time [s]")
-    drawn.align_ylabels()
     return {"signals": drawn}

@@ -32,6 +32,14 @@ def test_new_show_and_the_names_of_examples(tmp_path, monkeypatch, capsys):
     assert "did you mean pendulum?" in capsys.readouterr().err
 
 
+def test_show_draws_what_set_changes(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", "stephenson"]) == 0
+    assert main(argv=["show", "stephenson.toml", "--set", "links.rod.length=420mm"]) == 0
+    assert re.search(r"^rod +D-E +Rigid +0\.42 ", capsys.readouterr().out, re.MULTILINE)
+    assert main(argv=["show", "stephenson.toml", "--set", "links.rod.lenght=420mm"]) == 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"])
 def test_every_example_runs_and_passes_its_checks(name, tmp_path, monkeypatch, capsys):
