@@ -99,19 +99,10 @@ class Parameters(PlayParameters):
         return modal if self.modal_damping == "constant" else set_damping(modal, self.modal_damping, self.rocker_damping)
 
 
-@dataclass(frozen=True)
-class Variant:
-    """Run of a variant of the mechanism."""
-
-    name: str  # ideal, rigid or flexible
-    with_play: str  # joints with clearance
-    result: mbs.Result
-
-
-def run_variants(p: Parameters, progress: Progress) -> list[Variant]:
-    """Run the variant `ideal`, rigid with ideal joints, and a variant with clearance for each requested rocker."""
-    cases = [("ideal", "rigid", ""), *((ROCKERS[rocker], rocker, p.with_play) for rocker in p.rocker)]
-    return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
+def run_variants(p: Parameters, progress: Progress) -> dict[str, mbs.Result]:
+    """Run `ideal`, rigid bars in ideal joints, and with clearance `rigid` or `flexible` for each requested rocker."""
+    cases = {"ideal": ("rigid", "")} | {ROCKERS[rocker]: (rocker, p.with_play) for rocker in p.rocker}
+    return {name: simulate(p, *case) for name, case in progress(cases.items(), label="variants")}
 
 
 def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
@@ -122,10 +113,10 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
     return mbs.simulate(p.mechanism(rocker, with_play), p.duration, solver=solver, ledger=True, timeout=p.timeout)
 
 
-def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
+def read(result: mbs.Result, ideal: mbs.Result, settle: float) -> dict[str, Metric]:
     """Compute the numbers of a run from `settle` [s] on; nan where the run ended before."""
-    result, signals, found = variant.result, variant.result.signals, {}
-    late = result.time >= settle
+    signals, late = result.signals, result.time >= settle
+    found = {}
 
     def curve(values: Array) -> Curve:
         """Return values over the time from `settle` on."""
@@ -135,14 +126,19 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, Metric]:
         size = np.hypot(*(read_force(result, joint, axis) for axis in "xy"))
         found[f"peak_force_{name}"] = Metric(curve(size).max(), "N")
     for link in ("coupler", "rocker"):
-        difference = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
+        difference = signals[f"{link}.vx"] - ideal.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = Metric(curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
         found[f"rms_ax_{link}"] = Metric(curve(signals[f"{link}.ax"]).rms(), "m/s^2")
         found[f"rms_vx_error_{link}"] = Metric(curve(difference).rms(), "m/s")
-    deepest = max((curve(np.abs(signals[f"{joint}.penetration"])).max() for joint in variant.with_play), default=0.0)
-    contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in variant.with_play)
+    deepest = max((curve(signals[f"{joint}.penetration"]).max() for joint in loose_joints(result)), default=0.0)
+    contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in loose_joints(result))
     found |= {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
     return found | {"energy_balance": Metric(result.energy_balance, "1")}
+
+
+def loose_joints(result: mbs.Result) -> list[str]:
+    """List the joints with clearance."""
+    return [joint for joint in BODIES if f"{joint}.penetration" in result.signals]
 
 
 def read_force(result: mbs.Result, joint: str, axis: str) -> Array:
@@ -157,31 +153,31 @@ def signal_prefix(joint: str) -> str:
     return f"{joint}.{'-'.join(BODIES[joint])}"
 
 
-def samples(variant: Variant) -> dict[str, Array]:
-    """Return the arrays of a run for signals.npz, by name."""
+def samples(name: str, result: mbs.Result) -> dict[str, Array]:
+    """Return the arrays of the run of a variant for signals.npz, by name."""
     states = ("journal_x", "journal_y", "contact_state")
-    names = [*MOTIONS, *(f"{joint}.{state}" for joint in variant.with_play for state in states)]
-    signals = {name: variant.result.signals[name] for name in names}
-    signals |= {f"{signal_prefix(j)}.f{axis}": read_force(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
-    return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
+    names = [*MOTIONS, *(f"{joint}.{state}" for joint in loose_joints(result) for state in states)]
+    signals = {"time": result.time} | {each: result.signals[each] for each in names}
+    signals |= {f"{signal_prefix(j)}.f{axis}": read_force(result, j, axis) for j in FORCES.values() for axis in "xy"}
+    return {f"{name}.{each}": values for each, values in signals.items()}
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run all variants with each seed, and compute means over the seeds."""
     runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
-    first = runs[0]
-    found = [{v.name: read(v, ideal, p.settle) for v in (ideal, *others)} for ideal, *others in runs]
+    found = [{name: read(result, each["ideal"], p.settle) for name, result in each.items()} for each in runs]
     metrics = {
-        f"{v.name}.{name}": mean(metric.unit, [each[v.name][name].value for each in found])
-        for v in first
-        for name, metric in found[0][v.name].items()
+        f"{variant}.{name}": mean(metric.unit, [each[variant][name].value for each in found])
+        for variant, numbers in found[0].items()
+        for name, metric in numbers.items()
     }
+    first = runs[0]
     return StudyResult(
-        parameters=p, **worst([(v.name, v.result) for run in runs for v in run]),  # status and message of all runs
+        parameters=p, **worst([each for run in runs for each in run.items()]),  # status and message of all runs
         metrics=metrics,
-        signals={name: values for v in first for name, values in samples(v).items()},
-        work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
-        tables=[_table(metrics, [v.name for v in first], p)],
+        signals={key: values for name, result in first.items() for key, values in samples(name, result).items()},
+        work={f"{name}.{key}": result.work[key] for name, result in first.items() for key in ("wall_s", "steps")},
+        tables=[_table(metrics, list(first), p)],
     )  # fmt: skip
 
 

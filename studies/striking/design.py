@@ -41,18 +41,13 @@ class Parameters(StrikeParameters):
     fastest: float = quantity(10, "rad/s", 1e-3, 1e3, "fastest the drive can run", "drive")
     model: str = choice("strut", ("strut", "beam"), "model that the design is checked with", "check")
 
-    @property
-    def wish(self) -> Wish:
-        """Wished forces and contact angle."""
-        return Wish(self.contact_force, self.impact_force, self.contact_angle)
-
-    @property
-    def given_numbers(self) -> Given:
-        """Numbers that the design does not change."""
-        return Given(
+    def design(self) -> StrikeDesign:
+        """Solve for the design of these wishes."""
+        given = Given(
             width=self.width, mass=self.mass, stiffness=self.stop_stiffness, restitution=self.restitution,
             friction=self.friction_force, yield_strength=self.yield_strength, fastest=self.fastest,
         )  # fmt: skip
+        return design(Wish(self.contact_force, self.impact_force, self.contact_angle), given)
 
 
 def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> ModelRun:
@@ -69,7 +64,7 @@ def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> Mo
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Solve for the design, and simulate one turn of it."""
-    d = design(p.wish, p.given_numbers)
+    d = p.design()
     bounds = {f"limit.{limit.name}": Metric(float(limit.use), "1") for limit in limits(d)}
     if not feasible(d):
         return StudyResult(parameters=p, status="INFEASIBLE", message=str(binding(d)), metrics=bounds)
@@ -103,7 +98,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 def figure(result: StudyResult) -> Figure:
     """Draw contours of the contact force over thickness and contact angle; grey where the limits exclude the wished impact."""
     p = result.of(Parameters)
-    d = design(p.wish, p.given_numbers)
+    d = p.design()
     fig, ax = subplots(height=90)
     h, angle = np.meshgrid(np.geomspace(d.thickness / 4, 4 * d.thickness, 120), np.radians(np.linspace(10, 340, 120)))
     bending_stiffness = STEEL.modulus * p.width * h**3 / 12

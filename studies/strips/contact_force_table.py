@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
-from buckler.mbs import Beam, Section, engine
+from buckler.mbs import STEEL, Beam, Section, engine
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
 
@@ -46,29 +46,22 @@ class Parameters(StudyParameters):
     angles: int = integer(31, 2, 1000, "crank angles from the stop to dead centre", "numerics")
 
 
-class Press:
-    """Strip of a thickness [m] that presses the slider against a stop, at x = `stop` on the slider's line [m]."""
+def force_unit(thickness: float) -> float:
+    """Compute the unit of the normalised forces of a strip, E I/L^2 [N]."""
+    return Section(STRIP_WIDTH, thickness).bending_stiffness / PAPER.coupler**2
 
-    def __init__(self, thickness: float, stop: float) -> None:
-        self.stop, self.section = stop, Section(STRIP_WIDTH, thickness)
-        self.unit = self.section.bending_stiffness / PAPER.coupler**2  # of the normalised force, E I/L^2 [N]
-        self.shortening = float(PAPER.shortening(np.pi, stop))  # largest end shortening over length, at the dead centre
 
-    @property
-    def stress(self) -> float:
-        """Largest bending stress [Pa]."""
-        strip = self.section
-        return float(pinned.surface_stress(self.shortening, strip.thickness, PAPER.coupler, strip.material.modulus))
+def press(load: Callable[[Array], Array], thickness: float, stop: float, angle: ArrayLike) -> Array:
+    """Compute the force of a strip on a stop at x = `stop` [m], F = p(u) E I/L^2 cos(phi) [N], at crank angles [rad].
 
-    def force(self, load: Callable[[Array], Array], angle: ArrayLike) -> Array:
-        """Compute F = p(u) E I/L^2 cos(phi) [N] at crank angles [rad]: eqs 7-13 of the paper, phi from chord to slider's line."""
-        return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
+    Equations 7 to 13 of the paper; phi is the angle from the strip's chord to the slider's line.
+    """
+    return np.asarray(PAPER.push(load, Section(STRIP_WIDTH, thickness).bending_stiffness, np.atleast_1d(angle), stop))
 
 
 def table_2_stop() -> float:
     """Compute the stop [m] at which the exact elastica has the printed force of the 0.3 mm strip at the dead centre."""
-    unit = Press(REFERENCE_THICKNESS, stop=0.0).unit  # any stop: the unit does not depend on it
-    load = CONTACT_FORCES[REFERENCE_THICKNESS] / unit
+    load = CONTACT_FORCES[REFERENCE_THICKNESS] / force_unit(REFERENCE_THICKNESS)
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
@@ -83,16 +76,17 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     for h in progress(p.thicknesses, label="thicknesses"):
         load_laws = _make_load_laws(h, p.elements, failures)
         for name, stop in stops.items():
-            press, key = Press(h, stop), f"h{_mm(h)}_{name}"  # as in the metric F_h0.3_e120, the force of the beam
-            largest = {model: float(press.force(load_law, np.pi)[0]) for model, load_law in load_laws.items()}
+            key = f"h{_mm(h)}_{name}"  # as in the metric F_h0.3_e120, the force of the beam
+            largest = {model: float(press(load_law, h, stop, np.pi)[0]) for model, load_law in load_laws.items()}
             # The printed forces stand at both stops, to show which of them the table was computed with.
             metrics[f"F_{key}"] = Metric(largest["beam"], "N", published=CONTACT_FORCES.get(h), exact=largest["exact"])
             metrics |= {f"{model}_{key}": Metric(largest[model], "N", exact=largest["exact"]) for model in ("quartic", "rod")}
-            metrics[f"stress_{key}"] = Metric(press.stress, "Pa")
-            if press.stress > p.yield_strength:
-                yields.append(f"h = {_mm(h)} mm at {name} ({press.stress / 1e6:.0f} MPa)")
-        press = Press(h, stop_of_text)
-        signals |= {f"F_h{_mm(h)}.{model}": press.force(load_law, angle) for model, load_law in load_laws.items()}
+            stress = float(pinned.surface_stress(PAPER.shortening(np.pi, stop), h, PAPER.coupler, STEEL.modulus))
+            metrics[f"stress_{key}"] = Metric(stress, "Pa")  # of bending, the largest
+            if stress > p.yield_strength:
+                yields.append(f"h = {_mm(h)} mm at {name} ({stress / 1e6:.0f} MPa)")
+        curves = {model: press(load_law, h, stop_of_text, angle) for model, load_law in load_laws.items()}
+        signals |= {f"F_h{_mm(h)}.{model}": force for model, force in curves.items()}
     metrics |= _ratios(p, metrics) | {
         "stop_eTable2": Metric(-stops["eTable2"], "m"),
         "angle_eTable2": Metric(float(np.degrees(PAPER.contact_angle(stops["eTable2"]))), "deg"),
@@ -116,8 +110,8 @@ def _mm(thickness: float) -> str:
 
 def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
     """Make the law p(u) of each model, nan for rod and beam where the strip may be straight; failures are appended."""
-    press = Press(thickness, stop=0.0)  # any stop: section and unit do not depend on it
-    strip = Rod(axial=press.section.axial_stiffness / press.unit, shear=press.section.shear_stiffness / press.unit)
+    section, unit = Section(STRIP_WIDTH, thickness), force_unit(thickness)
+    strip = Rod(axial=section.axial_stiffness / unit, shear=section.shear_stiffness / unit)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
         """Compute loads where the strip is surely bent; none if rod or engine raise that Newton's method fails."""
@@ -130,7 +124,7 @@ def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Map
         return p
 
     rod = np.vectorize(lambda u: strip.at_shortening(u).load)
-    beam = partial(engine.pinned_strip, Beam(press.section, elements), PAPER.coupler)
+    beam = partial(engine.pinned_strip, Beam(section, elements), PAPER.coupler)
     return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(load_bent, rod), "beam": partial(load_bent, beam)}
 
 
@@ -151,7 +145,7 @@ def _friction_bounds(p: Parameters) -> dict[str, Metric]:
     found: dict[str, Metric] = {}
     limit = p.static_friction * p.mass * GRAVITY
     for h in p.thicknesses:
-        low, high = friction_interval(Press(h, PAPER_STOP).force(pinned.load, np.pi)[0], limit)
+        low, high = friction_interval(press(pinned.load, h, PAPER_STOP, np.pi)[0], limit)
         found |= {f"friction_h{_mm(h)}.low": Metric(float(low), "N"), f"friction_h{_mm(h)}.high": Metric(float(high), "N")}
     return found
 
@@ -165,14 +159,15 @@ def figure(result: StudyResult) -> Figure:
     """Draw force over crank angle, and largest force over thickness, in units of E I/L^2, in which a cubic law is constant."""
     p, s = result.of(Parameters), result.signals
     fig, (left, right) = subplots(1, 2, height=85)
-    last = Press(p.thicknesses[-1], table_2_stop())  # the last strip of the list
-    turn = np.linspace(PAPER.contact_angle(last.stop), np.pi, 200)
-    left.plot(np.degrees(turn), last.force(pinned.load, turn) / last.unit, "C4--", label="exact, stop of Table 2")
+    last, stop_of_table = p.thicknesses[-1], table_2_stop()  # the last strip of the list
+    turn = np.linspace(PAPER.contact_angle(stop_of_table), np.pi, 200)
+    exact = press(pinned.load, last, stop_of_table, turn) / force_unit(last)
+    left.plot(np.degrees(turn), exact, "C4--", label="exact, stop of Table 2")
     for name, style in (("exact", "C0-"), ("quartic", "C1:"), ("beam", "C2.")):
-        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(p.thicknesses[-1])}.{name}"] / last.unit, style, label=name)
+        left.plot(np.degrees(s["angle"]), s[f"F_h{_mm(last)}.{name}"] / force_unit(last), style, label=name)
     left.set(xlabel="crank angle [deg]", ylabel="contact force $F L^2/(E I)$")
     h = np.array(sorted(p.thicknesses))
-    units = np.array([Press(x, 0.0).unit for x in h])
+    units = np.array([force_unit(x) for x in h])
     for stop, mark in ((f"e{np.degrees(p.stop_angle):g}", "C2o"), ("eTable2", "C4s")):
         found = [result.metrics[f"F_h{_mm(x)}_{stop}"] for x in h]
         right.plot(1e3 * h, np.array([m.value for m in found]) / units, mark, fillstyle="none", label=f"beam, {stop}")

@@ -185,7 +185,7 @@ def test_strut_does_what_was_asked(result):
     assert result.status == "OK", result.message
     for name, wished, bar in (("contact_force", 2.0, 5e-3), ("impact_force", 30.0, 2e-2), ("contact_angle", 120.0, 5e-3)):
         assert result.metrics[name].exact == pytest.approx(wished) and result.metrics[name].error < bar
-    d = design(study.Parameters().wish, study.Parameters().given_numbers)
+    d = study.Parameters().design()
     assert (value(result, "thickness"), value(result, "speed")) == (d.thickness, d.speed)
     (ax,) = inked(study, result).axes
     assert "[mm]" in ax.get_xlabel() and "[deg]" in ax.get_ylabel()

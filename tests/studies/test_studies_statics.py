@@ -6,7 +6,7 @@ from drawing import drawn
 from scipy.optimize import linprog
 
 from buckler.elastica import pinned
-from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.mbs.library import PAPER
 from buckler.studies.strips import contact_force_table, elastica_law
 from buckler.studies.strips.contact_force_table import friction_interval
 
@@ -62,13 +62,14 @@ def test_force_over_crank_angle(table):
     assert table.signals["F_h0.3.quartic"] == pytest.approx(known, rel=2e-3)
 
 
-def test_force_is_largest_at_dead_centre_and_its_moment_makes_the_stress():
-    press = contact_force_table.Press(3e-4, PAPER_STOP)
-    before, top, after = press.force(pinned.load, np.radians([160, 180, 200]))
+def test_force_is_largest_at_dead_centre_and_its_moment_makes_the_stress(table):
+    stop = PAPER.slider(2 * np.pi / 3)
+    before, top, after = contact_force_table.press(pinned.load, 3e-4, stop, np.radians([160, 180, 200]))
     assert before == pytest.approx(after, rel=1e-12) and before < top
-    moment = top * PAPER.coupler * pinned.mid_deflection(press.shortening)
-    assert press.stress == pytest.approx(moment * press.section.thickness / 2 / press.section.second_moment, rel=1e-12)
-    assert press.stress == pytest.approx(376e6, rel=2e-3)
+    moment = top * PAPER.coupler * pinned.mid_deflection(PAPER.shortening(np.pi, stop))
+    stress = table.metrics["stress_h0.3_e120"].value
+    assert stress == pytest.approx(moment * 3e-4 / 2 / (0.030 * 3e-4**3 / 12), rel=1e-12)
+    assert stress == pytest.approx(376e6, rel=2e-3)
 
 
 def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
