@@ -112,29 +112,22 @@ class Parameters(TestedRuns):
         return {f"c_max[{unit}].g{gravity:g}": (unit, gravity) for unit, gravity in product(self.damping_unit, self.gravity)}
 
 
-class Ratios(NamedTuple):
-    """Ratios of means, flexible over rigid rocker, in a cell or with the cells as first axis; nan after a failed run."""
-
-    ratio: Array  # (samples, claims)
-    error: Array  # standard error
-    half_width: Array  # of the 95 % interval
-
-
-def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Ratios:
+def ratios(p: Parameters, cases: Sequence[RockerParameters], bodies: Sequence[Modal], batch: int) -> Array:
     """Run all samples of a cell with a flexible rocker (`bodies`) and a rigid one; return the ratios of their means.
 
-    `batch` is the number of the cell, from which the seed of its random starts follows.
+    The result has the shape (3, samples, claims): ratio flexible over rigid, its standard error and the half width of its 95 %
+    interval, nan after a failed run. `batch` is the number of the cell, from which the seed of its random starts follows.
     """
     rockers: Sequence[Modal | None] = [*bodies, *[None] * len(cases)]  # None is the rigid rocker
     mechanisms = [case.bars(rocker=rocker) for case, rocker in zip([*cases, *cases], rockers, strict=True)]
     ideal = ideal_motion(cases[0].speed)  # which some readings subtract; all cases have the same crank speed
     results = run_turns(p, mechanisms, READINGS, batch, ideal)
-    found = np.full((3, len(cases), len(CLAIMS)), np.nan)  # first axis: the fields of `Ratios`
+    found = np.full((3, len(cases), len(CLAIMS)), np.nan)
     for i, (flexible, rigid) in enumerate(zip(results[: len(cases)], results[len(cases) :], strict=True)):
         if not (flexible.notes or rigid.notes):  # faults that make the means invalid
             quotients = [ratio(flexible.means[reading], rigid.means[reading]) for reading in READINGS]
             found[:, i] = np.transpose([(x.value, x.error, x.half_width(0.025)) for x in quotients])  # 95 %
-    return Ratios(*found)
+    return found
 
 
 class Judgement(NamedTuple):
@@ -184,29 +177,29 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         ratios(p, [replace(case, damping_unit=unit, gravity=gravity) for case in samples], bodies, batch)
         for batch, (unit, gravity) in enumerate(progress(p.cells.values(), label="cells"))
     ]
-    found = Ratios(*map(np.stack, zip(*by_cell, strict=True)))
+    found = np.stack(by_cell, axis=1)  # (3, cells, samples, claims)
     metrics = judge_claims(p, found)
-    is_unsound = np.isnan(found.ratio[:, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
+    is_unsound = np.isnan(found[0, :, :, 0])  # (cells, samples): a run has failed, and no claim has a ratio
     metrics["unsound"] = Metric(int(is_unsound.sum()), "1")
     return StudyResult(
         parameters=p,
         **status_of([f"all {is_unsound.size} cases are unsound"] if is_unsound.all() else []),
         metrics=metrics,
-        signals=found._asdict(),
+        signals=dict(zip(("ratio", "error", "half_width"), found, strict=True)),
         tables=[*(_cell_table(p, metrics, unit) for unit in p.damping_unit), _summary(p, metrics)],
     )
 
 
-def judge_claims(p: Parameters, found: Ratios) -> dict[str, Metric]:
-    """Test every claim in every cell by the ratios, (cells, samples, claims), and compute the share of its flips."""
+def judge_claims(p: Parameters, found: Array) -> dict[str, Metric]:
+    """Test every claim in every cell by the `ratios`, (3, cells, samples, claims), and compute the share of its flips."""
     metrics: dict[str, Metric] = {}
     level = p.level / (len(CLAIMS) * len(p.cells))
     for (i, cell), (k, claim) in product(enumerate(p.cells), enumerate(CLAIMS)):
-        values, errors, half_widths = (each[i, :, k] for each in found)
+        values, errors, half_widths = found[:, i, :, k]
         judgement = judge(values, errors, half_widths, p.margin, level)
         metrics |= {f"{cell}.{claim.name}.{key}": Metric(value, "1") for key, value in judgement._asdict().items()}
         metrics[f"{cell}.{claim.name}.verdict"] = Metric(VERDICTS[judgement.verdict], "1")
-    holds = np.where(np.isnan(found.ratio), np.nan, found.ratio < 1 - p.margin)  # (cells, samples, claims), cells by unit
+    holds = np.where(np.isnan(found[0]), np.nan, found[0] < 1 - p.margin)  # (cells, samples, claims), cells by unit
     for i, unit in enumerate(p.damping_unit if len(p.gravity) > 1 else ()):
         first, last = holds[i * len(p.gravity)], holds[(i + 1) * len(p.gravity) - 1]
         for k, claim in enumerate(CLAIMS):
