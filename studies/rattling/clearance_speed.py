@@ -95,13 +95,13 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     has_failed = [any(note.startswith("FAILED") for note in x.notes) for x in points]
     faults += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), failed in zip(grid, has_failed, strict=True) if failed]
     shape = len(p.clearances), len(p.speeds)
-    signals = {"clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": of_ideal}
-    means = np.array([[x.means[name] for name in readings] for x in points])  # each is (mean, error, members)
-    means = means.reshape(*shape, *means.shape[1:])
-    signals |= {"mean": means[..., :-1, 0], "error": means[..., :-1, 1]}
-    # `depth` is over the clearance
-    signals |= {"depth": np.array([x.depth for x in points]).reshape(shape), "impacts": means[..., -1, 0]}
-    signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
+    means = np.array([[x.means[name] for name in readings] for x in points]).reshape(*shape, -1, 3)  # (mean, error, members)
+    signals = {
+        "clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": of_ideal, "mean": means[..., :-1, 0],
+        "error": means[..., :-1, 1], "impacts": means[..., -1, 0],
+        "depth": np.array([x.depth for x in points]).reshape(shape),  # over the clearance
+        "valid": np.array([not x.notes for x in points]).reshape(shape),
+    }  # fmt: skip
     if p.sections:
         signals["section_clearance"] = np.geomspace(min(p.clearances), max(p.clearances), p.section_count)
         signals["section"] = compute_sections(p, signals["section_clearance"])

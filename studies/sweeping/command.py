@@ -47,12 +47,9 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     options, begin = request.options, time.perf_counter()
     again = f"what has ended is in {request.store}; the same command resumes:\n  {prog} {shlex.join(argv)}"
     workers = (os.cpu_count() or 1) if options.workers is None else options.workers
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # by which a batch system ends a job: it interrupts like Ctrl-C
     try:
-        with contextlib.ExitStack() as stack:
-            # SIGTERM, by which a batch system ends a job, interrupts like Ctrl-C until the end of this block.
-            former_handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
-            stack.callback(signal.signal, signal.SIGTERM, former_handler)
-            executor = stack.enter_context(_dask(options.scheduler_file))
+        with _dask(options.scheduler_file) if options.scheduler_file else contextlib.nullcontext() as executor:
             rows = sweep(
                 request.study.module, request.cases, workers=workers, executor=executor, store=request.store,
                 retry=options.retry, progress=Progress(options.quiet), name=request.study.title, units=request.units,
@@ -68,11 +65,8 @@ def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
 
 
 @contextlib.contextmanager
-def _dask(scheduler_file: str | None) -> Iterator[Executor | None]:
-    """Connect to the Dask cluster whose scheduler wrote this file, and yield its executor; yield None without a file."""
-    if not scheduler_file:
-        yield None
-        return
+def _dask(scheduler_file: str) -> Iterator[Executor]:
+    """Connect to the Dask cluster whose scheduler wrote this file, and yield its executor."""
     try:
         import distributed  # an extra
     except ImportError as error:
