@@ -23,7 +23,8 @@ def clock(monkeypatch):
 
 
 def test_the_time_is_told_after_two_seconds(clock, capsys, monkeypatch):
-    monkeypatch.setattr("buckler.mbs.progress.perf_counter", count(0.0, 2.0).__next__)  # they pass before its first look
+    looks = count()  # each a second after the one before
+    monkeypatch.setattr("buckler.mbs.progress.perf_counter", looks.__next__)
     told = Forecast("arch")
     told.runs = (2, 5)
     ticker = Ticker(told)
@@ -33,6 +34,7 @@ def test_the_time_is_told_after_two_seconds(clock, capsys, monkeypatch):
     while ticker.thread.is_alive() and not ticker.announced:
         time.sleep(0.01)
     ticker.stop()
+    assert next(looks) == 3
     first = 10.0 - 2.0
     growth = [10 * 8 ** (k / 4) for k in range(1, 5)]
     said = capsys.readouterr().err
