@@ -1,5 +1,6 @@
 """Wrong input is a ValueError with the name of what is wrong; what is right is not refused; failures have their names."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,15 @@ def breaks(t):
     return t if t < 0.5 else 1 / 0
 
 
-WRONG = {
+WRONG = {  # beside ranges of fields (tests/files/test_declared.py)
+    "ratio": (lambda: STRIP.damped(-0.1, 0.31), ["ratio = -0.1", " in [0, inf)"]),
+    "elements": (lambda: mbs.Beam(STRIP, elements=0), ["elements = 0", " in [1, 1000]"]),
+    "nodes": (lambda: mbs.Beam(STRIP, nodes=4), ["nodes = 4", " in [2, 3]"]),
+    "static below dynamic": (lambda: mbs.GuideFriction(2.0, static=1.0), ["static = 1.0 N", " in [2, inf) N"]),
+    "along": (lambda: mbs.Guide("B", "bar", along=(0.0, 0.0)), ["along (length) = 0.0", " in (0, inf)"]),
+    "position(0)": (lambda: mbs.Motion(math.cos, lambda t: -math.sin(t)), ["position(0) = 1.0 rad or m", " in [-1e-12, 1e-12]"]),
+    "speed": (lambda: mbs.Drive("crank", math.nan), ["speed"]),
+    "speed in words": (lambda: mbs.Drive("crank", "fast"), ["speed"]),
     "a joint in words": (lambda: stiff(joints=["weld"]), ["joints[0] = 'weld'", "Clearance or Revolute"]),
     "a guide among joints": (lambda: stiff(joints=[mbs.Guide("B", "rod")]), ["joints[0]", "this is a Guide"]),
     "one joint, no list": (lambda: stiff(joints=mbs.Revolute("O", "ground", "crank")), ["joints", "must be a list"]),

@@ -1,7 +1,6 @@
 """Error against run time: turns and medians, on runs whose time is made up."""
 
 from math import isnan, nan
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,42 +9,33 @@ from buckler.studies.kit import statistics as precision
 from buckler.studies.kit.statistics import WorkPoint, exponent, fastest, work_precision
 
 
-@pytest.fixture
-def clock(monkeypatch):
-    """A clock that runs only when told: `clock.spend(seconds)`."""
-    made = SimpleNamespace(now=0.0)
-    made.spend = lambda seconds: setattr(made, "now", made.now + seconds)
-    monkeypatch.setattr(precision, "process_time", lambda: made.now)
-    return made
+def measured(monkeypatch, repeats, **variants):
+    """Variants that take these seconds, one after the other, and are this wrong."""
+    now = [0.0]
+    monkeypatch.setattr(precision, "process_time", lambda: now[0])
 
-
-def measured(clock, repeats=3, **variants):
-    """Variants that take these seconds, one after the other, and are this wrong; and the order in which they ran."""
-    log = []
-
-    def variant(name, seconds):
-        times = iter(seconds)
+    def variant(seconds):
+        left = iter(seconds)
 
         def run():
-            log.append(name)
-            clock.spend(next(times))
+            now[0] += next(left)
 
         return run
 
-    runs = {name: variant(name, seconds) for name, (seconds, _) in variants.items()}
-    return log, work_precision(runs, {name: error for name, (_, error) in variants.items()}, repeats)
+    runs = {name: variant(seconds) for name, (seconds, _) in variants.items()}
+    return work_precision(runs, {name: error for name, (_, error) in variants.items()}, repeats)
 
 
-def test_points_hold_the_median_and_all_times_in_order(clock):
-    _, found = measured(clock, a=([1, 9, 2], 0.1), b=([4, 4, 4], 0.2))
+def test_points_hold_the_median_and_all_times_in_order(monkeypatch):
+    found = measured(monkeypatch, 3, a=([1, 9, 2], 0.1), b=([4, 4, 4], 0.2))
     assert found["a"].times == pytest.approx((1, 9, 2))
     assert (found["a"].time, found["b"].time) == (pytest.approx(2), pytest.approx(4))
     assert (found["a"].error, found["b"].error) == (0.1, 0.2)
 
 
-def test_speedup_cancels_a_machine_that_slows_down(clock):
+def test_speedup_cancels_a_machine_that_slows_down(monkeypatch):
     drift = np.array([1.0, 2.0, 4.0, 8.0, 16.0])
-    _, found = measured(clock, 5, a=(drift, 0.1), b=(3 * drift, 0.1))
+    found = measured(monkeypatch, 5, a=(drift, 0.1), b=(3 * drift, 0.1))
     assert found["a"].speedup(found["b"]) == pytest.approx(3)
     assert found["b"].speedup(found["a"]) == pytest.approx(1 / 3)
 
