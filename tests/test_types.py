@@ -31,27 +31,18 @@ mechanism.loads[0].strength_of_nothing
 """
 
 
-def environment(folder):
-    """An environment with Buckler as an editable install leaves it, a path, and with the libraries of this one."""
-    venv.create(folder)
-    site = Path(sysconfig.get_path("purelib", vars={"base": str(folder)}))
-    site.joinpath("buckler.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n")
-    return folder / "bin" / "python"
-
-
-def checked(folder, text):
-    """What mypy says of a script, line by line."""
-    folder.joinpath("script.py").write_text(text)
-    python = environment(folder / "env")
-    command = [sys.executable, "-m", "mypy", "--strict", "--python-executable", str(python), "--config-file=", "script.py"]
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
-    assert run.returncode in (0, 1), run.stderr
-    return run.stdout.splitlines()
-
-
 def test_a_user_s_script_is_checked_with_the_types_of_the_door(tmp_path):
+    """In an environment with Buckler as an editable install leaves it, a path, and with the libraries of this one."""
     pytest.importorskip("mypy")
-    said = checked(tmp_path, SCRIPT + WRONG)
+    venv.create(tmp_path / "env")
+    site = Path(sysconfig.get_path("purelib", vars={"base": str(tmp_path / "env")}))
+    site.joinpath("buckler.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n")
+    tmp_path.joinpath("script.py").write_text(SCRIPT + WRONG)
+    words = ["--strict", "--python-executable", str(tmp_path / "env" / "bin" / "python"), "--config-file=", "script.py"]
+    command = [sys.executable, "-m", "mypy", *words]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert run.returncode in (0, 1), run.stderr
+    said = run.stdout.splitlines()
     assert [line.partition("Revealed type is ")[2] for line in said if "Revealed" in line] == [
         '"buckler.mbs.record.errors.Status"',
         '"dict[str, numpy.ndarray[Any, Any]]"',

@@ -15,13 +15,10 @@ from buckler.mbs.scene.scene import Scene
 def slider_driven(start_angle, speed):
     """The slider-crank driven at its slider."""
     a = PAPER.crank * np.exp(1j * start_angle)
-    return Mechanism(
-        points={"O": (0, 0), "A": (a.real, a.imag), "B": (PAPER.slider(start_angle), 0)},
-        links=[Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR)],
-        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
-        guides=[Guide("B", "coupler")],
-        drives=[Drive("B", speed)],
-    )
+    points = {"O": (0, 0), "A": (a.real, a.imag), "B": (PAPER.slider(start_angle), 0)}
+    links = [Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR)]
+    joints = [Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")]
+    return Mechanism(points, links, joints, guides=[Guide("B", "coupler")], drives=[Drive("B", speed)])
 
 
 def test_driving_the_slider_inverts_driving_the_crank():
@@ -54,13 +51,8 @@ def test_inclined_guide_is_the_level_one_turned(along):
     times = (0.0, 1.0)
     level, ones = closed(slider_driven(np.radians(60), -0.05), times)
     places = {name: turn * complex(*place) for name, place in level.mechanism.points.items()}
-    mechanism = Mechanism(
-        points={name: (z.real, z.imag) for name, z in places.items()},
-        links=level.mechanism.links,
-        joints=level.mechanism.joints,
-        guides=[Guide("B", "coupler", along=along)],
-        drives=[Drive("B", -0.05)],
-    )
+    points = {name: (z.real, z.imag) for name, z in places.items()}
+    mechanism = replace(level.mechanism, points=points, guides=[Guide("B", "coupler", along=along)])
     turned, twos = closed(mechanism, times)
     for one, two in zip(ones, twos, strict=True):
         for before, after in ((one.q_t, two.q_t), (one.q_tt, two.q_tt)):

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from own_file import metrics
+from made_up_study import metrics_of
 
 from buckler.mbs.documents.document import read as read_document
 from buckler.studies.kit.cli import main
@@ -88,7 +88,7 @@ def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "support" / "made_up_study.py").read_text())
     assert main(argv=["run", "./my_own_study.py", "--thickness", "1mm"]) == 0
-    assert metrics(tmp_path / "results" / "my_own_study")["status"] == "OK"
+    assert metrics_of(tmp_path / "results" / "my_own_study")["status"] == "OK"
     (tmp_path / "no_study_at_all.py").write_text("x = 1\n")
     assert main(argv=["run", "no_study_at_all.py"]) == 2
     assert "no study, it defines no `Parameters`" in capsys.readouterr().err

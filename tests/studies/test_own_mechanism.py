@@ -6,7 +6,8 @@ import sys
 
 import numpy as np
 import pytest
-from own_file import PENDULUM, metrics
+from made_up_study import metrics_of
+from own_file import PENDULUM
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate
@@ -18,7 +19,7 @@ def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
     assert main(argv=["run", "pendulum.json"]) == 0
     out, err = capsys.readouterr()
     assert err == "" and re.search(r"pendulum: OK in \S+ s, written to results/pendulum", out)
-    found = metrics(pendulum / "results" / "pendulum")
+    found = metrics_of(pendulum / "results" / "pendulum")
     assert set(found["metrics"]) == {"min(A.y)", "max(abs(arm.vx))"}
     rows = found["provenance"]["parameters"]
     assert rows["duration"] == 0.5 and rows["mechanism"].startswith("pendulum ")
@@ -30,7 +31,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
     """A rod of another inertia about its pivot: theta'' = m g l / I at the start."""
     words = ["--set", "links.arm.body.inertia=0.5kg m^2", "--duration", "10ms", "--accuracy", "1e-5", "-q", "--measure"]
     assert main(argv=["run", "pendulum.json", *words, "end(A.y)"]) == 0
-    found = metrics(pendulum / "results" / "pendulum")["metrics"]
+    found = metrics_of(pendulum / "results" / "pendulum")["metrics"]
     assert found["end(A.y)"]["value"] == pytest.approx(-0.5 * 9.81 * 0.5 / (0.25 + 0.5) * 0.01**2, rel=1e-3)
     assert found["relative error of the motion"]["value"] < 1e-5
 
@@ -75,7 +76,7 @@ def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
 def test_a_solver_with_an_accuracy_is_kept_and_its_error_told(pendulum):
     words = ["--solver", "exudyn", "--accuracy", "1e-3", "--measure", "end(A.y)", "-q"]
     assert main(argv=["run", "pendulum.json", *words]) == 0
-    found = json.loads((pendulum / "results" / "pendulum" / "metrics.json").read_text())
+    found = metrics_of(pendulum / "results" / "pendulum")
     assert found["work"]["exudyn_runs"] >= 2 and "spectral_runs" not in found["work"]
     assert 0 < found["metrics"]["relative error of the motion"]["value"] <= 1e-3
 
@@ -84,7 +85,7 @@ def test_a_solver_with_an_accuracy_is_kept_and_its_error_told(pendulum):
 def test_the_solver_and_its_settings_are_options(pendulum, solver, setting, value):
     words = ["--solver", solver, "--steps", "200", f"--{setting.replace('_', '-')}", str(value), "--measure", "end(A.y)", "-q"]
     assert main(argv=["run", "pendulum.json", *words]) == 0
-    found = metrics(pendulum / "results" / "pendulum")
+    found = metrics_of(pendulum / "results" / "pendulum")
     assert found["provenance"]["parameters"]["solver"] == {"kind": solver, "steps": 200, setting: value}
     assert found["work"]["steps"] == 200
     falls = solve_ivp(lambda _, y: (y[1], -9.81 * 0.5 / 0.35 * np.cos(y[0])), (0, 0.5), (0.0, 0.0), rtol=1e-10, atol=1e-12)
@@ -97,13 +98,13 @@ def test_the_solver_of_the_file_gives_way_to_the_command_line(pendulum):
 
     def ran_with(*words):
         assert main(argv=["run", "pendulum.json", "-q", *words]) == 0
-        return metrics(pendulum / "results" / "pendulum")["provenance"]["parameters"]["solver"]
+        return metrics_of(pendulum / "results" / "pendulum")["provenance"]["parameters"]["solver"]
 
     assert ran_with() == {"kind": "spectral", "degree": 5, "max_step": 1e-3}
     assert ran_with("--degree", "6") == {"kind": "spectral", "degree": 6, "max_step": 1e-3}
     assert ran_with("--solver", "exudyn") == {"kind": "exudyn"}
     assert main(argv=["run", "pendulum.json", "-q", "--accuracy", "1e-2"]) == 0
-    assert metrics(pendulum / "results" / "pendulum")["provenance"]["parameters"]["accuracy"] == 1e-2
+    assert metrics_of(pendulum / "results" / "pendulum")["provenance"]["parameters"]["accuracy"] == 1e-2
     (pendulum / "pendulum.json").write_text(json.dumps(PENDULUM | {"run": {"duration": 0.1, "accuracy": 1e-2}}))
     assert ran_with("--steps", "50") == {"steps": 50}
     for wrong, message in (
@@ -127,7 +128,7 @@ def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):
 def test_verify_tells_the_other_solvers_difference(pendulum, capsys):
     pytest.importorskip("numba")
     assert main(argv=["run", "pendulum.json", "--verify", "--out", "runs"]) == 0
-    found = metrics(pendulum / "runs" / "pendulum")["metrics"]["difference from the other solver"]["value"]
+    found = metrics_of(pendulum / "runs" / "pendulum")["metrics"]["difference from the other solver"]["value"]
     assert 0 < found < 1e-2
     assert "difference from the other solver" in capsys.readouterr().out
 

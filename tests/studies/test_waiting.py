@@ -5,7 +5,7 @@ import time
 from itertools import count
 
 import pytest
-from own_file import metrics
+from made_up_study import metrics_of
 from stopping import stop_at
 
 from buckler.mbs import Status
@@ -71,7 +71,7 @@ def test_a_limit_of_time_leaves_the_best_so_far(pendulum, capsys):
     assert main(argv=["run", "pendulum.json", "--duration", "5000", "--timeout", "0.5", "--measure", "min(A.y)"]) == 1
     _, err = capsys.readouterr()
     assert "pendulum: TIMED_OUT: " in err
-    found = metrics(pendulum / "results" / "pendulum")
+    found = metrics_of(pendulum / "results" / "pendulum")
     assert found["status"] == "TIMED_OUT" and found["metrics"]["min(A.y)"]["value"] < 0
     assert main(argv=["run", "pendulum.json", "--timeout", "-1"]) == 2
     assert main(argv=["frequencies", "pendulum.json", "--timeout", "0s"]) == 2
@@ -111,6 +111,6 @@ def test_ctrl_c_keeps_what_there_is_and_exits_130(pendulum, capsys, monkeypatch)
     monkeypatch.setattr(Forecast, "__call__", lambda self, share: told(self, share) or signal.raise_signal(signal.SIGINT))
     assert main(argv=["run", "pendulum.json", "--duration", "500", "--measure", "min(A.y)"]) == 130
     assert "pendulum: INTERRUPTED: Ctrl-C" in capsys.readouterr().err
-    found = metrics(pendulum / "results" / "pendulum")
+    found = metrics_of(pendulum / "results" / "pendulum")
     assert found["status"] == Status.INTERRUPTED and "min(A.y)" in found["metrics"]
     assert (pendulum / "results" / "pendulum" / "signals.npz").exists()

@@ -1,7 +1,5 @@
 """A pendulum in a file of its own."""
 
-import json
-
 PENDULUM = {
     "points": {"O": [0, 0], "A": ["1 m", 0]},
     "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": "0.1 kg m^2"}}},
@@ -9,7 +7,3 @@ PENDULUM = {
     "gravity": [0, -9.81],
     "run": {"duration": "0.5 s", "measure": ["min(A.y)", "max(abs(arm.vx))"]},
 }
-
-
-def metrics(folder):
-    return json.loads((folder / "metrics.json").read_text())
