@@ -46,7 +46,7 @@ class Rest(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Plane of the states x = (q, lambda, p) with normal . x = value, (n + r + 1,); an unknown of Newton's method is p/`unit`."""
+    """Plane normal . x = value of states x = (q, lambda, p), (n + r + 1,); the last unknown of Newton's method is p/`unit`."""
 
     normal: Array
     value: float
@@ -58,7 +58,7 @@ class Problem:
     """Equations of equilibrium of a scene over a parameter, whose value is `initial` in the mechanism as given.
 
     The parameter is the factor of the `loads`, indices in `tables.factors`, or is added to the value of the constraint `row`, -1
-    for none. `shift` [1/s^2] is that of the latest spectrum on a path, with which the next one begins; 0 at first.
+    for none. `shift` [1/s^2] of the latest search for eigenvalues on a path begins the next one; 0 at first.
     """
 
     scene: CompiledScene
@@ -78,7 +78,7 @@ class Problem:
 
     @property
     def extents(self) -> Array:
-        """Extents of the coordinates, (n,): units with the size of the mechanism for the length of the longest link."""
+        """Extents of the coordinates, (n,): as `units`, with the size of the mechanism in place of the longest link's length."""
         points = np.array(list(self.scene.mechanism.points.values()))
         extent = max(self.scene.length, float(np.ptp(points, axis=0).max()))
         return np.where(self.scene.is_angle, 1.0, self.units * (extent / self.scene.length))
@@ -237,7 +237,7 @@ class Problem:
         """Estimate the rounding error of p by that of axial forces of strips over the largest df/dp; 0 for drives (df/dp = 0)."""
         stiffest = max((body.section.axial_stiffness for body in self.scene.strips), default=0.0)
         slope, n = np.abs(self.slope(rest)), self.scene.size
-        force = float(slope[:n][~self.scene.is_angle].max(initial=0.0))
+        force = float((slope[:n] * self.units).max(initial=0.0)) / self.scene.length  # a torque is one at this arm
         return ROUNDING * stiffest / force if force else 0.0  # a strain has the rounding error ROUNDING
 
     def spectrum(self, rest: Rest, count: int = LOWEST_COUNT) -> Spectrum:
@@ -271,7 +271,7 @@ def distance_between(scene: CompiledScene, a: Array, b: Array) -> float:
         for piece in strip.pieces:
             # coordinates of a field: end values, then coefficients of integrated Legendre polynomials of degree 2, 3, ...
             ends, inner = piece.dofs[:, :2], piece.dofs[:, 2:]
-            # chosen sizes of these polynomials, see `basis`: for the first 0.5 for its maximum of 0.61, else above the maximum
+            # sizes of these polynomials, see `basis`: chosen, 0.5 for degree 2, whose maximum is 0.61, else above the maximum
             sizes = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
             change[ends] += (change[inner] * sizes).sum(axis=1)[:, None]
             change[inner] = 0.0

@@ -9,8 +9,25 @@ from exact.columns import LENGTH, ZIEGLER, column, critical, ziegler
 from exact.columns import STRIP as SECTION
 from scipy.optimize import brentq
 
-from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, Stop, TorsionSpring, path
+from buckler.mbs import (
+    Beam,
+    Force,
+    Guide,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Spring,
+    Stop,
+    Torque,
+    TorsionSpring,
+    Weld,
+    path,
+)
 from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.spectral.scene import CompiledScene
+from buckler.mbs.statics.problem import Problem, loads_of
 
 EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 
@@ -308,3 +325,17 @@ def test_a_thickness_is_followed_to_where_the_column_buckles():
 def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
     with pytest.raises(ValueError, match=said):
         path(columns("a"), **asked)
+
+
+def test_parameters_under_a_torque_have_a_rounding_error():
+    """Its size is that under a force at the arm of the longest link."""
+    strip, lever = Link("strip", "A", "B", Beam(Section(0.01, 0.001))), Link("lever", "B", "C", Rigid(Section(0.01, 0.001)))
+    points = {"A": (0, 0), "B": (0.3, 0), "C": (0.3, 0.1)}
+
+    def rounding(load):
+        welded = Mechanism(points, [strip, lever], [Weld("A", "ground", "strip"), Weld("B", "strip", "lever")], loads=[load])
+        scene = CompiledScene.of(welded, 6)
+        problem = Problem(scene, loads_of(scene))
+        return problem.rounding(problem.start(0.0))
+
+    assert rounding(Torque("lever", 0.3)) == pytest.approx(rounding(Force("C", (1.0, 0.0))))
