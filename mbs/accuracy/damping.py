@@ -7,7 +7,8 @@ force. A force A cos(w t) gives the lighter mass m speeds up to A/(w m) and move
 place. The error of the impulse on m is A/w. The force of an impact errs by the share by which the speed of approach errs.
 
 The mass m is not known. It is at most half of the mass M of the mechanism, and `MASS_RATIO` assumes this half. The record has
-running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, k the axial stiffness. So w = sqrt(M/m) 2 pi/T.
+running means of forces over T = 2 pi sqrt(M/k), an upper bound of axial periods, k the axial stiffness. The heavier end counts as
+fixed, so that w = sqrt(k/m) = sqrt(M/m) 2 pi/T.
 """
 
 from collections.abc import Collection, Mapping
@@ -25,7 +26,7 @@ MASS_RATIO = 2.0
 increase with the ratio, so that none is overestimated by this choice."""
 SAMPLES_BEFORE = 3
 """Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
-longer: one of T/4 damps by 1 %. Three of them are longer than a period 2 pi/w = T/sqrt(2), which has the largest deviation."""
+longer: one of T/4 damps by 1 %. Three of them cover a whole period 2 pi/w = T/sqrt(2), and so its largest deviation."""
 
 
 def radau(angle: Array) -> Array:
@@ -49,13 +50,15 @@ def compute_lost_force(run: Trajectory, forces: Collection[str]) -> Array:
 def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much: so errors are then
-    at most 3 times the difference of the runs, whose steps damp unequally, and deflections get none. Errors of most randomly
-    drawn mechanisms are 2 to 5 times the difference: some are underestimated. No place errs by more than its own range.
+    Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much. With strips an
+    error is therefore at most 3 times the difference of the runs, a choice, and deflections get none. Most randomly drawn
+    mechanisms err by 2 to 5 times the difference, so that some are underestimated. No place errs by more than its own range.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces  # names of signals
     has_strips = bool(forces & run.strip_forces)
-    period = max((signal.period for signal in run.signals.values() if signal.source in forces), default=0.0)  # T [s]
+    period = max(
+        (signal.period for signal in run.signals.values() if signal.source in forces), default=0.0
+    )  # T [s]: the longest, with the largest errors
     found = dict[Key, float]()
     if not period:
         return found
@@ -76,6 +79,8 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
             fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
-            found[name, Norm.RMS] = found[name, Norm.PEAK] = relative  # taken for the share of all impacts
+            found[name, Norm.RMS] = found[name, Norm.PEAK] = (
+                relative  # that of the fastest impact, taken for all and for both norms
+            )
             found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))
     return found

@@ -57,14 +57,14 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
 def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: float = LEAST_ERROR) -> tuple[float, Worst]:
     """Return the largest relative difference of places of two runs, and the signal whose difference is worst.
 
-    Compared are places, contacts, reactions, and states x of loads with dx/dt = f. A motion that may be chaotic is compared up to
+    Compared are places, contacts, forces of joints and links, and states of loads. A motion that may be chaotic is compared up to
     the time at which a place differs by more than `Usual` allows, or an error estimate ends. The allowed difference is the sum of
     both errors, at least `least`. Without one of the errors it is 5 % (`USUAL_ERROR`) for every signal. Run b gives the sizes.
     """
     trajectory_a, trajectory_b = Trajectory.of(a), Trajectory.of(b)
     limits = Usual().limits(trajectory_b)  # errors allowed of places, states and contacts, by signal and norm
     forces = [name for name, signal in trajectory_b.signals.items() if signal.kind in (Kind.REACTION, Kind.INTERNAL)]
-    compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]  # these forces have no limit
+    compared = [*limits, *((name, Norm.IMPULSE) for name in forces)]  # limits have none of these
     known = errors_a.known and errors_b.known
     ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # [s], to which the errors hold
     rattles = bool(Scene.of(a.record.mechanism).clearances)

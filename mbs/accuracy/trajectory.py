@@ -25,7 +25,7 @@ from ..scene.scene import Scene
 SMALL = 1e-2
 """Least size of a force or rate, over the largest of its kind and unit: smaller ones are noise. A convention."""
 RESTING = 1e-3
-"""Least size of a place, over the mechanism's size or in rad: what moves less is at rest. A convention."""
+"""Least size of a place, over the longest link or in rad: what moves less is at rest. A convention."""
 FORCE_KINDS = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 """Kinds of forces and torques, which have impulses."""
 CONTINUOUS = (Kind.PLACE, Kind.STRETCH, Kind.STATE, Kind.ENERGY)
@@ -127,8 +127,8 @@ class Trajectory:
 def compute_energies(run: Run) -> tuple[Trajectory, float]:
     """Compute the energies of a run as signals such as `energy.kinetic`, and their imbalance over the throughput.
 
-    Vibrations faster than the steps may store the energy r E, E the throughput. The share r is taken off the imbalance. All
-    energies have the size E (1 + r/SMALL), so that r E is at most `SMALL` times this size.
+    Vibrations faster than the steps may store the energy r E, E the throughput. The share r does not count as imbalance. Errors
+    of energies are relative to E (1 + r/SMALL), so that r E is an error of at most `SMALL`.
     """
     record, energies, scene = run.record, dict(run.ledger), Scene.of(run.record.mechanism)
     throughput, vibration_share = compute_throughput(record, energies, run.values)  # [J], and r
@@ -139,7 +139,7 @@ def compute_energies(run: Run) -> tuple[Trajectory, float]:
     size = max(throughput * (1 + vibration_share / SMALL), resting)
     found = {f"energy.{n}": Signal(f"energy.{n}", values, "J", Kind.ENERGY, scale=size) for n, values in energies.items()}
     # r counts strips and bristles of guides, whose vibrations the steps do not resolve; bristles may store all energy put in.
-    # Without them at most 0.05 is ascribed to vibrations, the error `demand.USUAL_ERROR` that is allowed of energies
+    # Without friction of guides at most 0.05 is ascribed to vibrations, the allowed error `demand.USUAL_ERROR` of energies
     has_friction = any(guide.friction is not None for guide in record.mechanism.guides)
     stored = vibration_share if has_friction else min(vibration_share, 0.05)
     return Trajectory(record.time, found, scene.linkage.size), max(0.0, imbalance - stored)

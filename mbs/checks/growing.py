@@ -57,7 +57,8 @@ class Growth:
         """Set the coordinates of a strip in its stress-free shape between its ends, stretched by a force.
 
         `dofs` of a piece are indices in q of its coefficients of x, y and, for beams, theta. The first two coefficients are
-        values at the ends of the piece, the others belong to polynomials that vanish there. `start`, `end`: arc lengths [m].
+        values at the ends of the piece, at the arc lengths `piece.start` and `piece.end` [m]; the others belong to polynomials
+        that vanish there.
         """
         link, motion = self.record.mechanism.link(name), self.record.links[name]
         start, end = (motion.point(point)[0] for point in (link.start, link.end))

@@ -1,7 +1,7 @@
 """Self-check of modal links: deflections and loads must be small, as modal links are linear about their straight shape.
 
-Let w be the deflection from the chord. Linear theory leaves out two effects. A bent link is shorter by the mean of w'^2/2
-over its length, which is 2.5 (w_max/L)^2 for a half-sine. An axial load P changes the stiffness: the relative error of the
+Let w be the deflection from the chord. Linear theory leaves out two effects. The relative shortening of a bent link
+is the mean of w'^2/2 along it, for a half-sine 2.5 (w_max/L)^2. An axial load P changes the stiffness: the relative error of the
 deflection is P/P_cr to first order. Beyond the critical load P_cr a modal link stays straight where a strip buckles.
 """
 
@@ -60,7 +60,7 @@ def check_linear(run: Run, result: Result) -> Iterator[str]:
 
 
 def _compression(run: Run, result: Result, name: str) -> Array:
-    """Compute the compression of a link [N], (times,), from joints at an end where only they act; 0 if there is no such end."""
+    """Compute the compression of a link [N], (times,), by the joints at an end where nothing else acts; 0 without one."""
     link: Any = run.record.mechanism.link(name)
     if isinstance(link.body.mesh, MeshFile):  # the section does not give its bending stiffness: the critical load is not known
         return np.zeros(len(result.time))
@@ -77,7 +77,7 @@ def _compression(run: Run, result: Result, name: str) -> Array:
 def _joint_force(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
     """Return the force of joints on a link at a point [N], (times, 2); None without signals or if other elements act there."""
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
-    point_fields = "point", "a", "b"  # of springs, which are among the loads, a and b
+    point_fields = "point", "a", "b"  # `a` and `b` are the ends of a spring, which is one of the loads
     references = [getattr(element, field, "") for element in others for field in point_fields]
     if point in {place(reference).point for reference in references}:
         return None

@@ -30,12 +30,12 @@ def check_time(_run: Run, result: Result) -> Iterator[str]:
 def check_balance(run: Run, result: Result) -> Iterator[str]:
     """Check that energies balance within the error of the run, and that no dissipated energy decreases."""
     energy = result.energy or run.ledger  # a result keeps the energies (`ledger`) only if asked for
-    throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # `unresolved` is a share of the throughput
+    throughput, unresolved = compute_throughput(run.record, energy, result.signals)  # share that fast vibrations may store
     balance = float(np.abs(energy["error"]).max()) / throughput
     dissipated = [name for name in energy if name.startswith("taken_")]  # names of dissipated energies, see `run.ledger`
     decreases = {n: float((np.maximum.accumulate(energy[n]) - energy[n]).max()) / throughput for n in dissipated}
     allowed = BALANCE + unresolved
-    if not max([balance, *decreases.values()]) <= allowed:  # only now read the errors, which takes long; of energies in RMS
+    if not max([balance, *decreases.values()]) <= allowed:  # errors, relative to the throughput, take long to read
         errors = [error for (name, norm), error in result.error.items() if name.startswith("energy.") and norm is Norm.RMS]
         allowed = max([BALANCE, *errors]) + unresolved
     if not balance <= allowed:

@@ -26,8 +26,8 @@ from .reading import FAILURES
 from .runs import Reading, Readings, needs_run, read, readings_of, require_compiler, scale_tolerances
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
-"""Default solver of the finer runs. With a tolerance of 1e-7 derivatives after an impact have errors of up to 1e-4, with 1e-9 of
-1e-7. Degree and contact tolerance are chosen."""
+"""Default solver of the finer runs. Derivatives after an impact have errors of up to 1e-7; with the tolerance
+1e-7 they would have up to 1e-4. Degree and contact tolerance are chosen."""
 WIDTH_OF_RUNS = 3e-4
 """Relative change w/|p| of the number in the finer difference, for readings of runs; chosen. The truncation error is proportional
 to its square, the noise to its inverse."""
@@ -168,7 +168,7 @@ def sensitivities(
     at_rest = {name: reading for name, reading in readings.items() if name not in of_runs}
     rows: list[Derivative] = []
     runs = 2 * (1 + 2 * len(scales))  # finer and coarser: the unchanged mechanism, and both sides of each number
-    watching.get().most = runs if of_runs else inf  # for the display of progress, which counts runs alone
+    watching.get().most = runs if of_runs else inf  # number of runs, for the display of progress
     for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
         if group:
             rows += Neighbours(family, scales, duration, group).rows(solver or TIGHT, width)

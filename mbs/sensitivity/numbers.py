@@ -108,7 +108,7 @@ class Family:
     def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
         """Make a family by paths of numbers, or by names of a function's arguments.
 
-        `arguments` are those of a function in the given mechanism: those in `names` vary. Without them `values` is empty.
+        `arguments` are those with which a function makes the given mechanism. Those in `names` vary, and are the `values`.
         """
         if not isinstance(source, Mechanism | Mapping):
             function, fixed = source, dict(arguments or {})

@@ -99,8 +99,8 @@ def _change(
     """Bound the change of a reading of a function by the errors of its signals.
 
     The time of a contact changes by the error of the signal's onsets and a step. For other readings the error changes the signal
-    x in two ways, with both signs: in proportion to sign(x), and by a constant except in a single contact. The bound is the
-    largest change of the reading. An error of the impulse is spread evenly over the run.
+    x in two ways, with both signs: by a multiple of sign(x) and, except for a peak of the n-th contact, by a constant. The bound
+    is the largest change of the reading. An error of the impulse is spread evenly over the run.
     """
     change, norm = 0.0, NORMS.get(function, Norm.PEAK)
     for short in {node.id for node in ast.walk(call.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
@@ -109,7 +109,7 @@ def _change(
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
         size = error / float(time[-1]) if norm is Norm.IMPULSE else error
-        # of the n-th contact `peak` reads: out of contact, where the signal is 0, no error is added
+        # `peak` finds the n-th contact by zeros of the signal between contacts, to which no error is added
         shapes = [np.sign(x)] if function == "peak" else [np.sign(x), np.ones(len(x))]
         changed = [value_of(call, time, {**signals, short: x + side * size * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))
@@ -186,6 +186,6 @@ def _check_reading(result: Result, text: str) -> CheckedReading:
 
 
 def peaks(result: Result) -> list[str]:
-    """List peaks of forces, torques and deflections, or of their mean where vibrations are not resolved."""
+    """List peaks of forces, torques and deflections; of running means (signals `.mean`) where vibrations are not resolved."""
     names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
     return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]

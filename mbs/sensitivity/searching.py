@@ -24,8 +24,8 @@ from .runs import Reading, needs_run, scale_tolerances
 from .runs import read as read_run
 
 EXACT = 1e-3
-"""Default tolerance of a constraint `reading = value`, relative to the value. A convention. Over the same relative distance
-inside a wide interval, chosen, the residual of a constraint falls from 1 to 0."""
+"""Default tolerance of a constraint `reading = value`, relative to the value. A convention. It is also the distance
+from an end of a wide interval, relative to the end, in which the residual of a constraint falls from 1 to 0: chosen."""
 MET = 1e-6
 """Largest relative violation with which a constraint counts as met: the accuracy of a search."""
 BINDS = 1e-3
@@ -149,7 +149,7 @@ class Search:
     budget: int  # largest number of runs
     runs: int = 0
     stopped: str = ""
-    failed: str = "readings have no value there"  # at the first point, where the run ends, but all readings are nan
+    failed: str = "readings have no value there"  # message if the first run ends, but all its readings are nan
     units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0
     cache: dict[Point, Array] = field(default_factory=dict)
@@ -272,5 +272,5 @@ class Search:
         """Compute the readings at a point by a finer run; equilibria and functions have no run, and keep their values."""
         if not any(map(needs_run, self.readings.values())):
             return self.cache[point]
-        finer = scale_tolerances(self.solver, 1 / 32, DEGREE_STEP)  # with 10/32 a test misses its constraint
+        finer = scale_tolerances(self.solver, 1 / 32, DEGREE_STEP)  # chosen: with ten times as much a test misses its constraint
         return self.read(np.array(point), finer)

@@ -120,7 +120,9 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
         theta, vectors = eigh((inverse + inverse.T) / 2)
         vectors = np.linalg.solve(shifted, factor @ vectors)
     mu = invert(theta) - shift
-    modal_masses = np.abs(np.einsum("ij,ij->j", vectors, m @ vectors))  # abs: rounding may make one near zero negative
+    modal_masses = np.abs(
+        np.einsum("ij,ij->j", vectors, m @ vectors)
+    )  # abs: of a mode without mass rounding may give a negative one
     vectors = vectors / np.sqrt(modal_masses)
     return mu, vectors, vectors
 

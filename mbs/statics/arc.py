@@ -1,8 +1,9 @@
 """Pseudo-arclength continuation of equilibria (Riks 1979, doi 10.1016/0020-7683(79)90081-7; Keller 1977), and roots in steps.
 
 A state is the vector (q, lambda, p) of coordinates, multipliers and parameter, (n + r + 1,). The metric of the path is the mean
-square of the coordinates over their extents plus the square of p over its range. A direction is a unit vector in this metric. A
-step leads from an equilibrium to one on a plane normal to its direction; the arc is the distance of the plane from the start.
+square of the coordinates over their extents (`Problem.extents`) plus the square of p over its range. A direction is a unit vector
+in this metric. A step leads from an equilibrium to one on a plane normal to its direction. The arc is the distance of the plane
+from the start.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,7 +35,7 @@ class Step(NamedTuple):
     direction: Array
     new: Rest
     arc: float
-    passes_corner: bool = False  # at most 1e-2 behind `rest`: direction and arc are then those behind the corner
+    passes_corner: bool = False  # a corner at most 1e-2 behind `rest`, from which direction and arc then count
 
 
 class Arc:
@@ -53,7 +54,7 @@ class Arc:
         """Return the unit tangent of the path at an equilibrium, oriented as the direction `before`, or towards the end."""
         towards_end = np.append(np.zeros(len(self.metric) - 1), 1.0 / self.span)
         normal = towards_end if before is None else self.metric * before
-        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # the matrix has the unknown p/unit
+        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # of (q, lambda, p); p/unit is an unknown
         return np.asarray(tangent / self.size(tangent))
 
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
@@ -203,7 +204,7 @@ class Arc:
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
     def may_have_jumped(self, step: Step, after: Array) -> bool:
-        """Return True if the tangent of the coordinates turns to `after` a step, and the step can be shorter."""
+        """Return True if the tangent of the coordinates turns too far from a step to `after` it, and the step can be shorter."""
         return step.arc > 10.0 * SHORTEST and self._turns(step.direction, after, step.arc)
 
     def _turns(self, before: Array, after: Array, arc: float) -> bool:

@@ -134,7 +134,9 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
             break
         error, errors, previous = change, changes, largest
         shooting, found, values = finer, new, new_values
-        if max(error, largest) <= CRITICAL_ACCURACY or degree > MAX_DEGREE:  # the first degree above the maximum is the last
+        if (
+            max(error, largest) <= CRITICAL_ACCURACY or degree > MAX_DEGREE
+        ):  # a motion at the maximum is compared with one above it
             break
     return motion_of(shooting, found, values, errors, error)
 
@@ -160,7 +162,7 @@ def describe_change(multiplier: complex) -> str:
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Make the result: stability, status, message, and the motion over the period; an unstable motion is OK, too."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.autonomous and len(values) else None
-    grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)
+    grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)  # None: all
     message = []
     if grows.any():
         worst = complex(values[grows][0])
@@ -171,8 +173,8 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     if error >= LARGEST_ERROR:
         size = f"{error:.1e} of the longest link" if error < np.inf else "not known"  # no refinement has succeeded
         message.append(f"its error is {size}; give a higher degree")
-    out = found.out
-    is_first = np.diff(out.time, prepend=-np.inf) > 1e-9 * found.period  # of the two rows at the time of an event
+    out = found.out  # rows at the ends of steps, two at the time of an event, of which the first is taken
+    is_first = np.diff(out.time, prepend=-np.inf) > 1e-9 * found.period
     ends = out.time[is_first]
     motion = CubicHermiteSpline(ends, out.q[is_first], out.v[is_first])
     time = np.interp(np.arange(4 * (len(ends) - 1) + 1) / 4, np.arange(len(ends)), ends)  # four times a step, to draw it

@@ -24,7 +24,7 @@ from .problem import LONGEST_STEP, StaticsError
 CLOSED = 1e-7
 """Largest residual of a periodic motion, in units of coordinates: about the error of runs of undamped motions."""
 BUDGET = 1_000_000
-"""Most steps of all runs of a search, at each degree and width."""
+"""Most steps of all runs of a search with one degree and one tolerance."""
 ITERATIONS = 12
 """Most iterations of Newton's method in an attempt of a search: chosen."""
 
@@ -89,7 +89,7 @@ class Shooting:
         return all(np.array_equal(equations[0], other) for other in equations[1:])
 
     def run(self, state: RunState, *, adaptive: bool = False) -> Output:
-        """Integrate a period: on the stored steps; with onsets of contacts on steps of its own; if adaptive, store its steps."""
+        """Integrate a period on the stored steps, or on new ones with onsets of contacts; if adaptive, store the new steps."""
         ends, every, most = None, 1, self.steps_left  # every step is a row of the output
         if self.has_onsets:  # steps of two runs differ, so that errors do not cancel: 1e-3, chosen, keeps them small
             tolerance = 1e-3 * self.tolerance
