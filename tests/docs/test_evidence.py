@@ -12,12 +12,11 @@ RESULT = {
     "status": "OK",
     "work": {"wall_s": 12.0},
     "metrics": {
-        "peak": {"value": 156.3283, "unit": "N"},
-        "ratio": {"value": 0.59912, "unit": "1", "error": 0.005},
+        "peak": {"value": 156.3283, "unit": "N"}, "ratio": {"value": 0.59912, "unit": "1", "error": 0.005},
         "force": {"value": 1.7245, "unit": "N", "exact": 1.7246, "error": 6e-5},
     },
     "tables": [{"headers": ["a", "b"], "rows": [[1.23456, None], ["0.60 ± 0.02", -2e-5]]}],
-}
+}  # fmt: skip
 
 
 def test_pages_have_the_stored_numbers_and_every_stored_result_is_quoted():

@@ -13,7 +13,6 @@ from buckler.mbs.scene.scene import Scene
 
 
 def slider_driven(start_angle, speed):
-    """The slider-crank driven at its slider."""
     a = PAPER.crank * np.exp(1j * start_angle)
     points = {"O": (0, 0), "A": (a.real, a.imag), "B": (PAPER.slider(start_angle), 0)}
     links = [Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR)]

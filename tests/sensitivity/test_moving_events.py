@@ -21,7 +21,6 @@ def rotor(dead):
 
 
 def leaves(dead):
-    """When the voltage does."""
     return float(np.arcsin(dead / PEAK) / OMEGA)
 
 

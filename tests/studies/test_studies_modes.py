@@ -79,7 +79,6 @@ def test_modes_four_five_and_six_by_counting():
 
 @pytest.mark.parametrize("depth", [20e-3, 5e-3])
 def test_modal_data_of_the_solid_are_those_of_the_beam(depth):
-    """Two sources of one bar."""
     solid = bars.make_rocker_of_set(depth, "bending_1_3_axial_1", 0.02).planar(L)
     beam = beam_modes(width=1e-4 / depth, thickness=depth, bending=3, axial=1, damping=0.02).planar(L)
     order = np.argsort(beam.frequency)  # the solid's come by frequency

@@ -81,7 +81,6 @@ def test_strip_that_never_presses_makes_the_study_suspect():
 
 
 def row(status="OK", message="", **values):
-    """A row of the sweep, of a strut."""
     known = {"contact_angle": 120.0, "release_angle": 240.0, "settling_time": 0.4, "buckles_before_stop": 0.0} | {
         "contact_force_180": 1.7, "impact_peak": 27.0, "energy_balance": 1e-4,
     }  # fmt: skip

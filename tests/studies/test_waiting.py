@@ -16,7 +16,6 @@ from buckler.studies.kit.cli import main
 
 @pytest.fixture
 def clock(monkeypatch):
-    """A clock that the test moves."""
     now = [0.0]
     monkeypatch.setattr("buckler.mbs.progress.working_time", lambda: now[0])
     return now

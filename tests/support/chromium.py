@@ -58,20 +58,17 @@ class Page:
         self.wait("document.readyState === 'complete' && !!window.report")
 
     def run(self, code):
-        """Value of a piece of JavaScript."""
         answer = self.call("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
     def wait(self, code, seconds=20.0):
-        """Wait until a piece of JavaScript is true."""
         end = time.perf_counter() + seconds
         while not self.run(code):
             assert time.perf_counter() < end, f"not within {seconds} s: {code}"
             time.sleep(0.05)
 
     def press(self, key, code=None, shift=False):
-        """One stroke of a key."""
         text = {"text": key} if len(key) == 1 else {}
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, modifiers=8 * shift, **text)

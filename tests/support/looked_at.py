@@ -81,6 +81,5 @@ MECHANISMS = {
 
 @cache
 def run(name):
-    """Result of one of them."""
     make, duration, options = MECHANISMS[name]
     return mbs.simulate(make(), duration, ledger=True, **options)

@@ -48,7 +48,6 @@ def same(rows):
 
 
 def stored(path):
-    """Rows of a store, comparable."""
     return same(read(path)[0])
 
 

@@ -16,7 +16,6 @@ def tab():
 
 @pytest.fixture(scope="module", params=list(MECHANISMS))
 def report(request, tab, tmp_path_factory):
-    """A result, its page opened."""
     result = run(request.param)
     tab.open(result.write_html(tmp_path_factory.mktemp("report") / f"{request.param}.html"))
     return result, tab
