@@ -50,9 +50,8 @@ def assemble(
     unknown = _find_unknown(points, links, deciding, lengths)
     for point in near:
         if point not in unknown:
-            raise ValueError(
-                f"near.{point}: no point whose place follows from lengths; those are: {', '.join(unknown) or 'none'}"
-            )
+            known = ", ".join(unknown) or "none"
+            raise ValueError(f"near.{point}: no point whose place follows from lengths; those are: {known}")
     if not deciding or not unknown:
         return Assembly({})
     places = _as_linear_forms(points, unknown)

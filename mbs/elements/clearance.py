@@ -77,10 +77,8 @@ class Clearance(Joint):
         """Yield a remark if the depth exceeds the clearance, where no theory of two cylinders in contact holds."""
         deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))
         if deepest > self.gap:
-            yield (
-                f"pin '{self.point}' is {deepest:.3g} m deep in its bush, more than its clearance {self.gap:.3g} m: its law was "
-                "followed, but no theory of contact holds so deep"
-            )
+            why = "its law was followed, but no theory of contact holds so deep"
+            yield f"pin '{self.point}' is {deepest:.3g} m deep in its bush, more than its clearance {self.gap:.3g} m: {why}"
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""

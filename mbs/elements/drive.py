@@ -86,10 +86,8 @@ class Motion(Declared):
         for t in kinks:
             before, after = speed_at(t), speed_at(float(np.nextafter(t, inf)))  # `kinks` returns the last time before a jump
             if abs(after - before) > SPEED_ERROR * largest:
-                raise ValueError(
-                    f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: all that it moves would take an impulse "
-                    "at once; let it change over a short time, as by a Table"
-                )
+                why = "all that it moves would take an impulse at once; let it change over a short time, as by a Table"
+                raise ValueError(f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: {why}")
 
     def _slope(self, t: float, speed: float, step: float, where: str) -> float:
         """Return that of three central differences of the position, with different steps, which is closest to the speed."""

@@ -128,10 +128,8 @@ class Stop(Element):
         distance = self.at - self._start(mechanism)
         extent = float(np.ptp(list(mechanism.points.values()), axis=0).max(initial=0.0))
         if abs(distance) <= NEAREST * max(extent, abs(self.at)):
-            raise ValueError(
-                f"stop at '{self.point}': at = {self.at:g} m is where the point starts, to rounding; it must lie to one side, "
-                f"by {NEAREST:g} of the mechanism's extent at least"
-            )
+            why = f"it must lie to one side, by {NEAREST:g} of the mechanism's extent at least"
+            raise ValueError(f"{self.where}: at = {self.at:g} m is where the point starts, to rounding; {why}")
         return distance
 
     def _start(self, mechanism: Parts) -> float:

@@ -86,16 +86,11 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
         return False
     distance = float(np.abs(after.q - before.q).max())  # in m or rad: a rough size of the step is enough
-    return _has_other_branch(linkage, float(after.time[0]), after.q[0], distance)
-
-
-def _has_other_branch(linkage: Linkage, time: float, q: Array, distance: float) -> bool:
-    """Return True if a second pose closes the loops near the pose q, at the end of a step of length `distance`."""
-    direction = np.linalg.svd(linkage.jacobian(q))[2][-1].reshape(q.shape)  # singular vector of the least singular value
+    direction = np.linalg.svd(after.jacobian[0])[2][-1].reshape(after.q.shape)  # singular vector of the least singular value
     direction *= distance / np.abs(direction).max()
     for factor in (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0):  # to both sides, as the distance of the other branch is unknown
-        other = close_loops(linkage, np.array([time]), (q + factor * direction)[None])
-        if other is not None and np.abs(other.q[0] - q).max() > 1e-3 * distance:  # 1e-3, chosen: nearer it is q itself
+        other = close_loops(linkage, after.time, after.q + factor * direction)
+        if other is not None and np.abs(other.q - after.q).max() > 1e-3 * distance:  # 1e-3, chosen: nearer it is the same pose
             return True
     return False
 
