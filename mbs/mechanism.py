@@ -131,7 +131,12 @@ class Mechanism(Parts):
         check_links(self.points, self.links)
         object.__setattr__(self, "near", Frozen(self.near))
         object.__setattr__(self, "velocities", Frozen(self.velocities))
-        _check_names(self)
+        names = [link.name for link in self.links]
+        if not names:
+            raise ValueError("links: a mechanism needs at least one link")
+        doubled = {name for name in names if names.count(name) > 1} | ({GROUND} & set(names)) | (set(names) & set(self.points))
+        if doubled:
+            raise ValueError(f"link names must be unique, not '{GROUND}' and not a point's name; doubled: {sorted(doubled)}")
         _check_velocities(self)
         for kind in KINDS:
             for k, element in enumerate(getattr(self, kind)):
@@ -226,13 +231,3 @@ def _check_velocities(mechanism: Mechanism) -> None:
             check_known("link", body, links, where)
         on_links = {p for link in links.values() for p in link.points if not body or link.name == body}
         check_known("point of a link", point, on_links, where)
-
-
-def _check_names(mechanism: Mechanism) -> None:
-    """Raise a ValueError if no link is given or names of links are not unique."""
-    names = [link.name for link in mechanism.links]
-    if not names:
-        raise ValueError("links: a mechanism needs at least one link")
-    doubled = {name for name in names if names.count(name) > 1} | ({GROUND} & set(names)) | (set(names) & set(mechanism.points))
-    if doubled:
-        raise ValueError(f"link names must be unique, not '{GROUND}' and not a point's name; doubled: {sorted(doubled)}")

@@ -233,14 +233,8 @@ class Parts(Declared):
     guides: Sequence[GuideBase]
     drives: Sequence[Element]
     gravity: Pair
-
-    def link(self, name: str) -> LinkBase:
-        """Return the link of a name; KeyError if there is none."""
-        raise NotImplementedError
-
-    def guide(self, point: str) -> GuideBase:
-        """Return the guide of a point; KeyError if there is none."""
-        raise NotImplementedError
+    link: Callable[[str], LinkBase]  # by its name; KeyError if there is none
+    guide: Callable[[str], GuideBase]  # by its point
 
     def length(self, name: str) -> float:
         """Return the distance of a link's two end points at t = 0 [m]."""

@@ -158,10 +158,7 @@ class Profile(SlenderSection, Declared):
         """Thickness of the equivalent square bar [m]."""
         return sqrt(12 * self.bending_stiffness / self.axial_stiffness)
 
-    @property
-    def width(self) -> float:
-        """Width of the equivalent square bar, equal to its thickness [m]."""
-        return self.thickness
+    width = thickness  # [m], as of a square
 
     @property
     def material(self) -> Material:

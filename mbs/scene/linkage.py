@@ -42,7 +42,7 @@ class Linkage:
 
     def limit_drives(self, last: float) -> Self:
         """Return a copy that takes accelerations, differences of speeds of drives, from times up to `last` [s]."""
-        limited = copy(self)  # with the cached rows, so that functions of the user are not asked again
+        limited = copy(self)  # with the cached rows
         object.__setattr__(limited, "last", last)
         return limited
 
