@@ -122,11 +122,9 @@ class Guide(GuideBase):
             normal, bristle = self._reaction_and_bristle(name, record)
             stored = np.asarray(normal * self.friction.stored(bristle))
         yield Energy("stored", "contact", stored)
-        if isinstance(self.friction, BristleLaw) and self._is_stuck(name, record):
-            yield Energy("dissipated", "friction", np.zeros_like(stored))
-        else:
-            work = record.work(self._drag(name, record) * block.speed)
-            yield Energy("dissipated", "friction", work - (stored - stored[0]))
+        lost = record.work(self._drag(name, record) * block.speed) - (stored - stored[0])
+        is_stuck = isinstance(self.friction, BristleLaw) and self._is_stuck(name, record)
+        yield Energy("dissipated", "friction", np.zeros_like(lost) if is_stuck else lost)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield lateral force on the block, positive to the left of `along`, friction and its limit [N]."""

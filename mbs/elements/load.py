@@ -118,10 +118,9 @@ class Stateful(Load):
         return [*self.variables_with_states.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
 
     def start_arguments(self, mechanism: Parts) -> list[float]:
-        """Return all arguments of the functions at t = 0, at rest; without states the first ones only, as in `signature`."""
-        if self.states is None:
-            return self.start_motion(mechanism)[: len(self.variables)]
-        return [*self.start_motion(mechanism), *self.states.initial]
+        """Return the arguments of the functions at t = 0, at rest, as many as there are `variables`."""
+        initial = () if self.states is None else self.states.initial
+        return [*self.start_motion(mechanism), *initial][: len(self.variables)]
 
     def functions(self) -> list[Callable[..., float]]:
         """Return the components of the load, then the rates of the states, each a function of `variables`."""

@@ -7,6 +7,7 @@ of pieces shorter than `PIECE` samples are quick changes. Jumps that a periodic 
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import reduce
 from itertools import chain, islice, pairwise
 from typing import NamedTuple
@@ -66,31 +67,25 @@ def find_edges_between(low: float, high: float, values_at: Values, width: float 
 
 def find_edges(values_at: Values, duration: float, width: float = WIDTH) -> Edges:
     """Find the edges in (0, duration) [s] of a function of times, sampled `width` times the duration apart; none if it fails."""
-    try:
-        return _find_edges(values_at, duration, width)
-    except (Exception, SystemExit):  # a function may raise anything: the run reports it
-        return Edges()
-
-
-def _find_edges(values_at: Values, duration: float, width: float) -> Edges:
-    """Find the edges as `find_edges` does, but raise the errors of the function."""
-    times = np.linspace(0.0, duration, round(1 / width) + 1)
-    values = values_at(times)
-    span = float(np.ptp(values, axis=0).max(initial=0.0))
-    if not np.isfinite(values).all() or span == 0:
-        return Edges()
-    scaled = values / span
-    outstanding = _find_outstanding(scaled)
-    if len(outstanding) > MOST:
-        return Edges(capped=True)
-    sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
-    edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # first samples at or after edges
-    deviation = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # summed over all samples
-    quick = (times[k] for a, b in pairwise(edges) for k in _find_quick_changes(scaled, a, b, MISFIT * deviation))
-    quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
-    capped = len(quick_times) > MOST_SMOOTH
-    found = sorted({*sudden.tolist(), *([] if capped else quick_times)})
-    return Edges(tuple(t for t in found if 0 < t < duration), capped)
+    with suppress(Exception, SystemExit):  # a function may raise anything: the run reports it
+        times = np.linspace(0.0, duration, round(1 / width) + 1)
+        values = values_at(times)
+        span = float(np.ptp(values, axis=0).max(initial=0.0))
+        if not np.isfinite(values).all() or span == 0:
+            return Edges()
+        scaled = values / span
+        outstanding = _find_outstanding(scaled)
+        if len(outstanding) > MOST:
+            return Edges(capped=True)
+        sudden = _complete_periodic(values_at, _locate(values_at, times, values, outstanding), duration)
+        edges = [0, *np.unique(np.searchsorted(times, sudden)).tolist(), len(times) - 1]  # first samples at or after edges
+        deviation = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span  # summed over all samples
+        quick = (times[k] for a, b in pairwise(edges) for k in _find_quick_changes(scaled, a, b, MISFIT * deviation))
+        quick_times = [float(t) for t in islice(quick, MOST_SMOOTH + 1)]
+        capped = len(quick_times) > MOST_SMOOTH
+        found = sorted({*sudden.tolist(), *([] if capped else quick_times)})
+        return Edges(tuple(t for t in found if 0 < t < duration), capped)
+    return Edges()
 
 
 def evaluate(function: Callable[..., object], *columns: Array) -> Array:

@@ -60,10 +60,15 @@ def find_crossings(curves: Sequence[PPoly], values: Sequence[Array], end: float)
 def find_state_of_edges(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> int | None:
     """Return the state at whose values all edges [s] of a function lie, whatever its other arguments are; None if unknown."""
     probes = edges[:: 1 + len(edges) // MOST_EDGES]  # every second, third, ... if there are many
-    state = _only_state(function, time, curves, probes)
-    if state is None and len(edges) and _has_fixed_edges(function, time, curves, probes):
-        return MEASURE
-    return state
+    near = ON_SAMPLE * float(time[-1])
+    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], 50), probes - near, probes + near]), 0.0, time[-1])
+    states = [curve(times) for curve in curves]
+    known, zero = evaluate(function, times, *states), np.zeros_like(times)
+    for k, state in enumerate(states):
+        alone = [state if j == k else zero for j in range(len(states))]
+        if np.array_equal(known, evaluate(function, zero, *alone)):
+            return k  # the only state on which the function depends, near its edges and along the run
+    return MEASURE if len(edges) and _has_fixed_edges(function, time, curves, probes) else None
 
 
 def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> bool:
@@ -77,19 +82,6 @@ def _has_fixed_edges(function: Callable[..., object], time: Array, curves: Seque
         if (largest <= LEAST_KINK * size).any():
             return False
     return True
-
-
-def _only_state(function: Callable[..., object], time: Array, curves: Sequence[PPoly], edges: Array) -> int | None:
-    """Return the only state on which a function depends, near its edges and along a run; None if there is none."""
-    near = ON_SAMPLE * float(time[-1])
-    times = np.clip(np.concatenate([np.linspace(0.0, time[-1], 50), edges - near, edges + near]), 0.0, time[-1])
-    states = [curve(times) for curve in curves]
-    known, zero = evaluate(function, times, *states), np.zeros_like(times)
-    for k, state in enumerate(states):
-        alone = [state if j == k else zero for j in range(len(states))]
-        if np.array_equal(known, evaluate(function, zero, *alone)):
-            return k
-    return None
 
 
 def is_resolved(function: Callable[..., object], time: Array, curves: Sequence[PPoly]) -> bool:
