@@ -42,9 +42,9 @@ class Controlled(Setting):
 
     adaptive: ClassVar[bool] = True
 
-    def longest(self, duration: float) -> float:
-        """Return the longest step of a run [s]; `Spectral.longest` has another default."""
-        return self.max_step or duration / 200
+    def longest(self, duration: float, least_count: int = 200) -> float:
+        """Return the longest step of a run [s], by default with this least number of steps."""
+        return self.max_step or duration / least_count
 
 
 @declared
@@ -61,8 +61,8 @@ class Equal(Setting):
     tolerance: ClassVar[None] = None
     max_steps: ClassVar[int] = 10**9
 
-    def longest(self, duration: float) -> float:
-        """Return the step of a run, s."""
+    def longest(self, duration: float, _least_count: int = 0) -> float:
+        """Return the step of a run [s]."""
         return duration / self.count
 
 
@@ -147,9 +147,7 @@ class Spectral(Setting):
 
     def longest(self, duration: float) -> float:
         """Return the longest step of a run [s]; the other solvers have another default, see `Controlled.longest`."""
-        if isinstance(self.steps, Equal):
-            return self.steps.longest(duration)
-        return self.steps.max_step or duration / 50
+        return self.steps.longest(duration, 50)
 
 
 def usual_tolerance(scene: Scene) -> float:

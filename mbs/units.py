@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -154,20 +155,16 @@ class Measured(float):
 
     def fits(self, unit: str) -> bool:
         """Return True if the number has the dimension of a unit; `unit` may be `rad/s or m/s`, or `N/m^n` with any n."""
-        return any(_fits(self.dimension, one.strip()) for one in unit.split(" or "))
-
-
-def _fits(dimension: tuple[float, ...], unit: str) -> bool:
-    base, any_power, _ = unit.partition("^n")
-    try:
-        expected = parse_unit(base).dimension
-    except ValueError:
+        for one in unit.split(" or "):
+            base, any_power, _ = one.strip().partition("^n")
+            with suppress(ValueError):  # of an unknown unit, which fits nothing
+                if self.dimension == parse_unit(base).dimension:
+                    return True
+                if any_power and "/" in base:  # N/m^n: the denominator may have any power, so that its base units are free
+                    numerator, denominator = (parse_unit(part).dimension for part in base.split("/"))
+                    pairs = zip(self.dimension, numerator, denominator, strict=True)
+                    return all(have == above for have, above, below in pairs if below == 0)
         return False
-    if any_power and "/" in base:  # N/m^n: the denominator may have any power
-        numerator, denominator = (parse_unit(part).dimension for part in base.split("/"))
-        pairs = zip(dimension, numerator, denominator, strict=True)
-        return all(have == above for have, above, below in pairs if below == 0)  # base units of the denominator are free
-    return dimension == expected
 
 
 def measured(text: str) -> float:

@@ -70,8 +70,17 @@ class Flexible(Body):
         return self.nodes - 1
 
     def curve(self, chord: float) -> CurvedLine:
-        """Return the stress-free shape for a length of the chord [m]."""
-        return _bow(chord, self.imperfection) if self.shape is None else _spline(chord, self.shape)
+        """Return the stress-free shape for a length of the chord [m].
+
+        The half-sine bow is theta = A cos(pi s), A = pi imperfection/chord. Its height is the imperfection up to a relative error
+        of A^2.
+        """
+        if self.shape is not None:
+            return _spline(chord, self.shape)
+        amplitude = np.pi * self.imperfection / chord
+        unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
+        unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])  # 8 pieces: exact to rounding up to A = 6
+        return CurvedLine(chord / unit_chord, unit.direction)
 
     def place_at(self, chord: float, fraction: float) -> tuple[float, float]:
         """Return the place at a fraction of the stress-free arc length in the link's frame [m], for a length of the chord [m]."""
@@ -137,14 +146,6 @@ class CurvedLine:
         theta = self.direction(fractions[:-1, None] + half + half * nodes)  # (n - 1, points of `RULE`)
         steps = np.stack([np.cos(theta), np.sin(theta)], axis=-1) * (weights * half)[..., None]
         return self.length * np.concatenate([np.zeros((1, 2)), np.cumsum(steps.sum(axis=1), axis=0)])
-
-
-def _bow(chord: float, bow: float) -> CurvedLine:
-    """Return the half-sine bow theta = A cos(pi s), A = pi bow/chord; its height is `bow` [m], up to a relative error of A^2."""
-    amplitude = np.pi * bow / chord
-    unit = CurvedLine(1.0, lambda s: amplitude * np.cos(np.pi * s))
-    unit_chord = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])  # 8 pieces: exact to rounding up to A = 6
-    return CurvedLine(chord / unit_chord, unit.direction)
 
 
 def _spline(chord: float, shape: Shape) -> CurvedLine:

@@ -18,20 +18,20 @@ class Joint(JointBase):
     label: ClassVar[str] = "{point}.{first}-{second}"
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless both bodies have the point and are not joined there already."""
+        """Raise a ValueError unless two different bodies have the point and are not joined there already."""
         check_known("point", self.point, mechanism.points, self.where)
-        self.check_ends(mechanism)
-        for name in (self.first, self.second):
-            if name != GROUND:
-                check_point_of(mechanism, name, self.point, self.where)
-
-    def check_ends(self, mechanism: Parts) -> None:
-        """Raise a ValueError if the two bodies are one, or are joined at the point already."""
         if self.first == self.second:
             raise ValueError(f"{self.where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{self.where}: joins {' and '.join(sorted(ends))} twice")
+        for name in (self.first, self.second):
+            if name != GROUND:
+                self.check_body(mechanism, name)
+
+    def check_body(self, mechanism: Parts, name: str) -> None:
+        """Raise a ValueError unless a link has the point."""
+        check_point_of(mechanism, name, self.point, self.where)
 
 
 @declared
@@ -112,16 +112,16 @@ class Slot(Joint):
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the first body has the point, the second can have the line, and neither is a strut."""
-        check_known("point", self.point, mechanism.points, self.where)
         if self.first == GROUND:
             raise ValueError(f"{self.where}: first = 'ground': the point must be a link's; swap the bodies")
-        self.check_ends(mechanism)
-        check_point_of(mechanism, self.first, self.point, self.where)
-        if self.second != GROUND:
-            check_link(mechanism, self.second, self.where)
-            if mechanism.link(self.second).body.flexible:
-                check_point_of(mechanism, self.second, self.point, self.where)
+        super().check(mechanism)
         check_no_strut(mechanism, (self.first, self.second), self.where)
+
+    def check_body(self, mechanism: Parts, name: str) -> None:
+        """Raise a ValueError unless a link is known, and has the point if it is the first or flexible."""
+        check_link(mechanism, name, self.where)
+        if name == self.first or mechanism.link(name).body.flexible:
+            super().check_body(mechanism, name)
 
     def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield the row that keeps the point on the line."""
