@@ -82,16 +82,8 @@ def _elements(kind: str, doc: str) -> Any:
 
 @declared
 class Mechanism(Parts):
-    """A planar mechanism, checked for consistency when made.
+    """A planar mechanism; a ValueError on elements that contradict each other begins with the place in a file, as `joints[0]`.
 
-    Raises
-    ------
-    ValueError
-        If elements contradict each other, for example if a name is unknown. The message begins with the place in a file, as
-        `joints[0]`.
-
-    Examples
-    --------
     >>> arm = Link("arm", "O", "A", Rigid(Section(width=0.03, thickness=5e-3)))
     >>> Mechanism({"O": (0, 0), "A": (0.2, 0)}, [arm], joints=[Revolute("O", "ground", "arm")], gravity=(0, -9.81)).gravity
     (0.0, -9.81)

@@ -76,7 +76,8 @@ def simulate(
 ) -> Result:  # fmt: skip
     """Simulate a mechanism from t = 0; drives give the first velocities through the constraints.
 
-    Failures come as a status of the result with a message, not as exceptions.
+    Failures come as a status of the result with a message. Exceptions are a ValueError on wrong input, before any engine call,
+    and on Ctrl-C `Interrupted`, a KeyboardInterrupt whose `result` is the run that got farthest.
 
     Parameters
     ----------
@@ -103,13 +104,6 @@ def simulate(
     progress : bool or callable, optional
         True shows a bar and the expected time, by default in terminals and notebooks. A function is called after each step with
         the fraction of the run that is done; each run begins at 0.
-
-    Raises
-    ------
-    ValueError
-        On wrong input, before any engine call.
-    Interrupted
-        On Ctrl-C: a KeyboardInterrupt whose `result` is the run that got farthest.
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
