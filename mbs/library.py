@@ -124,28 +124,23 @@ RATTLING = Impact(JOINT_STIFFNESS, damping=253.0, damping_depth=1e-5)
 """Contact law of these joints, which rattle. The damping from 1e-5 m of depth on is 253, its unit uncertain: here N s/m."""
 CLOSED = Impact(JOINT_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """The same with the unit N s/mm: the joints stay closed."""
-Play = Callable[[str, str, str], Clearance]
-"""Function `play(point, first, second)` that returns a joint with clearance; the pin is on `first`, the bush on `second`."""
 
 
 def crank_rocker(
-    rocker: Body, *, speed: float | Ramp | Motion, play: Play | None = None, with_play: str = "OABC", section: Section = BAR,
-    lengths: CrankRocker = STEEL_CRANK_ROCKER, angle: float = 0.5,
+    rocker: Body, *, speed: float | Ramp | Motion, play: Callable[[str, str, str], Clearance] | None = None,
+    with_play: str = "OABC", section: Section = BAR, lengths: CrankRocker = STEEL_CRANK_ROCKER, angle: float = 0.5,
 ) -> Mechanism:  # fmt: skip
     """Return the crank-rocker with clearance in any of its joints, its journals centred at the start.
 
     `rocker` is the body from the frame C to the coupler's end B, `section` that of crank and coupler. The crank has the `speed`
-    [rad/s] and starts at the `angle` [rad]. `play` makes each joint with clearance, None leaves all joints ideal. `with_play`
-    names those with clearance: O (frame-crank), A (crank-coupler), B (coupler-rocker), C (frame-rocker).
+    [rad/s] and starts at the `angle` [rad]. `play(point, first, second)` makes a joint with clearance, its pin on `first`, at the
+    points in `with_play`: O (frame-crank), A (crank-coupler), B (coupler-rocker), C (frame-rocker). The others are ideal.
     """
     joints = [("O", "ground", "crank"), ("A", "crank", "coupler"), ("B", "coupler", "rocker"), ("C", "ground", "rocker")]
+    bars = [Link("crank", "O", "A", Rigid(section)), Link("coupler", "A", "B", Rigid(section))]
     return Mechanism(
         points=lengths.places(angle),
-        links=[
-            Link("crank", "O", "A", Rigid(section)),
-            Link("coupler", "A", "B", Rigid(section)),
-            Link("rocker", "C", "B", rocker),
-        ],
+        links=[*bars, Link("rocker", "C", "B", rocker)],
         joints=[play(*joint) if play and joint[0] in with_play else Revolute(*joint) for joint in joints],
         drives=[Drive("crank", speed)],
     )
