@@ -47,7 +47,10 @@ def assemble(
     lengths = {link.name: abs(_vector(link, points)) for link in placed}  # [m]
     lengths |= {link.name: link.length for link in links if link.length is not None}
     deciding = [link for link in links if link.length is not None or link.angle is not None]
-    unknown = _find_unknown(points, links, deciding, lengths)
+    concerned = [point for link in deciding for point in (link.start, link.end)]
+    # points carried by links of known length; their names are the same for any length
+    concerned += [point for link in links if link.name in lengths for point in link.carried_places(1.0)]
+    unknown = list(dict.fromkeys(point for point in concerned if point not in points))
     for point in near:
         if point not in unknown:
             known = ", ".join(unknown) or "none"
@@ -94,14 +97,6 @@ def carried_points(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str
 
 def _vector(link: Any, points: Mapping[str, Pair]) -> complex:
     return complex(*points[link.end]) - complex(*points[link.start])
-
-
-def _find_unknown(points: Mapping[str, Pair], links: list[Any], deciding: list[Any], lengths: Mapping[str, float]) -> list[str]:
-    """Return the points without a given place: ends of deciding links, and points carried by links of known length."""
-    concerned = [point for link in deciding for point in (link.start, link.end)]
-    any_length = 1.0  # the names of such carried points are the same for any length
-    concerned += [point for link in links if link.name in lengths for point in link.carried_places(any_length)]
-    return list(dict.fromkeys(point for point in concerned if point not in points))
 
 
 def _as_linear_forms(points: Mapping[str, Pair], unknown: list[str]) -> dict[str, Array]:

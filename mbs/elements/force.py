@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..declare import Either, Nothing, Quantity, Vector, declared, field, flag, names, part, quantity
+from ..declare import Either, Quantity, Vector, declared, field, flag, names, part, quantity
 from ..functions.fields import Law
 from ..geometry import Array, cross, rotate
 from .element import GROUND, Pair, Parts, Push, Recorded, place
@@ -39,14 +39,10 @@ class Force(Stateful):
         default=None,
     )
     through: Pair | None = field(
-        Either((Vector("m"), Nothing())),
-        "a fixed place through which the line of action goes (Reut's load), so that the force has a moment about the point",
-        default=None,
+        Vector("m"), "a fixed place on the line of action (Reut's load), which then has a moment about the point", default=None
     )
     states: States | None = part(
-        States,
-        doc="states of the law: `value` is then a function of t, the point's place x, y, m, velocity vx, vy, m/s, and the states",
-        default=None,
+        States, doc="of the law: `value` is then a function of t, the point's x, y, m, vx, vy, m/s, and the states", default=None
     )
 
     def check(self, mechanism: Parts) -> None:

@@ -3,7 +3,6 @@
 from collections import Counter
 from functools import cached_property
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -149,9 +148,9 @@ class Scene:
     @cached_property
     def axial_period(self) -> float:
         """Upper bound of axial periods [s]: all mass on one flexible link as a spring; 0 without flexible links."""
-        bodies: list[tuple[Any, float]] = [(link.body, self.mechanism.length(link.name)) for link in self.mechanism.links]
-        springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
-        return max((2 * pi * sqrt(self.mass * length / stiffness) for stiffness, length in springs), default=0.0)
+        flexible = [link for link in self.mechanism.links if link.body.flexible]
+        compliances = [self.mechanism.length(link.name) / link.body.section.axial_stiffness for link in flexible]  # [m/N]
+        return 2 * pi * sqrt(self.mass * max(compliances, default=0.0))
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Return the times in (0, duration) at which a drive or load has a kink or jump, in order [s]."""

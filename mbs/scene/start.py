@@ -65,7 +65,16 @@ class Stations:
         links = [link for link in mechanism.links if link.body.flexible]
         self.mechanism = mechanism
         self.points = [Place(link.name, point) for link in links for point in link.points]
-        self.axes = np.array([_weighted_axes(mechanism, name) for name, _ in self.points]).reshape(-1, 3, 3)
+        # matrices (3, 3) from weighted velocities, along and across the link and of the angle, to (vx, vy, spin)
+        axes: list[Array] = []
+        for link in links:
+            x, y = np.subtract(mechanism.points[link.end], mechanism.points[link.start])
+            length, axial, bending = np.hypot(x, y), link.body.section.axial_stiffness, link.body.section.bending_stiffness
+            # a weighted velocity is the velocity times the square root of its stiffness
+            stiffnesses = np.array([axial / length, bending / length**3, bending / length])
+            turned = np.array([[x / length, -y / length, 0.0], [y / length, x / length, 0.0], [0.0, 0.0, 1.0]])
+            axes += [turned / np.sqrt(stiffnesses)] * len(link.points)
+        self.axes = np.array(axes).reshape(-1, 3, 3)
 
     def jacobian(self, rows: Sequence[Row]) -> Array:
         """Compute the derivatives of rows by the weighted velocities of all n stations, (rows, 3 n)."""
@@ -75,17 +84,6 @@ class Stations:
         poses = np.array([(*points[station.point], 0.0) for station in self.points]).reshape(count, 3)
         _, by_pose = forms.system(poses)
         return np.einsum("rki,kij->rkj", by_pose.reshape(len(rows), count, 3), self.axes).reshape(len(rows), 3 * count)
-
-
-def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
-    """Return the matrix (3, 3) from weighted velocities of a link, along, across and of the angle, to (vx, vy, spin)."""
-    link, length = mechanism.link(name), mechanism.length(name)
-    (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
-    c, s = (x1 - x0) / length, (y1 - y0) / length
-    axial, bending = link.body.section.axial_stiffness, link.body.section.bending_stiffness
-    # a weighted velocity is the velocity times the square root of its stiffness
-    stiffnesses = np.array([axial / length, bending / length**3, bending / length])
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) / np.sqrt(stiffnesses)
 
 
 def compute_jacobians(linkage: Linkage, q: Array) -> tuple[Array, Array]:
