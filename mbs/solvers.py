@@ -104,8 +104,7 @@ class Exudyn(Setting):
     steps: Controlled | Equal = part(Controlled, Equal, doc="length of the steps", default_factory=Controlled)
     spectral_radius: float = field(
         Quantity("1", 0.0, 1.0, open_high=True),
-        "of generalized-alpha at infinite frequency: a smaller one damps unresolved axial waves faster; at 1 nothing is damped "
-        "and most runs diverge",
+        "of generalized-alpha at infinite frequency: a smaller one damps unresolved axial waves faster; at 1 most runs diverge",
         default=0.7,
     )
     newton_absolute: float | None = quantity(

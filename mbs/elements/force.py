@@ -30,8 +30,7 @@ class Force(Stateful):
     point: str = names(doc="'A', or 'coupler:A' as part of that link; at the end of a strut it acts on the body pinned to it")
     value: Pair | Callable[..., Pair] = field(
         Either((Vector("N"), signature)),
-        "the force, or a function of the time t (in s); a search in steps of 1e-5 of the run finds its jumps and kinks, but may "
-        "miss shorter pulses",
+        "or a function of the time t, s; a search at each 1e-5 of the run finds its jumps and kinks, but may miss shorter pulses",
     )
     follows: str | None = names(
         doc="a link with which the force turns: `value` is the force in the pose at t = 0; the angle of a flexible link is that "

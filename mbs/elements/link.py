@@ -79,9 +79,8 @@ class Link(LinkBase):
     body: Body = part(Body, doc="model of the link: Rigid, Strut, Beam, Cable or Modal, with section and material")
     carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
         Carried((Several(Name()), _PLACES)),
-        "further points of the link: names of points whose places the mechanism has (rigid links only); or a table of names with "
-        "the fraction of the length, 0 to 1, at which they lie (rigid links, beams, cables); or a table of names with places "
-        "(x, y), m, in the link's frame, from its start with x towards its end (rigid links only)",
+        "further points: names of those whose places the mechanism has (rigid links only); or a table of names with the fraction "
+        "of the length, 0 to 1 (rigid links, beams, cables), or the place (x, y), m, from the start, x towards the end (rigid)",
         default=(),
     )
     length: float | None = quantity("m", above=0, default=None, doc="distance of the ends; then `points` may leave out one end")

@@ -88,9 +88,8 @@ class CraigBampton(Declared):
     """Craig-Bampton modes: eigenmodes within `fixed` vibrations and the 6 relative motions of both rigid interfaces."""
 
     numbers: tuple[int, ...] | None = field(
-        NUMBERS, "as in `FreeModes`; by default all that move in the plane: if one of them is left out, statics are not exact",
-        default=None,
-    )  # fmt: skip
+        NUMBERS, "as in `FreeModes`; by default all that move in the plane, as exact statics need all of them", default=None
+    )
     fixed: int = whole(0, 1000, doc="number of vibrations with fixed interfaces, out-of-plane ones included", default=12)
     counting: str = choice(*COUNTINGS, doc=COUNTED, default="flexible")
 

@@ -54,9 +54,8 @@ class Scene:
     @cached_property
     def counts(self) -> Counter[str]:
         """Number of bodies of links and of other elements by the name of their class."""
-        kinds = Counter(type(link.body).__name__ for link in self.mechanism.links)
-        kinds.update(type(each).__name__ for each in self.elements.values() if not isinstance(each, Link))
-        return kinds
+        bodies = [link.body for link in self.mechanism.links]
+        return Counter(type(each).__name__ for each in (*bodies, *self.elements.values()) if not isinstance(each, Link))
 
     @cached_property
     def start(self) -> Start:
