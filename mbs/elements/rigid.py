@@ -53,10 +53,9 @@ class Rigid(Body):
     def signals(self, link: LinkBase, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0 [rad], the angle from the x axis [rad], and their rate [rad/s]."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
-        chord = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])
-        initial = np.arctan2(chord[1], chord[0])
+        x, y = np.subtract(record.mechanism.points[link.end], record.mechanism.points[link.start])  # the chord at t = 0
         yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
-        yield Signal(f"{link.name}.direction", initial + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
+        yield Signal(f"{link.name}.direction", np.arctan2(y, x) + angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
         yield Signal(f"{link.name}.spin", spin, "rad/s", Kind.RATE)
 
 

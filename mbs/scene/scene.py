@@ -161,13 +161,11 @@ class Scene:
     def is_stiffly_damped(self) -> bool:
         """True if contacts damp the lightest link at 1e5/s or more (chosen): explicit steps are stable below some 3/rate."""
         laws = [joint.law for joint in self.clearances]
-        if not laws:
-            return False
         lightest = min(link.mass(self.mechanism.length(link.name)) for link in self.mechanism.links)  # also of struts
         depth = 1e-5  # [m], between the depths of light and hard impacts
         speed, onset = 1e-3, 0.1  # of penetration, small, and at the onset of a moderate impact [m/s]: some laws divide by it
         changes = [law.force(depth, speed, onset) - law.force(depth, 0.0, onset) for law in laws]
-        return max(changes) / speed / lightest >= 1e5
+        return max(changes, default=0.0) / speed / lightest >= 1e5
 
     @cached_property
     def is_explicit_in_exudyn(self) -> bool:
