@@ -243,7 +243,7 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
         else:
             ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))  # not of zero
             clock.next_step = max(h * ratio, clock.resumed_step)
-            clock.resumed_step = 0.0
+        clock.resumed_step = 0.0
 
 
 @inline

@@ -56,6 +56,19 @@ def test_explicit_steps_do_not_shrink_towards_a_kink() -> None:
     assert before[-1] == 0.3 and before[-3] < 0.29
 
 
+def test_equal_explicit_steps_after_an_onset_end_at_the_end_of_the_run() -> None:
+    """The step before the end is stretched by a ten thousandth, so that none of this length follows."""
+    drop, count, after = 0.1, 100, 10.00005  # [m]; steps of the run; steps after the onset
+    block = Link("block", "A", "B", Rigid.of(mass=0.5, inertia=1e-3))
+    guides = [Guide(point, "block", along=(0, 1)) for point in "AB"]
+    stop = Stop("A", at=0.0, law=Impact(1e3, 1.0, 1e-4, 1.0))
+    mechanism = Mechanism({"A": (0, drop), "B": (0, 0.2)}, [block], guides=guides, stops=[stop], gravity=(0, -9.81))
+    duration = np.sqrt(2 * drop / 9.81) / (1 - after / count)
+    out, _, counts = integrate(CompiledScene.of(mechanism), duration, Spectral(Equal(count), method="explicit"))
+    assert counts.onsets == 1
+    assert np.diff(out.time).min() > 0.99 * duration / count
+
+
 @pytest.mark.parametrize(("damping", "explicit", "balance"), [(253.0, True, 1e-2), (253e3, False, 5e-3)])
 def test_stiffly_damped_clearance_runs_implicitly(damping, explicit, balance) -> None:
     """Its explicit steps are held by stability: they are 15 times as many."""
