@@ -6,13 +6,14 @@ difference of two functions does not, and bounds the difference of maxima, means
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
 A contact that begins later in one run makes the forces differ by their whole size in between. So onsets of both runs are matched
-if each is the nearest of the other. The time axis of run b is stretched piecewise until matched onsets coincide. Then forces and
-rates are compared. Normal forces of contacts are compared impact by impact, see `impacts`.
+if each is the nearest of the other. The time axis of run b is stretched piecewise until matched onsets coincide; kinks of
+drives stay where they are. Then forces and rates are compared. Normal forces of contacts are compared impact by impact, see
+`impacts`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -111,22 +112,38 @@ class Difference:
         return {(name, norm): value for norm, values in by_norm.items() for name, value in zip(names, values, strict=True)}
 
     @cached_property
-    def _grid_of_onsets(self) -> tuple[Grid, Array]:
-        """Grid on which matched onsets coincide, and a mask of its times, True next to a jump in either run."""
-        onsets_a, onsets_b = self.onsets
-        grid = Grid(self.a.time, self.b.time, self.onsets)
-        kinks = [t for t in self.b.kinks if t < self.end]  # of drives and loads, at the same times in both runs
-        jumps_a = np.append(onsets_a[1:-1], kinks)
-        jumps_b = np.interp(jumps_a, onsets_a, onsets_b)  # times of b on the grid: of a kink slightly off, by the onsets' shift
+    def _kinks(self) -> list[float]:
+        """Times [s] of jumps and kinks of drives and loads, which are the same in both runs."""
+        return [t for t in self.b.kinks if t < self.end]
+
+    def _align(self, kinks: Sequence[float]) -> tuple[Grid, Array]:
+        """Return a grid on which onsets and `kinks` coincide, and a mask of its times, True next to a jump in either run."""
+        events = self._match_events(kinks)
+        grid, (jumps_a, jumps_b) = Grid(self.a.time, self.b.time, events), np.hstack([events[:, 1:-1], [self._kinks] * 2])
         is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
         return grid, is_next_in_a | _is_next_to_jump(grid.times_b, self.b.time, jumps_b)
 
+    @cached_property
+    def _grid_of_contacts(self) -> tuple[Grid, Array]:
+        """Grid and mask for contacts: only onsets coincide."""
+        return self._align([])
+
+    @cached_property
+    def _grid_of_drives(self) -> tuple[Grid, Array]:
+        """Grid and mask for all else: kinks coincide, too."""
+        return self._align(self._kinks) if self._kinks else self._grid_of_contacts
+
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
-        """Compare signals that jump, with the times of b moved so that onsets coincide, and without the times next to jumps."""
-        found = dict[Key, float]()
-        if names:
-            grid, is_next_to_jump = self._grid_of_onsets
-            for some, difference in self._subtract(names, grid):
+        """Compare signals that jump, with the times of b moved so that events coincide, and without the times next to jumps.
+
+        Contact and friction forces move with onsets alone: a kink of a drive during a contact does not stop the force's shift.
+        """
+        found, groups = dict[Key, float](), dict[bool, list[str]]()
+        for name in names:
+            groups.setdefault(self.b.signals[name].kind in (Kind.CONTACT, Kind.FRICTION), []).append(name)
+        for is_of_contact, group in groups.items():
+            grid, is_next_to_jump = self._grid_of_contacts if is_of_contact else self._grid_of_drives
+            for some, difference in self._subtract(group, grid):
                 difference[:, is_next_to_jump] = 0.0
                 found |= self._means_and_peaks(some, difference, grid.weights)
         return found
@@ -148,13 +165,12 @@ class Difference:
         """Set the size of the impulse of a force [N s], at least a hundredth (`SMALL`) of the force's size times the duration."""
         self.sizes[name, Norm.IMPULSE] = max(impulse, SMALL * self.sizes[name, Norm.RMS] * self.end)
 
-    @cached_property
-    def onsets(self) -> Array:
-        """Matched times of a and of b, shape (2, times): start, onsets near each other, end.
+    def _match_events(self, kinks: Sequence[float]) -> Array:
+        """Return matched times of a and of b, shape (2, times): start, onsets near each other, `kinks` of both, end.
 
         Onsets farther from each other than 0.02 of the duration are two events. A convention: twice `demand.PLACE_ERROR`.
         """
-        pairs, found = [(0.0, 0.0)], list[tuple[float, float]]()
+        pairs, found = [(0.0, 0.0)], [(t, t) for t in kinks]
         for name, signal in self.b.signals.items():
             if len(signal.onsets) and name in self.a.signals:
                 a, b = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))

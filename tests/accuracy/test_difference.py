@@ -87,6 +87,22 @@ def test_a_contact_that_closes_later_is_off_by_its_onset(late):
     assert found["c", Norm.RMS] < 1e-3  # 3e-2 in time as it is
 
 
+@pytest.mark.parametrize("late", [1e-2, -1e-2])
+def test_a_kink_of_a_drive_is_not_moved_with_the_onset_before_it(late):
+    """The drive's force jumps at the same time in both runs, however late the contact closes in one of them."""
+
+    def run(onset):
+        time = np.unique([*np.linspace(0, END, 1001), 1.2 - 1e-9, 1.2])
+        depth = time - onset
+        closed = find_sign_changes(time, depth, np.ones_like(time))
+        push = np.where(depth > 0, 5.0, 0.0), "N", Kind.CONTACT, "", "", 0.0, 0.0, "", closed
+        return made(time, kinks=(1.2,), c=push, f=(np.where(time < 1.2, 0.0, 1.0), "N", Kind.REACTION))
+
+    found = norms(run(0.7003 + late), run(0.7003))
+    assert found["f", Norm.RMS] == found["f", Norm.PEAK] == 0.0
+    assert found["c", Norm.RMS] < 1e-12
+
+
 def test_nothing_is_compared_between_the_samples_about_a_kink():
     coarse, fine = np.linspace(0, END, 21), np.linspace(0, END, 401)
 
