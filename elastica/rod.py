@@ -67,7 +67,14 @@ class Rod:
         """
         half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
         lowest = self.critical_load / self.axial  # compression P/(E A) of the straight rod at its buckling load
-        require("shortening", shortening, lowest < shortening <= 1.5, f"above {lowest:.12g}, to 1.5 (end shortening/L)")
+        require(
+            "axial",
+            self.axial,
+            lowest < 1.5,
+            f"larger: the rod buckles at the end shortening {lowest:.4g}, and 1.5 is the largest",
+        )
+        allowed = f"above {lowest:.12g}, to 1.5 (end shortening/L): the rod buckles at the first of these"
+        require("shortening", shortening, lowest < shortening <= 1.5, allowed)
         guess, end_angle = self._guess(half, shortening)
         towards_middle = Load(move=(-1.0, 0.0, 0.0))  # of the half's end; the load factor is the shortening
         found = half.equilibrium(towards_middle, shortening, guess)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from buckler.elastica import pinned
@@ -89,7 +90,11 @@ def test_load_correction_is_the_derivative_of_the_relaxed_energy(kind, u):
         (lambda: Rod(axial=0.0), r"axial, shear = \(0\.0, inf\) must be above 0"),
         (lambda: Rod(axial=30.0).critical_load, r"axial = 30\.0 must be large enough to buckle"),
         (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
-        (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
+        (lambda: Rod(axial=100.0).at_shortening(0.11), r"0\.11 must be above 0\.111.*: the rod buckles at the first of these"),
+        (
+            lambda: Rod(axial=2.0, shear=0.9).at_shortening(1.5),
+            r"axial = 2\.0 must be larger: the rod buckles at the end shortening 1\.64",
+        ),
     ],
 )
 def test_wrong_input_is_named(call, message):
@@ -103,3 +108,25 @@ def test_even_stocky_rods_find_their_buckled_branch(stocky):
     for u in np.linspace(onset + 0.01, 1.5, 12):
         solution = stocky.at_shortening(u)
         assert solution.half.residual < 1e-10 and 1 - solution.half.end[0] == pytest.approx(u, rel=1e-12)
+
+
+def test_soft_rods_meet_the_equations_integrated_from_the_pin():
+    """Axial and shear stiffness at random, also beside the least one at which a rod buckles; one mode, theta > 0 to mid-span."""
+    rng = np.random.default_rng(2)
+    shears = 10.0 ** rng.uniform(-0.5, 4.0, 24)
+    compliances = 1.0 / shears + 1.0 / (2.0 * np.pi) ** 2 - np.where(rng.random(24) < 0.3, 1e-4, 0.01) * rng.uniform(0.1, 2.0, 24)
+    for shear, compliance in zip(shears, compliances, strict=True):
+        rod = Rod(axial=1.0 / compliance, shear=shear)
+        onset = rod.critical_load / rod.axial
+        if onset >= 1.5:
+            continue
+        u = rng.uniform(onset, 1.5)
+        load, half = rod.at_shortening(u)
+
+        def slopes(_, state, p=load, rod=rod):
+            sin, cos = np.sin(state[0]), np.cos(state[0])
+            return state[1], -p * sin * (1.0 + p * rod.softness * cos), cos - p * (cos**2 / rod.axial + sin**2 / rod.shear)
+
+        found = solve_ivp(slopes, (0.0, 0.5), (-half.theta[-1], 0.0, 0.0), method="DOP853", rtol=1e-11, atol=1e-12).y
+        assert found[0, -1] == pytest.approx(0.0, abs=1e-7) and np.all(found[0, :-1] > 0.0)
+        assert 1.0 - 2.0 * found[2, -1] == pytest.approx(u, abs=1e-8)
