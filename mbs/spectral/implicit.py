@@ -253,9 +253,8 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
     strip_form[0] = MIXED
-    rows_of_a_step = samples.MOST_SAMPLES + 3  # within the step, at a face, at its end and after an event
-    rows = out.time.size - rows_of_a_step
-    while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples < rows:
+    rows = out.time.size - samples.ROWS_OF_A_STEP
+    while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples <= rows:
         step_end = _find_step_end(model, clock, controls, step_ends, out, counts)
         h = _choose_length(clock, controls, step_end)
         if counts.steps + counts.rejected > controls.max_steps:

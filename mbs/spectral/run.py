@@ -22,6 +22,7 @@ from . import explicit, implicit, output
 from .fronts import EliminationOrders
 from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
+from .samples import ROWS_OF_A_STEP
 from .scene import CompiledScene
 from .start import balance, dormand_prince, radau_state, start_rates
 from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory
@@ -32,9 +33,9 @@ Errors left by Newton's method add up alike in runs of different tolerance, so t
 A tenfold smaller share costs 10 per cent more iterations."""
 NEWTON_TOLERANCE = 1e-5
 """Tolerance below which the share falls as tol^(1/4), a chosen exponent: so Newton's errors stay small in fine runs."""
-ROWS_PER_CALL = 2000
-"""Rows of a call of the integrator, which looks at neither clock nor Ctrl-C: tenfold, the user would wait tenfold.
-With `samples.MOST_SAMPLES` + 3 or less no step would begin, and a run would not end."""
+STEPS_PER_CALL = 44
+"""Steps for whose rows a call of the integrator has room, which looks at neither clock nor Ctrl-C: tenfold, the user would wait
+tenfold."""
 
 
 def scene_or_reason(mechanism: Mechanism, degree: int | None) -> CompiledScene | str:
@@ -116,11 +117,11 @@ def integrate(
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
-    parts, failure = [], None
+    parts, failure, rows = [], None, 1 + STEPS_PER_CALL * ROWS_OF_A_STEP  # 1: the start
     RAISED.clear()  # exceptions of users' functions, which callbacks from compiled code append
     with catch_ctrl_c() as interrupted:
         while clock.time < end * (1 - 1.1e-12) and failure is None:  # the integrators stop 1e-12 before the end
-            out = Output(np.zeros(ROWS_PER_CALL), *(np.zeros((ROWS_PER_CALL, *each.shape)) for each in first_row))
+            out = Output(np.zeros(rows), *(np.zeros((rows, *each.shape)) for each in first_row))
             run(model, clock, controls, step_ends, out, counts)
             failure = _translate_failure(counts, clock.time, solver)
             part = Output(*(x[: counts.samples] for x in out))

@@ -19,8 +19,10 @@ LINE_EXPONENT = 0.75
 """Error allowed of linear interpolation between rows: the tolerance to this power, as the error of a run falls more slowly than
 its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows."""
 MOST_SAMPLES = 40
-"""Largest number of parts of a step, each with a row; chosen. In a longer step linear interpolation errs by more than asked.
-A call of the integrator ends when its `run.ROWS_PER_CALL` rows may not suffice for one more step with so many parts."""
+"""Largest number of parts of a step, each with a row; chosen. In a longer step linear interpolation errs by more than asked."""
+ROWS_OF_A_STEP = MOST_SAMPLES + 5
+"""Most rows of a step: after up to three close kinks at its start, within it, at a face, at its end and after an event. A call of
+the integrator begins no step for which it may lack them."""
 JUMP = 0.1
 """Time from a jump of accelerations to the row just after it, over the shortest step; chosen: well before the next row."""
 END = 2

@@ -155,11 +155,11 @@ def test_loose_implicit_steps_of_closed_joints_are_looked_into():
 
 
 def test_each_step_counts_once_however_the_output_is_cut_into_parts(monkeypatch):
-    """Parts of 100 rows and of all rows: interpolation in the step between two parts needs the last row of the one before."""
+    """Parts of one step and of all rows: interpolation in the step between two parts needs the last row of the one before."""
     closed = rattling(law=Impact(2.53e5 * 1e3**1.5, 253.0e3, 1e-5))
     given = {"of": ["impulse(B.normal_force)", "mean(rocker.ax)"], "each": 0.02, "progress": False}
     found = []
-    for rows in (solver_run.ROWS_PER_CALL, 100):
-        monkeypatch.setattr(solver_run, "ROWS_PER_CALL", rows)
+    for steps in (solver_run.STEPS_PER_CALL, 1):
+        monkeypatch.setattr(solver_run, "STEPS_PER_CALL", steps)
         found.append(mbs.ensemble(closed, 0.02, 1, skip=0, solver=mbs.Spectral(mbs.Controlled(1e-6)), **given).values)
     assert found[1] == pytest.approx(found[0], rel=1e-9)
