@@ -134,7 +134,7 @@ def relative(error: float) -> str:
     return f"{error:.1e}" if error < 1e-3 else f"{100 * error:.2g} %" if error < 1 else f"{100 * error:.0f} %"
 
 
-def provenance(parameters: StudyParameters) -> dict[str, Any]:
+def collect_provenance(parameters: StudyParameters) -> dict[str, Any]:
     """Collect versions, commit, machine and parameters, which are needed to repeat a run."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
@@ -174,7 +174,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_a
     content |= {"trusted": True} if is_allowed else {}  # the user accepts failed checks; status and message stay
     content["metrics"] = {name: metric.plain() for name, metric in result.metrics.items()}
     content |= {"tables": [asdict(table) for table in result.tables], "work": result.work}
-    text = to_json(content | {"provenance": provenance(result.parameters), "files": list(writers)})
+    text = to_json(content | {"provenance": collect_provenance(result.parameters), "files": list(writers)})
     with atomic(folder / "metrics.json") as file:
         file.write(text.encode())
     return text

@@ -19,7 +19,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.validate import whole
 
 from .parameters import StudyParameters
-from .report import Metric, provenance
+from .report import Metric, collect_provenance
 
 Name = TypeVar("Name", bound=Hashable)
 
@@ -108,7 +108,7 @@ def fastest(points: Iterable[WorkPoint], error: float) -> WorkPoint | None:
 
 def footnote(parameters: StudyParameters) -> str:
     """Write repetitions, machine and versions below a table of run times."""
-    origin = provenance(parameters)
+    origin = collect_provenance(parameters)
     versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
     machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
     return f"Medians of {origin['parameters']['repeats']} rounds; {machine}; {versions}; commit {origin['commit']}."

@@ -1,4 +1,4 @@
-"""Versions of Python, Buckler and the packages that compute; provenance of a run."""
+"""Versions of Python, Buckler and the packages that compute; the process that ran a case of a sweep."""
 
 import hashlib
 import platform
@@ -26,8 +26,8 @@ def print_versions() -> int:
     return 0
 
 
-def provenance() -> dict[str, object]:
-    """Return the provenance of a run that ends now: versions, host, hash of the source files, time."""
+def describe_process() -> dict[str, object]:
+    """Describe the process in which a case of a sweep ends now: versions, host, hash of the source files, time."""
     return {**_origin(), "ended": datetime.now(UTC).isoformat(timespec="seconds")}
 
 

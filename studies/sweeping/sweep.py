@@ -24,7 +24,7 @@ from buckler.mbs.declare import declarations
 from ..kit import registry
 from ..kit.parameters import StudyParameters
 from ..kit.report import QUIET, Progress
-from ..kit.versions import provenance, versions
+from ..kit.versions import describe_process, versions
 from .store import About, Part, Row, Store, StoreError, read
 
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
@@ -121,7 +121,7 @@ def run_case(job: Job) -> Row:
             message = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(origin.filename).name}:{origin.lineno})"
             outcome = {"status": "ERROR", "message": message}
         wall = time.perf_counter() - start
-    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=provenance(), **outcome)
+    return Row(job.number, job.parameters.plain(), wall_s=wall, provenance=describe_process(), **outcome)
 
 
 def _initialise() -> None:
@@ -228,7 +228,7 @@ def _make_row(job: Job, outcome: Row | Exception) -> Row:
     if isinstance(outcome, Row):
         return outcome
     if isinstance(outcome, BrokenExecutor) or type(outcome).__name__ == "KilledWorker":  # Dask raises it after several attempts
-        return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=provenance())
+        return Row(job.number, job.parameters.plain(), "CRASHED", CRASHED, provenance=describe_process())
     if isinstance(outcome, CancelledError):
         raise SweepError("the executor has dropped its cases: it was shut down, or its scheduler is gone")
     raise SweepError(f"a worker failed outside any case: {type(outcome).__name__}: {outcome}") from outcome
