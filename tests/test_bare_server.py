@@ -23,7 +23,7 @@ def bare(tmp_path_factory):
 def buckler(bare, *words):
     folder, environment = bare
     command = [sys.executable, "-m", "buckler.studies", *words]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
 
 
 def test_an_example_runs_and_is_shown(bare):

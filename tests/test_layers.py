@@ -21,7 +21,7 @@ def loaded_after(statement):
     """Names of all modules in a fresh interpreter after a statement."""
     code = f"{statement}\nimport sys\nprint(*sys.modules)"
     command = [sys.executable, "-W", "error::DeprecationWarning", "-c", code]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=120)
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     return set(run.stdout.split())
 
 

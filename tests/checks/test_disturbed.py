@@ -1,12 +1,12 @@
 """Runs that are disturbed: by Ctrl-C, which ends them, and by each other in threads, which changes nothing."""
 
-import os
 import signal
 import threading
 
 import numpy as np
 import pytest
 from simulations import pendulum
+from stopping import press_ctrl_c
 
 from buckler.mbs import Exudyn, Rigid, Section, Spectral, Status, crank_rocker, simulate
 from buckler.studies.kit import cli
@@ -17,25 +17,19 @@ BAR = Rigid(Section(0.005, 0.020))
 HOURS = 1e5
 """Duration, s, of a run that would take hours."""
 LONG = {
-    "Exudyn": lambda: simulate(pendulum(2.0), HOURS, solver=Exudyn()),
-    "compiled": lambda: simulate(pendulum(2.0), HOURS, solver=Spectral()),
-    "closure": lambda: simulate(crank_rocker(BAR, speed=30.0), HOURS),
-    "itself": lambda: simulate(pendulum(2.0), HOURS),
-    "accuracy": lambda: simulate(pendulum(2.0), HOURS, 1e-4),
+    "Exudyn": lambda press: simulate(pendulum(2.0), HOURS, solver=Exudyn(), progress=press),
+    "compiled": lambda press: simulate(pendulum(2.0), HOURS, solver=Spectral(), progress=press),
+    "closure": lambda press: simulate(crank_rocker(BAR, speed=30.0), HOURS, progress=press),
+    "itself": lambda press: simulate(pendulum(2.0), HOURS, progress=press),
+    "accuracy": lambda press: simulate(pendulum(2.0), HOURS, 1e-4, progress=press),
 }
 
 
 @pytest.mark.parametrize("kind", LONG)
 def test_ctrl_c_ends_any_run(kind):
     """Of the engine, of the compiled solver, of closure, and of several runs for an accuracy: all of them, not one."""
-    simulate(pendulum(2.0), 1e-3, solver=Spectral())  # compiled before the clock runs
-    clock = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
-    clock.start()
-    try:
-        with pytest.raises(KeyboardInterrupt) as stop:
-            LONG[kind]()
-    finally:
-        clock.cancel()
+    with pytest.raises(KeyboardInterrupt) as stop:
+        LONG[kind](press_ctrl_c(20))
     left = stop.value.result
     assert left.status is Status.INTERRUPTED and "Ctrl-C" in left.message, left
     assert len(left.time) > 10 and all(len(values) == len(left.time) for values in left.signals.values())

@@ -6,7 +6,6 @@ Nothing hangs, and nothing is left behind that changes the next run.
 import math
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
-from time import perf_counter
 
 import numpy as np
 import pytest
@@ -69,7 +68,6 @@ def survives(family, number, share, value, scale=None):
         for head in at:
             here = getattr(here, head) if isinstance(head, str) else here[head[1]] if isinstance(head, tuple) else here[head]
         value = here * scale if isinstance(here, float) else value
-    begin = perf_counter()
     try:
         result = simulate(put(made.mechanism, at, value), made.duration / 5, timeout=PATIENCE)
     except ValueError as error:
@@ -78,7 +76,6 @@ def survives(family, number, share, value, scale=None):
     assert result.status is not Status.ENGINE_ERROR, result.message
     if not result.ok:
         one_clear_line(result.message.partition("; ")[0])
-    assert perf_counter() - begin < 600  # it does not hang; the first run of a process may compile the solver
 
 
 HOSTILE = {

@@ -71,7 +71,6 @@ def test_a_package_of_ones_own_works_like_buckler_s(tmp_path):
     path = os.pathsep.join([str(OUTSIDE), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT], cwd=tmp_path, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True,
-        timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-3000:]
     assert "magnet-rest" in done.stdout

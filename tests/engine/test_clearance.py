@@ -110,9 +110,7 @@ STRUCK = [
 def test_engine_delivers_the_restitution_of_the_law(law, plain):
     """Implicit integrator; it leaves (1 + e) times as fast as the bush comes."""
     speed, gap = 0.3, 1e-3
-    result = fine(
-        mbs.simulate(struck(law), 3 * gap / speed, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7)), ledger=True, timeout=20)
-    )
+    result = fine(mbs.simulate(struck(law), 3 * gap / speed, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7)), ledger=True))
     assert result.signals["P.contacts"][-1] == 1 and result.signals["P.contact_state"][-1] == 0
     assert result.signals["bar.vx"][-1] / speed - 1 == pytest.approx(laws.delivered(law, MASS, speed), abs=1e-3)
     assert result.energy_balance < 2e-3
@@ -139,7 +137,7 @@ ROCKERS = {"rigid": mbs.Rigid(BAR), "beam": mbs.Beam(BAR.damped(0.01, 0.175), el
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["N s per m", "N s per mm"])
 @pytest.mark.parametrize("rocker", ROCKERS)
 def test_energy_balances(rocker, law, with_play):
-    result = fine(mbs.simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, solver=mbs.Exudyn(), ledger=True, timeout=20))
+    result = fine(mbs.simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, solver=mbs.Exudyn(), ledger=True))
     assert result.signals["B.contacts"][-1] > 0 and result.energy["taken_contact"][-1] > 0
     assert result.energy_balance < 1e-3
     assert mbs.build(rattling(with_play)).summary().get("Clearance", 0) == len(with_play)
@@ -151,7 +149,7 @@ def test_explicit_and_implicit_integrator_agree_over_ten_milliseconds():
     for speed in (SPEED, mbs.Ramp(SPEED, SPEED, 1.0)):
         mechanism = rattling(speed=speed)
         assert mbs.build(mechanism).source.is_explicit_in_exudyn == isinstance(speed, float)
-        result = fine(mbs.simulate(mechanism, 0.010, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), timeout=60))
+        result = fine(mbs.simulate(mechanism, 0.010, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-8))))
         ends.append([result.signals[f"{point}.{axis}"][-1] for point in "AB" for axis in "xy"])
         assert sum(result.signals[f"{point}.contacts"][-1] for point in "OABC") > 10
     assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-8)
@@ -166,7 +164,7 @@ def test_a_law_of_ones_own_runs_in_a_joint_with_play():
     sys.modules[module.__name__] = module  # where dataclasses look for it
     exec(re.search(r"```python\n(from functools.*?)```", HOW_TO, re.DOTALL)[1], module.__dict__)
     law = module.HardeningStop(2e7, 1e-4, 0.6)
-    result = fine(mbs.simulate(rattling(law=law), 0.01, ledger=True, timeout=20))
+    result = fine(mbs.simulate(rattling(law=law), 0.01, ledger=True))
     s = result.signals
     touching = s["B.penetration"] > 0
     assert touching.any() and result.energy_balance < 1e-3

@@ -42,7 +42,6 @@ def rubbed(friction, turn, duration, max_step):
             duration,
             solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5, max_step=max_step)),
             ledger=True,
-            timeout=60,
         )
     )
     assert result.energy_balance < 1e-3

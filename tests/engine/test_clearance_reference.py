@@ -22,7 +22,7 @@ SHORT = 0.010
 def run_engine(bar, duration, tolerance, rocker=None):
     """A run that may be trusted, its energy in balance."""
     solver = Exudyn(Controlled(tolerance=tolerance, max_step=min(duration / 100, bar.period / 720)))
-    result = fine(simulate(bar.mechanism(rocker), duration, solver=solver, ledger=True, timeout=120))
+    result = fine(simulate(bar.mechanism(rocker), duration, solver=solver, ledger=True))
     assert result.energy_balance < 1e-3
     return result
 

@@ -1,12 +1,9 @@
 """What is typed or measured wrongly: one sentence that names it, before or instead of a search."""
 
-import os
-import signal
-import threading
-
 import numpy as np
 import pytest
 from simulations import pushed
+from stopping import press_ctrl_c_at
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, Spectral, fit, optimise, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
@@ -175,12 +172,8 @@ def test_a_reading_without_a_value_is_told_and_exit_1(tmp_path, capsys):
     assert "error: --by loads[0].stiffness=1s: 's' is no unit" in capsys.readouterr().err
 
 
-def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
+def test_ctrl_c_ends_a_search_and_is_no_design_that_fails(monkeypatch):
     """The integrator ends at its next look; to take that for a failure would go on with the search."""
-    block = pushed(150.0)
-    run(block, 0.1, Spectral())  # compiled before
-    clock = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    clock.start()
+    press_ctrl_c_at(monkeypatch, 3)
     with pytest.raises(KeyboardInterrupt):
-        run(block, 1e5, Spectral())
-    clock.join()
+        run(pushed(150.0), 1e5, Spectral())

@@ -19,10 +19,10 @@ def start(*words, **options):
     return subprocess.Popen(command, env=ENVIRONMENT, start_new_session=True, **pipes)
 
 
-def run(*words, timeout=120, **options):
+def run(*words, **options):
     """Run it to its end; exit status, output and error output."""
     process = start(*words, **options)
-    out, err = process.communicate(timeout=timeout)
+    out, err = process.communicate()
     return process.returncode, out, err
 
 
@@ -67,7 +67,7 @@ def descendants(pid):
     return sorted(found)
 
 
-def gone(pids, within=10.0):
+def gone(pids, within=60.0):
     """Wait for the end of all of these processes; False if one is still there."""
     end = time.monotonic() + within
     while any(_alive(pid) for pid in pids):

@@ -60,7 +60,7 @@ def strike(law: NormalLaw, speed: float = SPEED) -> Answer:
     exact, crossing = delivered(law, SECTION.mass_per_length * LENGTH, speed), GAP / speed  # restitution [1]; time [s]
     solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-8, max_step=0.02 * crossing))
     duration = (1.5 + 0.1 / exact) * crossing
-    result = mbs.simulate(make_impact(Interpreted(law), speed), duration, solver=solver, ledger=True, timeout=60)
+    result = mbs.simulate(make_impact(Interpreted(law), speed), duration, solver=solver, ledger=True)
     found = float(result.signals["bar.vx"][-1] / speed - 1)
     is_in_contact = result.signals["P.penetration"][-1] > 0
     return Answer(float("nan") if is_in_contact else found, exact, 1e-3, status=str(result.status), message=result.message)

@@ -134,7 +134,7 @@ def compare_places(family: str, number: int, asked: float) -> Compared:
     """Run a random mechanism, and compute the true errors of its positions beside the reported ones."""
     drawn = draw(SEED, number, (family,))
     reference = REFERENCES.get(family, run_twice)(drawn)
-    result = simulate(drawn.mechanism, drawn.duration, asked, timeout=60.0)
+    result = simulate(drawn.mechanism, drawn.duration, asked)
     if reference is None or result.status not in (Status.OK, Status.SUSPECT):
         return Compared(np.empty((0, 2)), reference is not None, result)
     covered = reference.time <= min(result.time[-1], np.nan_to_num(result.error.until, nan=np.inf))  # by the reported error

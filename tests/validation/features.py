@@ -45,7 +45,7 @@ def block(*loads: Law) -> Mechanism:
 
 def compare(mechanism: Mechanism, duration: float, signal: str, right: float, accuracy: float | None) -> Answer:
     """Run a mechanism, and compare the last value of a signal with the right one."""
-    result = simulate(mechanism, duration, accuracy, timeout=60)
+    result = simulate(mechanism, duration, accuracy)
     found = float(result.signals[signal][-1])
     allowed = ALLOWED * abs(right)
     reported = max(result.error.absolute(signal, Norm.PEAK), allowed / 10)

@@ -31,7 +31,7 @@ TURNS = 1.45
 def run(name: str, stiffness: float) -> Result:
     """Run a mechanism with contacts of this stiffness."""
     make, duration = {"four-bar": (fourbar, 1.0), "slider-crank": (slider_crank, 0.1)}[name]
-    return simulate(make(stiffness), duration, solver=Exudyn(Controlled(1e-5)), timeout=300)
+    return simulate(make(stiffness), duration, solver=Exudyn(Controlled(1e-5)))
 
 
 def find_distances(name: str, result: Result) -> Array:

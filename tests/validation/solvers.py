@@ -54,9 +54,9 @@ def list_ready() -> Iterator[Draw]:
     yield Draw("Princeton", problems.princeton(8.896), 0.05)
 
 
-def compare(drawn: Draw, timeout: float = 60.0) -> Answer:
+def compare(drawn: Draw) -> Answer:
     """Find the difference of the solvers in positions, or, where another signal differs by more than both report, in that."""
-    result = simulate(drawn.mechanism, drawn.duration, ACCURACY, solver=Exudyn(), verify=True, timeout=timeout)
+    result = simulate(drawn.mechanism, drawn.duration, ACCURACY, solver=Exudyn(), verify=True)
     if contradiction := re.search(CONTRADICTION, result.message):
         difference, reported = map(float, contradiction.groups())
         return Answer(difference, 0.0, BEYOND * reported, message=result.message)

@@ -5,7 +5,7 @@ import re
 from base64 import b64decode
 from dataclasses import replace
 from statistics import median
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -53,11 +53,11 @@ def test_a_page_is_written_at_once(name, tmp_path):
     ratios = []
     for _ in range(5):
         fresh = replace(result, film=type(result.film)(result.film.record))  # the movie too
-        start = perf_counter()
+        start = process_time()
         fresh.write_html(tmp_path / "report.html")
-        written = perf_counter() - start
+        written = process_time() - start
         np.savez_compressed(tmp_path / "run.npz", *result.signals.values(), *result.energy.values(), *pictured)
-        ratios.append(written / (perf_counter() - start - written))
+        ratios.append(written / (process_time() - start - written))
     assert median(ratios) < 2.0  # of the time in which the same run and its pictures are packed into a file
 
 
