@@ -40,12 +40,14 @@ class Forecast:
 
     def __init__(self, title: str = "", cases: float = 1.0, bar: bool = True) -> None:
         self.title, self.cases, self.bar, self.runs = title, cases, bar, (1, 1)
-        self.number, self.done, self.begin = 1, 0.0, working_time()
+        self.number, self.done, self.begin, self.done_at_begin = 1, 0.0, inf, 0.0
 
     def __call__(self, done: float) -> None:
         """Note the fraction of a run that is done; a fraction that falls, or follows a 1, is of the next run."""
-        if done < self.done or self.done >= 1.0:
-            self.number, self.begin = self.number + 1, working_time()
+        if self.begin == inf:  # the time before the first step loads and prepares what further runs have
+            self.begin, self.done_at_begin = working_time(), done
+        elif done < self.done or self.done >= 1.0:
+            self.number, self.begin, self.done_at_begin = self.number + 1, working_time(), 0.0
         self.done = done
 
     def line(self) -> str:
@@ -54,16 +56,15 @@ class Forecast:
 
     def text(self) -> str:
         """Write the expected time from now on; '' if it is short or unknown."""
-        if not self.done:
+        if self.done <= self.done_at_begin:
             return ""
-        spent = working_time() - self.begin  # without the time spent compiling
-        run_time = spent / self.done
+        run_time = (working_time() - self.begin) / (self.done - self.done_at_begin)  # without the time spent compiling
         earlier = sum(run_time * GROWTH**k for k in range(1 - self.number, 0))  # time of the coarser runs before this one
         expected = []
         for runs in self.runs:
             later = sum(run_time * GROWTH**k for k in range(1, runs - self.number + 1))
             of_other_cases = max(0.0, self.cases - 1) * (earlier + run_time + later)
-            expected.append(run_time - spent + later + of_other_cases)
+            expected.append(run_time * (1.0 - self.done) + later + of_other_cases)
         if max(expected) < 3.0:  # [s]: not worth a line
             return ""
         first, last = map(write_duration, expected)

@@ -42,6 +42,14 @@ def test_the_time_is_told_after_two_seconds(clock, capsys, monkeypatch):
     assert told.line() == "arch run 1: 20 %"
 
 
+def test_the_time_before_the_first_step_is_not_that_of_further_runs(clock):
+    told = Forecast("arch", cases=12.0)
+    for now, done in ((10.0, 0.1), (10.5, 0.2)):  # ten seconds to load, then five for a run
+        clock[0] = now
+        told(done)
+    assert told.text() == f"arch: about {write_duration(4.0 + 11 * 5.0)} more, 12 cases one after another"
+
+
 def test_each_further_case_takes_the_time_of_all_its_runs(clock):
     told = Forecast("arch", cases=3.0)
     told.runs = (2, 2)
