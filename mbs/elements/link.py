@@ -62,6 +62,10 @@ class Carried(Either):
         return list(value) if all(each is None for each in value.values()) else _PLACES.write(name, value)
 
 
+LARGEST_BOW = 0.25
+"""Largest imperfection over the length: the half-sine of angles is 10 % too high there, and a closed loop at twice that."""
+
+
 @declared
 class Link(LinkBase):
     """A named link from one point to another.
@@ -100,7 +104,7 @@ class Link(LinkBase):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     def check(self, mechanism: Parts) -> None:
-        """Raise a ValueError unless the points are known and differ, and a flexible link is longer than thick."""
+        """Raise a ValueError unless the points are known and differ, and a flexible link is long and straight enough."""
         for point in self.points:
             check_known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
@@ -108,6 +112,10 @@ class Link(LinkBase):
         if thickness >= length:
             what = f"thickness of flexible link '{self.name}' = {thickness:g} m"
             raise ValueError(f"{what}: must be below its length, {length:g} m; it is no strip")
+        bow = getattr(self.body, "imperfection", 0.0)  # of strips alone
+        if abs(bow) > LARGEST_BOW * length:
+            what = f"imperfection of flexible link '{self.name}' = {bow:g} m"
+            raise ValueError(f"{what}: must be at most {LARGEST_BOW:g} of its length, {length:g} m; give a higher bow as shape")
 
     def locate_carried(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
         """Return the places [m] of carried points in the plane from the places of both ends; none for points without a place."""

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from math import sqrt
 
 import numpy as np
 
@@ -9,6 +10,9 @@ from ..elements.element import GROUND
 from ..mechanism import Mechanism
 from .linkage import Linkage, rank
 from .start import name_surplus_drives
+
+SLOWEST_WAVE = 1.0
+"""Speed of axial waves [m/s] below which a link is softer than any gel: its modulus was probably meant in GPa. Chosen."""
 
 
 def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> list[str]:
@@ -30,6 +34,11 @@ def remarks(linkage: Linkage, redundant: list[str], undetermined: list[str]) -> 
         if unjoined and point not in with_forces:  # a load there may be a spring, which connects these links, as a stop may
             pair = f"links '{links[0]}' and '{unjoined[0]}'"
             found.append(f"{pair} share the point '{point}' without a joint there: they pass each other")
+    for link in mechanism.links:
+        section = link.body.section if link.body.flexible else None
+        wave = sqrt(section.axial_stiffness / section.mass_per_length) if section and section.mass_per_length else SLOWEST_WAVE
+        if wave < SLOWEST_WAVE:
+            found.append(f"links.{link.name}: so soft that waves run along it at {wave:.2g} m/s; is its modulus given in Pa?")
     reach = 2 * sum(mechanism.length(link.name) for link in mechanism.links)  # diameter of the circle that they reach in line
     for stop in mechanism.stops:
         if stop.carrier == GROUND and abs(stop.distance_to_face(mechanism)) > reach:

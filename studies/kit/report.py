@@ -121,7 +121,7 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
         value, published, exact = (None if x is None else factor * x for x in (m.value, m.published, m.exact))
-        absolute = None if m.absolute is None else f"± {factor * m.absolute:.2g} {unit}"
+        absolute = None if m.absolute is None else f"± {round(factor * m.absolute, 300):.2g} {unit}"  # 0 for a denormal
         error = absolute if m.error is None else relative(m.error)
         rows.append((name, value, unit, published, exact, error))
     headers = ("metric", "value", "unit", "published", "exact", "relative error")

@@ -28,6 +28,15 @@ def test_a_drive_square_to_its_guide_is_refused_by_name():
     assert "contradict each other" in str(caught.value)
 
 
+@pytest.mark.parametrize("bow", [0.26, -0.5])
+def test_a_bow_that_no_half_sine_has_is_refused(bow):
+    """Angles of a half-sine make a closed loop of height 0 at a bow of the whole length."""
+    with pytest.raises(
+        ValueError, match=f"imperfection of flexible link 'bar' = {bow:g} m: must be at most 0.25 of its length, 1 m"
+    ):
+        mbs.Mechanism({"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", mbs.Beam(STRIP, imperfection=bow))])
+
+
 class Typo(Hertz):
     def force(self, depth, rate, onset):
         return self.stifness * depth
@@ -54,6 +63,7 @@ def one_bar(**parts):
     return mbs.Mechanism({"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", BAR)], **parts)
 
 
+SOFT = mbs.Section(0.02, 0.002, mbs.Material(modulus=210, density=7850))
 NOTED = {
     "a point shared without a joint": (
         lambda: replace(pendulum(0.1), links=[*pendulum(0.1).links, mbs.Link("other", "O", "A", BAR)]),
@@ -68,6 +78,12 @@ NOTED = {
     ),
     "a block that turns on its only guide": (
         lambda: one_bar(guides=[mbs.Guide("O", "bar", (1, 0))]), "links.bar: the guide of 'O' leaves its angle free",
+    ),
+    "a modulus without its giga": (
+        lambda: mbs.Mechanism(
+            {"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", mbs.Beam(SOFT))], [mbs.Weld("O", "ground", "bar")]
+        ),
+        "links.bar: so soft that waves run along it at 0.16 m/s",
     ),
 }  # fmt: skip
 
