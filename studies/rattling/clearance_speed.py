@@ -119,15 +119,12 @@ def _metrics(grid: Sequence[tuple[float, float]], points: Sequence[Turns], chose
     metrics = {"valid": Metric(float(is_valid.sum()), "1"), "invalid": Metric(float((~is_valid).sum()), "1")}
     for name, (reading, unit) in MEASURES.items():
         metrics[name] = chosen.means[reading].metric(unit)
-        values = np.array([x.means[reading].value for x in points])[is_valid]
-        metrics |= _powers(name, fitted, values) if can_fit else {}
+        if can_fit:
+            values = np.array([x.means[reading].value for x in points])[is_valid]
+            powers, scatter = power_law(fitted.T, values)
+            names = ("power_of_clearance", "power_of_speed", "scatter")
+            metrics |= {f"{name}.{key}": metric for key, metric in zip(names, (*powers, scatter), strict=True)}
     return metrics
-
-
-def _powers(name: str, points: Array, values: Array) -> dict[str, Metric]:
-    """Fit powers of clearance and speed, points (n, 2), with standard errors, and the scatter about the law."""
-    (of_clearance, of_speed), scatter = power_law(points.T, values)
-    return {f"{name}.power_of_clearance": of_clearance, f"{name}.power_of_speed": of_speed, f"{name}.scatter": scatter}
 
 
 def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Turns], of_ideal: Array) -> Table:

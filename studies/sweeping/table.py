@@ -229,8 +229,12 @@ def _draw(axes: Sequence[Axis], found: Sequence[DesignPoint], metric: str, unit:
         ax.plot(x[suspect], y[suspect], mark, mfc="white", mec=colour, zorder=5)
     failed = x[~np.isin(status, VALID)]
     if failed.size:  # an empty curve that is not clipped would spoil the layout of matplotlib
-        ax.plot(failed, np.full(failed.size, 0.03), "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
-    _legend(ax, failed.size > 0, "SUSPECT" in status)
+        low = np.full(failed.size, 0.03)  # of the height of the axes
+        ax.plot(failed, low, "kx", transform=ax.get_xaxis_transform(), clip_on=False, zorder=6, label="failed")
+    if "SUSPECT" in status:
+        ax.plot([], [], "ko", mfc="white", label="suspect")
+    if names := ax.get_legend_handles_labels()[1]:
+        ax.legend(ncols=1 + len(names) // 9)  # about nine lines a column
     return fig
 
 
@@ -242,17 +246,6 @@ def _values(found: Sequence[DesignPoint], metric: str) -> Array:
     if is_known.any() and np.ptp(y[is_known]) <= 1e-9 * np.abs(y[is_known]).max():
         y[is_known] = np.median(y[is_known])
     return np.array([y, error])
-
-
-def _legend(ax: Any, failed: bool, suspect: bool) -> None:
-    """Write the legend: names of the curves, and marks of failed and suspect cases where there are some."""
-    from matplotlib.lines import Line2D
-
-    handles, labels = ax.get_legend_handles_labels()
-    marks = {name: mark for name, mark, occurs in (("failed", "x", failed), ("suspect", "o", suspect)) if occurs}
-    handles += [Line2D([], [], marker=mark, color="k", mfc="white", linestyle="") for mark in marks.values()]
-    if handles:
-        ax.legend(handles, [*labels, *marks], ncols=1 + len(handles) // 9)  # about nine lines a column
 
 
 def columns(rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, list[object]]:

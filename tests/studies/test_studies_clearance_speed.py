@@ -13,7 +13,7 @@ from drawing import inked
 
 from buckler.mbs import Controlled, Exudyn, simulate
 from buckler.mbs.ensembles.readings import read_windows
-from buckler.studies.kit.statistics import Mean
+from buckler.studies.kit.statistics import Mean, power_law
 from buckler.studies.rattling import clearance_speed
 from buckler.studies.rattling.clearance_speed import IMPACTS, MEASURES, READINGS, compute_sections, ideal
 from buckler.studies.rattling.turns import Turns, period, run_turns
@@ -104,13 +104,12 @@ def test_powers_of_a_made_up_law_and_their_errors():
     rng = np.random.default_rng(0)
     at = np.array([(c, w) for c in np.geomspace(1e-5, 1e-3, 20) for w in np.geomspace(10, 100, 20)])
     values = 3e4 * at[:, 0] ** 0.75 * at[:, 1] ** 1.5 * np.exp(0.1 * rng.standard_normal(len(at)))
-    found = clearance_speed._powers("y", at, values)
-    for over, power, spread in (("clearance", 0.75, np.log(at[:, 0]).std()), ("speed", 1.5, np.log(at[:, 1]).std())):
-        metric = found[f"y.power_of_{over}"]
+    powers, scatter = power_law(at.T, values)
+    for metric, power, spread in zip(powers, (0.75, 1.5), np.log(at).std(axis=0), strict=True):
         error = metric.error * metric.value
         assert error == pytest.approx(0.1 / np.sqrt(len(at)) / spread, rel=0.1)
         assert metric.value == pytest.approx(power, abs=4 * error)
-    assert found["y.scatter"].value == pytest.approx(0.1, rel=0.1)
+    assert scatter.value == pytest.approx(0.1, rel=0.1)
 
 
 def made_up(p, monkeypatch, points=None):
