@@ -4,8 +4,6 @@ Exit status: 0 the run is fine, or suspect and allowed; 1 it failed or is suspec
 reader of the output has ended. The module of a command is imported only when it is called: `list` and `--help` start at once.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import json
@@ -48,6 +46,44 @@ OPTIONS = {
 """Options in place of a command: help of each, and `module:name` of its function."""
 EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 """Folder of the files that `new` copies."""
+
+
+class Command(NamedTuple):
+    """Command: `declare` adds its options to a parser, `answer` runs it with their values and returns the exit status."""
+
+    declare: Callable[[argparse.ArgumentParser], Any]
+    answer: Callable[[argparse.Namespace], int]
+
+
+class Parser(argparse.ArgumentParser):
+    """Parser that raises a ValueError where argparse would end the program, and takes no shortened options."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **settings})
+
+    def error(self, message: str) -> NoReturn:
+        """Raise a ValueError with the message, which is printed as one line without the usage."""
+        if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
+            known = [name for action in self._actions for name in action.choices or ()]
+            meant = registry.hint(found[1], known) or f"there are: {', '.join(known)}"
+            message = f"unknown command '{found[1]}'; {meant}"
+        raise ValueError(message)
+
+    def read(self, argv: Sequence[str]) -> argparse.Namespace:
+        """Parse the arguments; a ValueError names the first wrong one, and the option closest to an unknown one."""
+        words: list[str] = []
+        for word in argv:
+            if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
+                words[-1] += f"={word}"  # argparse would read a negative quantity, -3mm, as an option
+            else:
+                words.append(word)
+        options, unknown = self.parse_known_args(words)
+        if unknown:
+            word = unknown[0].partition("=")[0]
+            known = [option for action in self._actions for option in action.option_strings]
+            kind = "option" if word.startswith("-") else "argument"
+            raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
+        return options
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -104,44 +140,6 @@ def _parser() -> Parser:
         if name in BY_NAME:
             command.add_argument("name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list")
     return parser
-
-
-class Command(NamedTuple):
-    """Command: `declare` adds its options to a parser, `answer` runs it with their values and returns the exit status."""
-
-    declare: Callable[[argparse.ArgumentParser], Any]
-    answer: Callable[[argparse.Namespace], int]
-
-
-class Parser(argparse.ArgumentParser):
-    """Parser that raises a ValueError where argparse would end the program, and takes no shortened options."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**{"allow_abbrev": False, **settings})
-
-    def error(self, message: str) -> NoReturn:
-        """Raise a ValueError with the message, which is printed as one line without the usage."""
-        if found := re.match(r"argument COMMAND: invalid choice: '(.*?)'", message):
-            known = [name for action in self._actions for name in action.choices or ()]
-            meant = registry.hint(found[1], known) or f"there are: {', '.join(known)}"
-            message = f"unknown command '{found[1]}'; {meant}"
-        raise ValueError(message)
-
-    def read(self, argv: Sequence[str]) -> argparse.Namespace:
-        """Parse the arguments; a ValueError names the first wrong one, and the option closest to an unknown one."""
-        words: list[str] = []
-        for word in argv:
-            if words and re.match(r"-\.?\d", word) and words[-1].startswith("--") and "=" not in words[-1]:
-                words[-1] += f"={word}"  # argparse would read a negative quantity, -3mm, as an option
-            else:
-                words.append(word)
-        options, unknown = self.parse_known_args(words)
-        if unknown:
-            word = unknown[0].partition("=")[0]
-            known = [option for action in self._actions for option in action.option_strings]
-            kind = "option" if word.startswith("-") else "argument"
-            raise ValueError(f"unknown {kind} '{word}'; {registry.hint(word, known) or 'see --help'}")
-        return options
 
 
 def import_name(place: str) -> Any:

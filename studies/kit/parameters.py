@@ -3,8 +3,6 @@
 With `thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "strip thickness")` a frozen dataclass takes "0.3mm" and refuses -1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from math import cos, degrees, pi, sin
@@ -76,7 +74,7 @@ class StudyParameters(Declared):
 
     in_files = False  # studies' parameters are no part of mechanism files
 
-    def share(self, kind: type[StudyParameters]) -> dict[str, Any]:
+    def share(self, kind: "type[StudyParameters]") -> dict[str, Any]:
         """Return, by name, the parameters that another class of parameters also has."""
         return {name: getattr(self, name) for name in declarations(kind) if name in declarations(type(self))}
 

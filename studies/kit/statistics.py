@@ -4,14 +4,12 @@ Run times are measured in rounds, in each of which every variant runs once, so t
 ratio of two times is the median of the ratios within a round.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from math import nan, sqrt
 from statistics import median
 from time import process_time
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -79,7 +77,7 @@ class WorkPoint:
         """Median time [s]."""
         return median(self.times)
 
-    def speedup(self, other: WorkPoint) -> float:
+    def speedup(self, other: Self) -> float:
         """Compute the speed-up over another variant: median of the ratios of their times within a round."""
         return median(theirs / ours for ours, theirs in zip(self.times, other.times, strict=True))
 

@@ -29,8 +29,6 @@ BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", 
 """Bodies of each joint: by default the first carries the pin, the second the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Values of `pin_on`, as O.crank: the crank carries the pin of joint O."""
-FIRST = PINS[::2]
-"""Default of `pin_on`."""
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Length of the rocker [m]."""
 MESH = Box((24, 2, 1))
@@ -135,7 +133,7 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
 class Assumptions(Gravity):
     """Assumptions about gravity, joints and flexible rocker; the last text of a parameter is its heading in the help."""
 
-    pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; other joints keep their default", "left open")
+    pin_on: tuple[str, ...] = choices(PINS[::2], PINS, "bodies that carry the pins; other joints keep their default", "left open")
     friction_thresholds: float = quantity(
         1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
     )

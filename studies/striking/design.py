@@ -14,7 +14,6 @@ import numpy as np
 
 from buckler.elastica import law
 from buckler.mbs import STEEL, Section
-from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
 
 from ..kit.parameters import choice, quantity
@@ -54,9 +53,8 @@ def simulate_design(model: str, chosen: StrikeDesign, p: StrikeParameters) -> Mo
     """Simulate a designed slider-crank from crank angle 0 until the slider has left the stop."""
     given = chosen.given
     section = Section(given.width, chosen.thickness)
-    law = CarvalhoMartins(float(given.stiffness), given.restitution, exponent=1.0)
     numbers = {"mass": given.mass, "speed": chosen.speed, "stop": chosen.stop}
-    mechanism = make_slider_crank(model, section, p, law, given.friction, **numbers)
+    mechanism = make_slider_crank(model, section, p, given.friction, float(given.stiffness), given.restitution, **numbers)
     release_angle = 2 * pi - chosen.angle  # `angle` is that at the impact; both lie symmetrically about the dead centre at pi
     duration = p.extend_for_motor((release_angle + np.radians(2.0)) / chosen.speed)  # [s], longer on a motor (`--motor`)
     return simulate_model(model, mechanism, p, chosen.speed, duration)

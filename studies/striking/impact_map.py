@@ -247,8 +247,6 @@ def _metrics(points: list[MapPoint]) -> dict[str, Metric]:
     ratio = np.array([x.sine / x.peak for x in unbuckled] or [nan])
     found = {
         "sine.median": Metric(float(np.median(ratio)), "1"),
-        "sine.low": Metric(float(ratio.min()), "1"),
-        "sine.high": Metric(float(ratio.max()), "1"),
         "sine.within_20": Metric(float(np.mean(np.abs(ratio - 1) < 0.2)), "1"),
     }
     for name in REGIMES:

@@ -27,12 +27,12 @@ BUCKLED_FROM = 1e-3
 
 
 def make_slider_crank(
-    model: str, section: mbs.Section, p: StrikeParameters, law: CarvalhoMartins, friction: float, **numbers: Any
+    model: str, section: mbs.Section, p: StrikeParameters, friction: float, stiffness: float, restitution: float, **numbers: Any
 ) -> mbs.Mechanism:
     """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N], and gravity and motor of `p`.
 
-    `numbers` are mass, speed and stop. A strut is damped along its axis. A beam has the bow of `p`: a positive one is on the side
-    to which inertia bends the beam, the negative side of `Beam`.
+    `stiffness` [N/m] and `restitution` are the stop's, `numbers` mass, speed and stop. A strut is damped along its axis. A beam
+    has the bow of `p`: a positive one is on the side to which inertia bends the beam, the negative side of `Beam`.
     """
     if model == "strut":
         # [s], chosen: times the axial stiffness E A/L it is a fifth of the default slider's critical damping on the default strip
@@ -40,14 +40,14 @@ def make_slider_crank(
     else:
         damped = section.damped(p.damping, PAPER.coupler)
         body = mbs.Beam(damped, elements=p.elements, imperfection=-p.imperfection * PAPER.coupler)
-    guide = mbs.GuideFriction(friction) if friction else None
+    guide, law = mbs.GuideFriction(friction) if friction else None, CarvalhoMartins(stiffness, restitution, exponent=1.0)
     return p.apply(mbs.slider_crank(body, law=law, friction=guide, **numbers))
 
 
 def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | mbs.Ramp) -> mbs.Mechanism:
     """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
-    law = CarvalhoMartins(stiffness, p.restitution, exponent=1.0)
-    return make_slider_crank(model, p.section, p, law, p.friction_force, mass=p.mass, speed=speed, stop=PAPER_STOP)
+    numbers = {"mass": p.mass, "speed": speed, "stop": PAPER_STOP}
+    return make_slider_crank(model, p.section, p, p.friction_force, stiffness, p.restitution, **numbers)
 
 
 def simulate_model(model: str, mechanism: mbs.Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:

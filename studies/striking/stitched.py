@@ -13,12 +13,10 @@ ledger is the energy that the model creates or loses, because its three modes do
 Source: B. Demirel et al., 2008, doi 10.1115/IMECE2008-68796.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,9 +27,6 @@ from buckler.mbs.elements import Ramp
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
-
-NEGLIGIBLE = 1e-2
-"""Speed over that of the first impact below which rebounds are over: 1e-4 of its energy."""
 
 
 class Rebound(NamedTuple):
@@ -46,7 +41,7 @@ class Rebound(NamedTuple):
     return_speed: float
 
     @classmethod
-    def of(cls, speed: float, push: float, friction: float, mass: float) -> Rebound:
+    def of(cls, speed: float, push: float, friction: float, mass: float) -> Self:
         """Compute the motion with an initial speed [m/s] against a constant push [N] and friction [N], for a mass [kg]."""
         deceleration, acceleration = (push + friction) / mass, max(push - friction, 0.0) / mass
         outward, height = speed / deceleration, speed**2 / (2 * deceleration)
@@ -181,7 +176,7 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
     """Compute impacts and rebounds until they are negligible or friction holds the slider, then contact until `end` [s]."""
     time = start
     first = speed = abs(PAPER.slider_rate(model.contact_angle)) * crank.motion.speed(start)
-    while time < end and speed > NEGLIGIBLE * first:
+    while time < end and speed > 1e-2 * first:  # chosen: below it, 1e-4 of the energy of the first impact, rebounds are over
         pulse, rebound_speed = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
         yield _piece("impact", pulse, model.stop, np.linspace(-speed, rebound_speed, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from buckler.elastica import law
 from buckler.mbs import Ramp, Section
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.striking.stitched import NEGLIGIBLE, Rebound, Stitched, follow
+from buckler.studies.striking.stitched import Rebound, Stitched, follow
 
 EI = Section(0.03, 3e-4).bending_stiffness
 WEIGHT = 0.3 * 9.81
@@ -55,7 +55,7 @@ def test_rebounds_without_friction_are_a_geometric_series():
     model = replace(MODEL, friction=0.0)
     trace = follow(model, SLOW, 2.2 / 0.02)
     forces, starts = pulses(trace)
-    count = int(np.ceil(np.log(NEGLIGIBLE) / np.log(0.8)))
+    count = int(np.ceil(np.log(1e-2) / np.log(0.8)))
     speed = 0.02 * abs(PAPER.slider_rate(model.contact_angle))
     assert len(forces) == count + 1  # the impacts, and then the contact
     assert forces[:count] == pytest.approx(model.impact_force(speed) * 0.8 ** np.arange(count), rel=1e-6)

@@ -19,10 +19,11 @@ from buckler.studies.rattling import (
     crank_rocker,
     modes,
 )
-from buckler.studies.rattling.bars import DAMPINGS, FIRST, LENGTH, PINS, RockerParameters, make_modal_rocker, set_damping
+from buckler.studies.rattling.bars import DAMPINGS, LENGTH, PINS, RockerParameters, make_modal_rocker, set_damping
 from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.turns import solver
 
+FIRST = PINS[::2]  # the default
 OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
 FAR = np.inf
 
