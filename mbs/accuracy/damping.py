@@ -74,8 +74,8 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
             for norm in (Norm.RMS, Norm.PEAK):
                 limit = 3.0 * differences.get((name, norm), 0.0) if has_strips else inf
                 found[name, norm] = min(error / run.sizes[name, norm], limit)
-        if len(signal.depth) and len(signal.onsets):  # only normal forces of stops have a depth
-            before = np.maximum(np.searchsorted(run.time, signal.onsets) - 1, 0)  # samples before the onsets
+        if len(signal.depth) and len(signal.contact_events):  # only normal forces of stops have a depth
+            before = np.maximum(np.searchsorted(run.time, signal.contact_events) - 1, 0)  # samples before the events
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
             fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))

@@ -5,10 +5,10 @@ difference of two functions does not, and bounds the difference of maxima, means
 
     |rms a - rms b| <= rms(a - b),    |max a - max b| <= max|a - b|,    |int a - int b| <= max_t |int_0^t (a - b)|.
 
-A contact that begins later in one run makes the forces differ by their whole size in between. So onsets of both runs are matched
-if each is the nearest of the other. The time axis of run b is stretched piecewise until matched onsets coincide; kinks of
-drives stay where they are. Then forces and rates are compared. Normal forces of contacts are compared impact by impact, see
-`impacts`.
+A contact that closes later in one run makes the forces differ by their whole size in between. So contact events of both runs,
+closings and openings, are matched if each is the nearest of the other. The time axis of run b is stretched piecewise until they
+coincide; kinks of drives stay where they are. Then forces and rates are compared. Normal forces of contacts are compared impact
+by impact, see `impacts`.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class Difference:
         return [t for t in self.b.kinks if t < self.end]
 
     def _align(self, kinks: Sequence[float]) -> tuple[Grid, Array]:
-        """Return a grid on which onsets and `kinks` coincide, and a mask of its times, True next to a jump in either run."""
+        """Return a grid on which contact events and `kinks` coincide, and a mask of times, True next to a jump in either run."""
         events = self._match_events(kinks)
         grid, (jumps_a, jumps_b) = Grid(self.a.time, self.b.time, events), np.hstack([events[:, 1:-1], [self._kinks] * 2])
         is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
@@ -125,7 +125,7 @@ class Difference:
 
     @cached_property
     def _grid_of_contacts(self) -> tuple[Grid, Array]:
-        """Grid and mask for contacts: only onsets coincide."""
+        """Grid and mask for contacts: only contact events coincide."""
         return self._align([])
 
     @cached_property
@@ -136,7 +136,7 @@ class Difference:
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that events coincide, and without the times next to jumps.
 
-        Contact and friction forces move with onsets alone: a kink of a drive during a contact does not stop the force's shift.
+        Contact and friction forces move with contact events alone: a kink during a contact does not end the force's shift.
         """
         found, groups = dict[Key, float](), dict[bool, list[str]]()
         for name in names:
@@ -166,14 +166,14 @@ class Difference:
         self.sizes[name, Norm.IMPULSE] = max(impulse, SMALL * self.sizes[name, Norm.RMS] * self.end)
 
     def _match_events(self, kinks: Sequence[float]) -> Array:
-        """Return matched times of a and of b, shape (2, times): start, onsets near each other, `kinks` of both, end.
+        """Return matched times of a and of b, shape (2, times): start, contact events near each other, `kinks` of both, end.
 
-        Onsets farther from each other than 0.02 of the duration are two events. A convention: twice `demand.PLACE_ERROR`.
+        Events farther from each other than 0.02 of the duration are not matched. A convention: twice `demand.PLACE_ERROR`.
         """
         pairs, found = [(0.0, 0.0)], [(t, t) for t in kinks]
         for name, signal in self.b.signals.items():
-            if len(signal.onsets) and name in self.a.signals:
-                a, b = (x[x < self.end] for x in (self.a.signals[name].onsets, signal.onsets))
+            if len(signal.contact_events) and name in self.a.signals:
+                a, b = (x[x < self.end] for x in (self.a.signals[name].contact_events, signal.contact_events))
                 i, j = match_times(a, b)
                 near = np.abs(a[i] - b[j]) < 0.02 * self.end
                 found += zip(a[i][near].tolist(), b[j][near].tolist(), strict=True)

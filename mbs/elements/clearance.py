@@ -83,9 +83,9 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force on the second body, normal and friction force [N], depth and place of the pin in its bush [m]."""
         found, point = self._contact(name, record), self.point
-        onsets_and_ends = find_sign_changes(record.time, found.depth, found.rate)
+        events = find_sign_changes(record.time, found.depth, found.rate)
         # a comparison of runs takes the times of contacts from one signal of each joint
-        yield Signal(f"{name}.fx", -found.force[:, 0], "N", Kind.CONTACT, group=f"{name}.f", onsets=onsets_and_ends)
+        yield Signal(f"{name}.fx", -found.force[:, 0], "N", Kind.CONTACT, group=f"{name}.f", contact_events=events)
         yield Signal(f"{name}.fy", -found.force[:, 1], "N", Kind.CONTACT, group=f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)

@@ -59,7 +59,7 @@ class Trait(NamedTuple):
 class Signal(NamedTuple):
     """A named series of `values` (times,); see `Trait` for the fields from kind to source.
 
-    `onsets` (n,) [s] are the times at which a contact closes and, against the name, those at which it opens: its force may jump.
+    `contact_events` (n,) [s] are the times at which a contact closes or opens: its force may jump.
     The force of a stop also has the `depth` (times,) [m] of its contact, negative if open. Its `elastic` is a function: the
     force [N] of the elastic part of the law at depths [m].
     """
@@ -73,7 +73,7 @@ class Signal(NamedTuple):
     scale: float = 0.0
     period: float = 0.0
     source: str = ""
-    onsets: Array = np.empty(0)
+    contact_events: Array = np.empty(0)
     depth: Array = np.empty(0)
     elastic: Callable[[Array], Array] = np.zeros_like
 

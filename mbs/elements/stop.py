@@ -194,8 +194,10 @@ class Stop(Element):
         """Yield contact force [N] and depth [m]; with friction also friction force [N] and sliding speed [m/s]."""
         depth, rate = self.approach(record)
         force = record.channel(name, "force")[:, 0]
-        onsets = find_sign_changes(record.time, depth, rate)  # and ends of contacts
-        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=onsets, depth=depth, elastic=self.law.elastic)
+        events = find_sign_changes(record.time, depth, rate)
+        yield Signal(
+            f"{name}.contact_force", force, "N", Kind.CONTACT, contact_events=events, depth=depth, elastic=self.law.elastic
+        )
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
         if self.friction_at:
             drag, sliding = self._drag(name, record)

@@ -69,13 +69,13 @@ def true_errors(run, truth):
     finer = np.interp(np.arange(8 * len(mine.time) - 7) / 8, np.arange(len(mine.time)), mine.time)
     sides = [kink * (1 + side) for kink in mine.kinks for side in (-1e-8, 1e-8)]
     t = np.unique([*np.linspace(0, mine.time[-1], DENSE), *finer, *sides])
-    onsets = {name: touches(right, t) for name, right in truth.items() if mine.signals[name].kind is Kind.CONTACT}
-    jumps = [time + side * t[-1] for each in onsets.values() for time in each for side in (-1e-9, 1e-9)]  # of the truth
+    events = {name: touches(right, t) for name, right in truth.items() if mine.signals[name].kind is Kind.CONTACT}
+    jumps = [time + side * t[-1] for each in events.values() for time in each for side in (-1e-9, 1e-9)]  # of the truth
     t = np.unique(np.clip([*t, *jumps], 0.0, t[-1]))
     t = t[np.diff(t, prepend=-1.0) > 1e-10 * t[-1]]
     known = {
         name: mine.signals[name]._replace(
-            values=np.asarray(f(t)), rate="", onsets=onsets.get(name, np.empty(0)), depth=np.empty(0)
+            values=np.asarray(f(t)), rate="", contact_events=events.get(name, np.empty(0)), depth=np.empty(0)
         )
         for name, f in truth.items()
     }
