@@ -172,15 +172,17 @@ def _compute_time_past(place, gap):
 def has_released(tables, state, end, controls):
     """Return True if a contact opens in the step, which must then end nearer to the opening: the force has a kink there.
 
-    A release from a small force does not count: one below the share `contact_tolerance` of the largest force of recent steps.
+    A release from a small force does not count: one below the share `contact_tolerance` of the largest force of recent steps. Nor
+    does one in a step that moves the depth by no more than rounding: a shorter step would not move it at all.
     A contact also opens that starts at its face, moves inwards and ends outside.
     """
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
             negligible = controls.contact_tolerance * state.largest_force[k]
-            opens = end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > negligible
             (old, rate), (new, _) = get_depth(tables, start, k), get_depth(tables, end, k)
+            is_moved = abs(new - old) > controls.rounding
+            opens = is_moved and end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > negligible
             if opens or (abs(old) <= face_tolerance and rate > 0.0 and new < -face_tolerance):
                 return True
     return False

@@ -12,12 +12,12 @@ pytest.importorskip("numba")
 from simulations import exact_swing, pendulum
 from spectral_scenes import energy
 
-from buckler.mbs import Drive, Guide, Modal
+from buckler.mbs import Drive, Guide, Modal, Strut
 from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Ramp, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.functions import Table
-from buckler.mbs.laws import HuntCrossley, Impact, KelvinVoigt
+from buckler.mbs.laws import CarvalhoMartins, HuntCrossley, Impact, KelvinVoigt
 from buckler.mbs.laws.rebound import restitution
-from buckler.mbs.library import SliderCrank, crank_rocker, slider_crank
+from buckler.mbs.library import PAPER, SliderCrank, crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
@@ -241,3 +241,17 @@ def test_a_strip_that_leaves_its_stop_does_so_at_its_time(tolerance) -> None:
     runs = [simulate(mechanism, 1.6 * np.pi, solver=Spectral(Controlled(each), degree=8)) for each in (2e-6, tolerance)]
     exact, deflection = (run.at("coupler.deflection", np.linspace(0.0, 1.6 * np.pi, 401)) for run in runs)
     assert np.linalg.norm(deflection - exact) < 6e-3 * np.linalg.norm(exact)
+
+
+def test_a_slow_release_from_a_stiff_stop_takes_few_steps() -> None:
+    """At a dead centre, at micrometres a second: steps to the release would move the slider by less than the last digit."""
+    speed, strut = 2.65, Strut(Section(0.03, 3e-4))
+    solver = Spectral(Controlled(tolerance=3e-9, max_steps=20_000), contact_tolerance=8e-6)
+    peaks = []
+    for stiffness in (1e8, 1e10):
+        law = CarvalhoMartins(stiffness, 0.7, exponent=1.0)
+        mechanism = slider_crank(strut, law=law, mass=0.3, speed=speed, stop=1.66e-5 - PAPER.crank - PAPER.coupler)
+        result = simulate(mechanism, 3.5 / speed, solver=solver)
+        assert result.time[-1] == pytest.approx(3.5 / speed) and result.work["steps"] < 3000, result.message
+        peaks.append(result["B.contact_force"].max())
+    assert peaks[1] == pytest.approx(10 * peaks[0], rel=0.02)  # of an impact at one speed: v sqrt(k m)
