@@ -29,12 +29,9 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
     options = make_parser(study, prog).read(argv)
     parameters = study.parameters(options)
     folder = make_folder(Path(options.out) / study.title)
-    begin = time.perf_counter()
     with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():  # stdout is for the JSON alone
-        result = attempt(study.module.run, parameters, options)
-        wall = time.perf_counter() - begin
-        result, figures = draw(study.module, result)
-    return finish(study.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
+        result, figures = draw(study.module, attempt(study.module.run, parameters, options))
+    return finish(study.title, result, figures, folder, options, f"in {result.work['wall_s']:.2g} s, written to {folder}")
 
 
 def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, options: argparse.Namespace) -> StudyResult:

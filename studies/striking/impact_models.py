@@ -44,12 +44,6 @@ def make_slider_crank(
     return p.apply(mbs.slider_crank(body, law=law, friction=guide, **numbers))
 
 
-def mechanism(model: str, p: ImpactParameters, stiffness: float, speed: float | mbs.Ramp) -> mbs.Mechanism:
-    """Make the slider-crank of a simulated model, with a stop of this stiffness [N/m] and a crank of this speed [rad/s]."""
-    numbers = {"mass": p.mass, "speed": speed, "stop": PAPER_STOP}
-    return make_slider_crank(model, p.section, p, p.friction_force, stiffness, p.restitution, **numbers)
-
-
 def simulate_model(model: str, mechanism: mbs.Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:
     """Run the mechanism of a model for a duration [s], with its energy ledger, in steps of at most a degree at a crank speed."""
     solver = mbs.Exudyn(mbs.Controlled(p.tolerance, max_step=pi / 180 / fastest))  # a degree is chosen
@@ -78,7 +72,9 @@ def run_model(model: str, p: ImpactParameters, stop_setting: float, speed: float
         work = {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))}
         return ModelRun(model, "OK", remark, speed=-trace.speed, energy_balance=trace.energy_balance, work=work, **arrays)
     fastest = max(speed.start, speed.end) if isinstance(speed, mbs.Ramp) else speed
-    return simulate_model(model, mechanism(model, p, stop_setting, speed), p, fastest, duration)
+    numbers = {"mass": p.mass, "speed": speed, "stop": PAPER_STOP}
+    mechanism = make_slider_crank(model, p.section, p, p.friction_force, stop_setting, p.restitution, **numbers)
+    return simulate_model(model, mechanism, p, fastest, duration)
 
 
 def strike(model: str, parameters: ImpactParameters, stop_setting: float, speed: float) -> ModelRun:

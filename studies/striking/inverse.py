@@ -50,27 +50,26 @@ LEAST_STRENGTH = 1e-3
 """Least S - D over F_i in the iteration. It keeps the speed positive where Q alone exceeds F_i; the limit `push` then fails."""
 
 
-def _require_positive(numbers: object) -> None:
-    """Raise a ValueError for a number that is not positive; friction may be 0."""
-    for name, value in vars(numbers).items():
-        if not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
-            raise ValueError(f"{name} = {value}: must be positive")
+class _Positive:
+    """Base class of numbers that must be positive; friction may be 0."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.all(np.asarray(value) > 0) or (name == "friction" and np.all(np.asarray(value) >= 0))):
+                raise ValueError(f"{name} = {value}: must be positive")
 
 
 @dataclass(frozen=True)
-class Wish:
+class Wish(_Positive):
     """Wished largest forces F_c of contact and F_i of impact [N], and contact angle 2 g [rad]."""
 
     contact_force: Floats
     impact_force: Floats
     contact_angle: Floats
 
-    def __post_init__(self) -> None:
-        _require_positive(self)
-
 
 @dataclass(frozen=True)
-class Given:
+class Given(_Positive):
     """Numbers of strip, slider and stop that the design does not change, in SI units; most defaults are chosen."""
 
     width: Floats = 0.030  # the paper's
@@ -80,9 +79,6 @@ class Given:
     friction: Floats = 0.3  # force f on the slider
     yield_strength: Floats = 1e9
     fastest: Floats = 10.0  # largest crank speed of the drive
-
-    def __post_init__(self) -> None:
-        _require_positive(self)
 
     @property
     def chi(self) -> Floats:

@@ -5,6 +5,7 @@ import pytest
 from drawing import drawn
 
 from buckler import mbs
+from buckler.mbs.library import PAPER_STOP
 from buckler.studies.striking import impact_map, impact_models, slider_crank
 from buckler.studies.striking.impact import ImpactParameters
 from buckler.studies.striking.impact_map import SineStrip
@@ -56,7 +57,8 @@ def test_no_stop_brings_the_straight_strip_within_a_newton_of_both_voltages(give
 def test_a_motor_turns_the_crank_at_the_speed_it_is_given_without_load():
     """Ramp: the voltage follows it; a strut's crank lags by its own inertia, (J + J_rotor) w'/slope, and little else."""
     p = ImpactParameters(motor=2.0, mass=0.02, friction=0.0)
-    made = impact_models.mechanism("strut", p, 7.2e4, mbs.Ramp(1.0, 2.0, 0.5))
+    numbers = {"mass": p.mass, "speed": mbs.Ramp(1.0, 2.0, 0.5), "stop": PAPER_STOP}
+    made = impact_models.make_slider_crank("strut", p.section, p, friction=0.0, stiffness=7.2e4, restitution=0.8, **numbers)
     assert not made.drives and made.velocities["crank"] == 1.0
     result = mbs.simulate(made, 0.5)
     angle = impact_models.crank_angle(result.signals)
