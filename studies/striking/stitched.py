@@ -119,22 +119,16 @@ class Trace(NamedTuple):
         return float(np.abs(self.energy["error"]).max() / np.max(active))
 
 
-class _Crank(NamedTuple):
-    """Motion of the crank in a run of this duration [s]."""
+def _sample(motion: Ramp, times: Array) -> Array:
+    """Compute angle, speed and acceleration of the crank, (3, times), in SI units."""
+    return np.array([[each(t) for t in times] for each in (motion.position, motion.speed, motion.acceleration)])
 
-    motion: Ramp
-    duration: float
 
-    def sample(self, times: Array) -> Array:
-        """Compute angle, speed and acceleration, (3, times), in SI units."""
-        m = self.motion
-        return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
-
-    def time(self, angle: float) -> float:
-        """Find the time at which the crank reaches an angle, or the end of the run if it comes first."""
-        if self.motion.position(self.duration) <= angle:
-            return self.duration
-        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
+def _find_time(motion: Ramp, angle: float, duration: float) -> float:
+    """Find the time at which the crank reaches an angle, or the duration of the run if it ends first [s]."""
+    if motion.position(duration) <= angle:
+        return duration
+    return float(brentq(lambda t: motion.position(t) - angle, 0.0, duration, xtol=1e-14))
 
 
 class _Piece(NamedTuple):
@@ -149,17 +143,16 @@ class _Piece(NamedTuple):
 
 def follow(model: Stitched, motion: Ramp, duration: float) -> Trace:
     """Run the model from crank angle 0 for a duration [s], forward by `motion`; a ValueError for a stop beyond reach."""
-    crank = _Crank(motion, duration)
     pieces: list[_Piece] = []
     time, turn, contact = 0.0, 0, model.contact_angle
     while time < duration:
-        start, end = crank.time(2 * pi * turn + contact), crank.time(2 * pi * (turn + 1) - contact)
+        start, end = (_find_time(motion, each, duration) for each in (2 * pi * turn + contact, 2 * pi * (turn + 1) - contact))
         times = _times("rigid", time, start)
-        angle, speed, _ = crank.sample(times)
+        angle, speed, _ = _sample(motion, times)
         pieces.append(_piece("rigid", times, PAPER.slider(angle), PAPER.slider_rate(angle) * speed))
-        pieces += _strike(model, crank, start, end)
+        pieces += _strike(model, motion, start, end)
         time, turn = float(pieces[-1].time[-1]), turn + 1
-    return _trace(model, crank, pieces)
+    return _trace(model, motion, pieces)
 
 
 def _piece(mode: str, time: Array, position: ArrayLike, speed: ArrayLike = 0.0, force: ArrayLike = 0.0) -> _Piece:
@@ -172,15 +165,15 @@ def _times(mode: str, start: float, end: float) -> Array:
     return np.linspace(start, end, samples[mode])
 
 
-def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
+def _strike(model: Stitched, motion: Ramp, start: float, end: float) -> Iterator[_Piece]:
     """Compute impacts and rebounds until they are negligible or friction holds the slider, then contact until `end` [s]."""
     time = start
-    first = speed = abs(PAPER.slider_rate(model.contact_angle)) * crank.motion.speed(start)
+    first = speed = abs(PAPER.slider_rate(model.contact_angle)) * motion.speed(start)
     while time < end and speed > 1e-2 * first:  # chosen: below it, 1e-4 of the energy of the first impact, rebounds are over
         pulse, rebound_speed = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
         yield _piece("impact", pulse, model.stop, np.linspace(-speed, rebound_speed, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])
-        rebound = Rebound.of(rebound_speed, float(model.contact_force(crank.motion.position(time))), model.friction, model.mass)
+        rebound = Rebound.of(rebound_speed, float(model.contact_force(motion.position(time))), model.friction, model.mass)
         flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
         yield _piece("rebound", flight, model.stop + travel, rate)
@@ -190,15 +183,15 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
             return
     if time < end:
         rest = _times("contact", time, end)
-        yield _piece("contact", rest, model.stop, force=model.contact_force(crank.sample(rest)[0]))
+        yield _piece("contact", rest, model.stop, force=model.contact_force(_sample(motion, rest)[0]))
 
 
-def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
+def _trace(model: Stitched, motion: Ramp, pieces: list[_Piece]) -> Trace:
     """Join the pieces, and compute the energy ledger."""
     time, position, speed, force = (np.concatenate([getattr(piece, name) for piece in pieces]) for name in _Piece._fields[1:])
     piece_number = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[piece_number]
-    angle, crank_speed, crank_acceleration = crank.sample(time)
+    angle, crank_speed, crank_acceleration = _sample(motion, time)
     chord, is_rigid = PAPER.chord(angle, position), modes == "rigid"
     shortening = np.where(is_rigid, 0.0, np.maximum(1 - chord / PAPER.coupler, 0.0))
     is_inside = np.diff(piece_number, prepend=-1) == 0  # false at the first sample of a piece, where quantities jump

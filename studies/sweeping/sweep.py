@@ -29,8 +29,6 @@ from .store import About, Part, Row, Store, StoreError, read
 
 __all__ = ["sweep", "read", "Part", "Row", "StoreError", "SweepError"]
 
-START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-"""Start method of processes: no fork of this process, which has threads and an open store. A fork server imports only once."""
 LOST = (BrokenExecutor, EOFError, OSError)
 """Exceptions of a pool whose process, or fork server, has died."""
 CRASHED = "its process died twice, the second time alone: killed, out of memory, or a fault in compiled code"
@@ -186,7 +184,8 @@ def _processes(count: int, module: str) -> Iterator[Executor]:
     """Open a pool of processes that have imported the study; an exception in the `with` block ends them at once."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # by default each process would have as many threads as the machine has cores
-    context = multiprocessing.get_context(START)
+    # no fork of this process, which has threads and an open store; a fork server imports only once
+    context = multiprocessing.get_context("forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn")
     context.set_forkserver_preload([__name__, module])
     before, pool = set(multiprocessing.active_children()), ProcessPoolExecutor(count, context, _initialise)
     try:
