@@ -33,9 +33,7 @@ class Force(Stateful):
         "or a function of the time t, s; a search at each 1e-5 of the run finds its jumps and kinks, but may miss shorter pulses",
     )
     follows: str | None = names(
-        doc="a link with which the force turns: `value` is the force in the pose at t = 0; the angle of a flexible link is that "
-        "at `point` or, if this is no point of the link, at its start; 'beam:B' names another point",
-        default=None,
+        doc="link with which the force turns, at `point` or else its start, or 'beam:B'; `value` is that at t = 0", default=None
     )
     through: Pair | None = field(
         Vector("m"), "a fixed place on the line of action (Reut's load), which then has a moment about the point", default=None

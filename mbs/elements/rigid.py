@@ -21,8 +21,6 @@ class Rigid(Body):
 
     >>> round(Rigid(Section(width=0.03, thickness=5e-3)).mass_properties(0.2)[0], 4)  # kg
     0.2355
-    >>> Rigid.of(mass=0.2, inertia=1e-4).mass
-    0.2
     """
 
     section: Section | None = part(Section, doc="of a uniform bar; omitted where mass and inertia are given", default=None)

@@ -157,8 +157,7 @@ class TorsionSpring(Elastic):
     label: ClassVar[str] = "torsion.{first:body}-{second:body}"
 
     first: str = names(
-        doc="any link but a strut, or 'ground'; on a flexible link it acts at the joint of both links, or else at the start; "
-        "'beam:B' names another point"
+        doc="any link but a strut, or 'ground'; it acts on a flexible link at the joint of both, or else its start, or 'beam:B'"
     )
     second: str = names(doc="the other link, given likewise")
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
