@@ -21,7 +21,7 @@ from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import follow_markers, record_of
 from buckler.mbs.spectral.run import RunState, integrate
 from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.spectral.tables import Memory, Report
+from buckler.mbs.spectral.tables import STEP_START, Report
 
 JOINTS = "OABC"
 
@@ -180,7 +180,7 @@ BOOLE = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 def reports_at(scene, seen):
     """Reports of forces at states, whose bristles are as they stand, (times, forces, 8)."""
     memory = seen.memory.copy()
-    memory[:, :, Memory.STEP_START] = seen.time[:, None]
+    memory[:, :, STEP_START] = seen.time[:, None]
     reports = np.empty((len(seen.time), len(scene.tables.forces), 8))
     follow_markers(scene, seen._replace(memory=memory), [], reports)
     return reports
