@@ -101,7 +101,7 @@ class Declaration(typing.NamedTuple):
             return ",".join(map(self.show, value))
         if isinstance(value, str | bool | None):
             return str(value) or "none"
-        return f"{value:.12g}{self._suffix}"
+        return f"{value:.6g}{self._suffix}"
 
     @property
     def _suffix(self) -> str:

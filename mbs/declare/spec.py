@@ -75,12 +75,12 @@ class Quantity(Spec):
         if self.nonzero:  # these quantities have no bounds
             self.allowed = "not zero"
         elif self.low > -inf and self.high < inf:
-            lowest = f"{'above ' if self.open_low else ''}{self.low:.12g}"
-            self.allowed = f"{lowest} to {'below ' if self.open_high else ''}{self.high:.12g}"
+            lowest = f"{'above ' if self.open_low else ''}{self.low:.6g}"
+            self.allowed = f"{lowest} to {'below ' if self.open_high else ''}{self.high:.6g}"
         elif self.low > -inf:
-            self.allowed = f"{'>' if self.open_low else '>='} {self.low:.12g}"
+            self.allowed = f"{'>' if self.open_low else '>='} {self.low:.6g}"
         elif self.high < inf:
-            self.allowed = f"{'<' if self.open_high else '<='} {self.high:.12g}"
+            self.allowed = f"{'<' if self.open_high else '<='} {self.high:.6g}"
 
     def fits(self, raw: object) -> bool:
         """Return True for a number, or a text of a number with a unit."""

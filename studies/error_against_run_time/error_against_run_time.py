@@ -137,7 +137,7 @@ def figure(result: StudyResult) -> Figure:
                 time, error = signals[f"{work}.{series}"].T
                 shown[series] = ax.loglog(1e3 * time, error, marker, color=colour)[0]
         ax.set(title=work, xlabel="time [ms]", ylabel="error [1]")
-    axes.flat[0].legend(shown.values(), shown.keys())
+    fig.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=len(shown))
     for ax in axes.flat[len(works) :]:
         ax.remove()
     return fig

@@ -87,9 +87,9 @@ class StudyParameters(Declared):
 class Gravity(StudyParameters):
     """Size and direction of gravity in the plane of a published mechanism, which its paper does not give."""
 
-    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
+    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "unpublished")
     gravity_angle: float = quantity(
-        -pi / 2, "rad", -7, 7, "angle of gravity to the x axis, along the frame or guide", "left open"
+        -pi / 2, "rad", -7, 7, "angle of gravity to the x axis, along the frame or guide", "unpublished"
     )  # a little more than a turn to either side
 
     @property

@@ -133,16 +133,20 @@ def set_damping(rocker: Modal, kind: str, ratio: float) -> Modal:
 class Assumptions(Gravity):
     """Assumptions about gravity, joints and flexible rocker; the last text of a parameter is its heading in the help."""
 
-    pin_on: tuple[str, ...] = choices(PINS[::2], PINS, "bodies that carry the pins; other joints keep their default", "left open")
+    pin_on: tuple[str, ...] = choices(
+        PINS[::2], PINS, "bodies that carry the pins; other joints keep their default", "unpublished"
+    )
     friction_thresholds: float = quantity(
-        1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
+        1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "unpublished"
     )
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
     modal_damping: str = choice(
         "constant", tuple(DAMPINGS), "damping ratios of modes: constant or Rayleigh, of size rocker_damping, or ADAMS's default",
-        "left open",
+        "unpublished",
     )  # fmt: skip
-    modes_of: str = choice("free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "left open")
+    modes_of: str = choice(
+        "free", KINDS, "rocker's modes: free, by Timoshenko or Euler-Bernoulli, or Craig-Bampton", "unpublished"
+    )
 
     @property
     def reversed_joints(self) -> str:
@@ -214,10 +218,10 @@ class RockerParameters(PlayParameters, Runs):
     """Parameters of studies on the compiled solver, whose rocker is rigid or modal."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
-    bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
-    axial: int = integer(1, 0, 8, "axial modes of a free rocker", "left open")
+    bending: int = integer(3, 0, 8, "bending modes of a free rocker", "unpublished")
+    axial: int = integer(1, 0, 8, "axial modes of a free rocker", "unpublished")
     frequency_factor: float = quantity(
-        1.0, "1", 0.5, 2, "factor on the frequencies of a plain bar, because the real rocker has ends with holes", "left open"
+        1.0, "1", 0.5, 2, "factor on the frequencies of a plain bar, because the real rocker has ends with holes", "unpublished"
     )
 
     def agree(self) -> None:

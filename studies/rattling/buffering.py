@@ -44,7 +44,7 @@ from .turns import JOINTS, TestedRuns, run_turns
 
 RANGES = ("pin", "friction_thresholds", "rocker_damping", "frequency_factor", "clearance")
 """Assumptions whose two values are ends of a range."""
-OPEN = "left open"
+OPEN = "unpublished"
 """Heading, in the help, of what the paper does not give."""
 
 

@@ -187,7 +187,8 @@ def figure(result: StudyResult) -> Figure:
             style: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
             heights = np.arange(len(names)) + 0.11 * (2.5 - i)  # the claims of a set one above another
             ax.errorbar(value, heights, xerr=2 * error, label=PRINTED[claim], **style)
-        ax.set_title(case)
+        unit, depth = p.cases[case]
+        ax.set_title(f"c_max in {unit}, rocker {1e3 * depth:g} mm high")
         ax.set_yticks(range(len(names)), [SETS[name].label for name in names])
         ax.set_xscale("log")
         plain_ticks(ax.xaxis)

@@ -35,9 +35,9 @@ class StrikeAssumptions(Gravity):
     """Gravity and motor of every study of the striking slider-crank."""
 
     motor: float = quantity(
-        0.0, "N.m.s/rad", 0, 1e4, "DC motor at the crank: fall of its torque over speed; 0: speed prescribed", "left open"
+        0.0, "N.m.s/rad", 0, 1e4, "DC motor at the crank: fall of its torque over speed; 0: speed prescribed", "unpublished"
     )
-    motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "inertia of the motor's rotor at the crank", "left open")
+    motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "inertia of the motor's rotor at the crank", "unpublished")
 
     def apply(self, mechanism: Mechanism) -> Mechanism:
         """Add gravity to a mechanism, and replace the drive of its crank by the motor.

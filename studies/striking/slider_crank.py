@@ -43,7 +43,7 @@ READ = {
 NOTES = {
     "speed": "published: Fig. 5 (27 N) and Table 2, whose forces follow from a stop met at 115.34 degrees, not at the 120 of\n"
     "the text. 27 N is no prediction: it fixes impact_duration for stitched and stop_stiffness for strut (both rounded);\n"
-    "beam has that of strut.",
+    "beam has that of strut. In brackets: relative errors.",
     "ramp": "Each model has the stop that gives it 27 N at 1.25 rad/s. published: Fig. 6. exponents: impact force as a power of\n"
     "slider speed, contact time as a power of crank speed. spread: of the contact maximum over the turns with a slider at rest.",
     "voltage": f"Each case has the stop that gives it 27 N at the reference voltage. {SENSOR_RANGE} N, the range of the sensor,\n"

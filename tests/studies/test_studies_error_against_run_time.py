@@ -27,8 +27,9 @@ def test_quick_works_are_accurate():
     assert max(found["bars_engine_error"], found["strip_engine_error"]) < 1e-5 and found["bars_once_error"] < 1e-6
     assert found["bars_known_error"] < 1e-3 and found["smooth_known_error"] < 1e-3  # what was asked for
     assert found["bars_once_ratio"] > 0 and len(quick.tables) == 1
-    axes = inked(study, quick).axes
-    assert axes[0].get_legend() is not None and all(ax.get_xlabel() and ax.get_ylabel() for ax in axes)
+    drawn = inked(study, quick)
+    axes = drawn.axes
+    assert len(drawn.legends) == 1 and all(ax.get_xlabel() and ax.get_ylabel() for ax in axes)
     assert [ax.get_title() for ax in axes] == ["strip", "smooth", "bars"]
 
 
