@@ -80,8 +80,7 @@ class Motor(Load):
     def _voltage_and_speed(self, record: Recorded) -> tuple[Array, Array]:
         """Return the voltage [V] and the link's speed [rad/s], each (times,)."""
         voltage = sample(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
-        _, speed = record.turn(angle_reference(record.mechanism, self.link))
-        return voltage, speed
+        return voltage, record.turn(angle_reference(record.mechanism, self.link))[1]
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque; `burdens` add the inertia of the rotor."""

@@ -39,8 +39,7 @@ def potential(law: Law, values: Array) -> Array:
 
     work = np.concatenate([[0.0], np.cumsum(integrate(grid[:-1], grid[1:]))])
     piece = np.clip(np.searchsorted(grid, values, side="right") - 1, 0, len(grid) - 2)  # in which each value lies
-    total: Array = work[piece] + integrate(grid[piece], values) - work[np.searchsorted(grid, 0.0)]
-    return total
+    return np.asarray(work[piece] + integrate(grid[piece], values) - work[np.searchsorted(grid, 0.0)])
 
 
 class Elastic(Load):
