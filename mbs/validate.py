@@ -20,20 +20,22 @@ def number(
         has_hertz = "rad/s" in unit and value.fits("Hz")  # a speed of rotation given as a frequency
         turns = "; turns in a time are written as '60 rpm' or '1 rev/s'" if has_hertz else ""
         raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}{turns}")
-    checked = math.nan
-    if isinstance(value, Real) and not isinstance(value, bool):
+    checked, is_number = math.nan, isinstance(value, Real) and not isinstance(value, bool)
+    if is_number:
         checked = math.inf
         with suppress(OverflowError):  # of a whole number too large for a float
             checked = float(value)
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
         suffix = "" if unit in ("", "1") else f" {unit}"  # "1": a plain number; "": messages name no unit
-        shown = value.given if isinstance(value, Measured) else f"{short(value)}{suffix}"
+        shown = value.given if isinstance(value, Measured) else f"{short(value)}{suffix if is_number else ''}"
         has_no_bound = low == -math.inf or high == math.inf
         if math.isinf(checked) and has_no_bound:
             raise ValueError(f"{name} = {shown}: must be finite")
         left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
-        raise ValueError(f"{name} = {shown}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
+        raise ValueError(
+            f"{name} = {shown}: must {'lie' if is_number else 'be a number'} in {left}{low:g}, {high:g}{right}{suffix}"
+        )
     if open_low and low == 0 and checked < 1 / LARGEST:
         raise ValueError(f"{name} = {short(value)}: must be at least {1 / LARGEST:g}; a smaller one counts as zero")
     if abs(checked) > LARGEST:

@@ -73,7 +73,9 @@ def _declare_fit(parser: argparse.ArgumentParser) -> None:
     about = "a column whose values separate experiments; a column with the name of a number's path has values of this number"
     add_repeated(parser, "--setting", "COLUMN", about)
     parser.add_argument("--start", metavar="s", type=float, help="time in the data at which the run begins [s]; default 0")
-    parser.add_argument("--starts", type=int, default=8, help="number of starting points over the ranges; default 8")
+    parser.add_argument(
+        "--starts", type=int, default=8, help="starting points of the search over the ranges; default 8; fewer are quicker"
+    )
     parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the figure; default results")
 
 
@@ -105,7 +107,7 @@ def _declare_optimise(parser: argparse.ArgumentParser) -> None:
     add("--minimise", metavar="READING", default="", help="as 'max(drive.torque)'")
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
     add_repeated(parser, "--subject-to", "CONSTRAINT", about, dest="wants")
-    add("--starts", type=int, default=8, help="number of starting points over the ranges; default 8")
+    add("--starts", type=int, default=8, help="starting points of the search over the ranges; default 8; fewer are quicker")
     about = f"largest number of runs, after which the best so far is shown; default {BUDGET}"
     add("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
     add("--out", metavar="DIR", type=Path, default=Path("results"), help="folder of the new file; default results")
