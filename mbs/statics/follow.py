@@ -154,6 +154,8 @@ class _Follower:
         self.steps, self.step, self.longest = steps, step, longest
         if to == self.start:
             raise ValueError(f"to = {to:g}: the path begins there")
+        if isinstance(problem, Varied):
+            problem.mechanism_at(to)  # it raises before the path is followed to a value that no mechanism has
         self.arc = Arc(problem, self.start, to)
 
     def run_all(self, branches: bool) -> Path:

@@ -32,7 +32,11 @@ class Varied(Problem):
         """Make the scene with a value of the number."""
         if parameter != self.current:
             self.current = parameter
-            self.scene = CompiledScene.of(Mechanism.from_dict(change(self.document, {self.name: parameter})), self.degree)
+            self.scene = CompiledScene.of(self.mechanism_at(parameter), self.degree)
+
+    def mechanism_at(self, parameter: float) -> Mechanism:
+        """Make the mechanism with a value of the number; raise a ValueError if there is none."""
+        return Mechanism.from_dict(change(self.document, {self.name: parameter}))
 
     def slope(self, rest: Rest, residuals: tuple[Array, Array] | None = None) -> Array:
         """Return the derivative of (f - G^T lambda, g) by the number, a central difference: `residuals` are not needed."""

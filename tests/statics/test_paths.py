@@ -317,6 +317,7 @@ def test_a_thickness_is_followed_to_where_the_column_buckles():
         ({"to": 1.0, "load": []}, r"load = \[\]"),
         ({"to": 1.0, "branch": ("a", "Ma", (0, 0))}, "branch = "),
         ({"to": 0.001, "parameter": "links.a.body.section.thickness"}, "to = 0.001: the path begins there"),
+        ({"to": 0.6, "parameter": "links.a.body.section.thickness"}, "thickness of flexible link 'a' = 0.6 m: must be below"),
         ({"to": 1.0, "branch": ("a", "nowhere", (0, 1))}, "branch = "),
         ({"to": 1.0, "load": "force.X"}, "load = 'force.X': unknown"),
         ({"to": 1.0, "parameter": "links.a.name"}, "parameter = "),
