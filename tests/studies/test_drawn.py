@@ -36,4 +36,4 @@ def test_the_whole_grammar_has_every_kind_of_element_and_body_and_most_laws():
     named = {kind.__name__ for kind in found}
     assert named >= {"CarvalhoMartins", "KelvinVoigt", "HuntCrossley", "Impact", "Hertz", "Flores", "GuideFriction"}
     assert named >= {"NoFriction", "Coulomb", "AdamsFriction", "Ambrosio", "Threlfall", "Stribeck", "LuGre"}
-    assert named >= {"float", "Ramp", "Motion"}
+    assert named >= {"float", "Ramp", "Table"}
