@@ -32,13 +32,13 @@ from .tables import STEP_START, Instant, Report, State
 
 Source = IntEnum("Source", "REPORT DEPTH MARKER ACCELERATION MULTIPLIER", start=0)
 """Sources of a column: report of a force, depth of a contact, state of a marker, its acceleration, multiplier of a constraint."""
-Transform = IntEnum("Transform", "PLAIN MAGNITUDE POSITIVE", start=0)
-"""Transforms of a column: none, its magnitude, its part above zero."""
+Transform = IntEnum("Transform", "PLAIN OPPOSITE MAGNITUDE POSITIVE", start=0)
+"""Transforms of a column: none, its opposite, its magnitude, its part above zero."""
 
 
 @jit
-def evaluate(tables, work, out, columns, factors, values):
-    """Fill values (times, columns) from the rows of a run; `columns` and `factors` are those of `Channels`."""
+def evaluate(tables, work, out, columns, values):
+    """Fill values (times, columns) from the rows of a run; `columns` are those of `Channels`."""
     forces, unused_sum = tables.forces.shape[0], np.zeros(out.q.shape[1])
     is_needed = np.zeros(forces, dtype=np.bool_)  # forces whose report is a signal
     for source, index, _, _ in columns:
@@ -64,8 +64,9 @@ def evaluate(tables, work, out, columns, factors, values):
                 value = now.lam[index]
             else:
                 value = compute_acceleration(tables, work, index, component, out.a[i])
-            value *= factors[c]
-            if transform == Transform.MAGNITUDE:
+            if transform == Transform.OPPOSITE:
+                value = -value
+            elif transform == Transform.MAGNITUDE:
                 value = abs(value)
             elif transform == Transform.POSITIVE:
                 value = max(value, 0.0)
@@ -79,7 +80,6 @@ class Column(NamedTuple):
     number: int  # index of the force, marker or constraint
     component: int  # of the report, state or acceleration
     transform: Transform = Transform.PLAIN
-    factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,14 @@ class Channels:
     """Signals by name, with the columns of those that have one."""
 
     names: tuple[str, ...]  # those with a column come first
-    columns: Array  # each `Column` without its factor, (columns, 4)
-    factors: Array  # (columns,)
+    columns: Array  # each `Column`, (columns, 4)
 
     @classmethod
     def of(cls, scene: CompiledScene, names: Sequence[str]) -> Channels:
         """Find the columns of signals in a scene, to which missing markers are added."""
         known = {name: column for name in names if (column := _find_column(scene, name)) is not None}
         others = [name for name in names if name not in known]
-        columns = np.array([column[:4] for column in known.values()], dtype=np.int64).reshape(-1, 4)
-        return cls((*known, *others), columns, np.array([column.factor for column in known.values()]))
+        return cls((*known, *others), np.array([*known.values()], dtype=np.int64).reshape(-1, 4))
 
     def values(self, scene: CompiledScene, out: Output) -> Array:
         """Compute all signals at the rows of a run, shape (times, signals)."""
@@ -104,7 +102,7 @@ class Channels:
         if count:
             found = np.empty((len(out.time), count))
             rows = Output(*map(np.ascontiguousarray, out))
-            evaluate(scene.tables, scene.work, rows, self.columns, self.factors, found)
+            evaluate(scene.tables, scene.work, rows, self.columns, found)
             values[:, :count] = found
         if count < len(self.names):
             record = record_of(scene, out)
@@ -125,25 +123,24 @@ def _find_column(scene: CompiledScene, name: str) -> Column | None:
 
 PENETRATION = Column(Source.DEPTH, 0, 0, Transform.POSITIVE)
 """Column of the penetration of force 0, a contact, whose depth is negative while it is open."""
-JOINT = {
-    "normal_force": Column(Source.REPORT, 0, Report.VALUE),
-    "friction_force": Column(Source.REPORT, 0, Report.FRICTION),
-    "sliding_speed": Column(Source.REPORT, 0, Report.SLIP),
-    "penetration": PENETRATION,
+CONTACT = {
+    (Clearance, "normal_force"): Column(Source.REPORT, 0, Report.VALUE),
+    (Clearance, "friction_force"): Column(Source.REPORT, 0, Report.FRICTION),
+    (Clearance, "sliding_speed"): Column(Source.REPORT, 0, Report.SLIP),
+    (Clearance, "penetration"): PENETRATION,
+    (Stop, "contact_force"): Column(Source.REPORT, 0, Report.VALUE, Transform.MAGNITUDE),  # signed, as it is along a measure
+    (Stop, "penetration"): PENETRATION,
 }
-"""Columns of the signals of a joint with clearance, by quantity, if it were force 0."""
-STOP = {"contact_force": Column(Source.REPORT, 0, Report.VALUE, Transform.MAGNITUDE), "penetration": PENETRATION}
-"""Columns of the signals of a stop, if it were force 0. Its force is signed, as it acts along a measure."""
+"""Columns of the signals of contacts, by class and quantity, if the contact were force 0."""
 
 
 def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
-    """Find the column of a joint with clearance (`JOINT`) or of a stop (`STOP`); `scene.source` has the elements by name."""
+    """Find the column of a joint with clearance, whose owner is its point, or of a stop."""
     for k, name in enumerate(scene.force_names):
         element = scene.source.elements.get(name)
-        is_joint = isinstance(element, Clearance) and element.point == owner
-        if is_joint or (isinstance(element, Stop) and name == owner):
-            column = (JOINT if is_joint else STOP).get(quantity)
-            return column and column._replace(number=k)
+        column = CONTACT.get((type(element), quantity))
+        if column and owner == (element.point if isinstance(element, Clearance) else name):
+            return column._replace(number=k)
     return None
 
 
@@ -180,6 +177,6 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
 def _find_drive(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
     """Find the torque or force of a drive, which is its multiplier with opposite sign."""
     is_drive = isinstance(scene.source.elements.get(owner), Drive) and owner in scene.row_names
-    if quantity not in ("torque", "force") or not is_drive:
+    if not is_drive or quantity not in ("torque", "force"):
         return None
-    return Column(Source.MULTIPLIER, scene.row_names.index(owner), 0, factor=-1.0)
+    return Column(Source.MULTIPLIER, scene.row_names.index(owner), 0, Transform.OPPOSITE)
