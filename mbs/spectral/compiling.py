@@ -7,7 +7,7 @@ arrays, with a hundred arrays in all, are passed to them by reference, as one po
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial, reduce
+from functools import partial, reduce
 from inspect import signature
 from pathlib import Path
 from time import perf_counter
@@ -97,10 +97,8 @@ def list_compiled_files() -> list[Path]:
     return [Path(__file__), *(here / name for name in ("tables.py", "output.py", "elimination.py")), *own, *laws]
 
 
-@cache
-def _stamp() -> str:
-    """Hash the contents of the files on which compiled functions depend."""
-    return stamp_of(*list_compiled_files())
+STAMP = stamp_of(*list_compiled_files())
+"""Checksum of the files on which compiled functions depend."""
 
 
 def jit(function: F) -> F:
@@ -109,10 +107,11 @@ def jit(function: F) -> F:
     references = [f"by_reference({name})" for name in names]
     # made from text, to have the parameters of the function
     text = f"lambda {', '.join(names)}: inner({', '.join(references)})"
-    namespace = {"inner": kernel_function(function), "by_reference": by_reference, "__name__": function.__module__}
+    inner = kernel_function(function) if isinstance(function, FunctionType) else function  # else it is a kernel function already
+    namespace = {"inner": inner, "by_reference": by_reference, "__name__": function.__module__}
     entry = eval(compile(text, function.__code__.co_filename, "eval"), namespace)
     entry.__name__ = entry.__qualname__ = function.__name__
-    return compile_cached(entry, _stamp(), nogil=True, fastmath=FAST_SUMS)
+    return compile_cached(entry, STAMP, nogil=True, fastmath=FAST_SUMS)
 
 
 class _IntermediateCode(JITCodeLibrary):
@@ -180,9 +179,7 @@ class Reference(types.Type):
         super().__init__(name=f"Reference({record.instance_class.__name__})")
 
 
-@register_model(Reference)
-class _ReferenceModel(models.OpaqueModel):
-    """Representation of a reference: a pointer."""
+register_model(Reference)(models.OpaqueModel)  # represented by a pointer
 
 
 @infer_getattr

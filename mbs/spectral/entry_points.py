@@ -15,23 +15,13 @@ from .lawtable import JUST_AFTER
 from .markers import compute_measure, place_markers
 from .strips import advance_stresses
 
-
-@jit
-def place(tables, work, q, v):
-    """Compute the states of all markers at coordinates q and rates v."""
-    place_markers(tables, work, q, v)
+place, mass_at = jit(place_markers), jit(kernel.fill_mass)
 
 
 @jit
 def measure_at(tables, work, k):
     """Return measure k of markers that are placed."""
     return compute_measure(tables, work, k, work.grad)[0]
-
-
-@jit
-def mass_at(tables, work, q, mass):
-    """Fill mass, (slots + 1,), with the nonzeros of M(q); markers need not be placed."""
-    kernel.fill_mass(tables, work, q, mass)
 
 
 @jit

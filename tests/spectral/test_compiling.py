@@ -78,7 +78,7 @@ def test_all_is_compiled_beforehand() -> None:
 
 def test_machine_code_is_kept_under_the_sum_of_all_files_with_compiled_functions() -> None:
     once(slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25), 0.1, Spectral())
-    kept = Path(implicit.run_implicit.stats.cache_path).glob(f"implicit.run_implicit_{compiling._stamp()}-*.nbi")  # type: ignore[attr-defined]
+    kept = Path(implicit.run_implicit.stats.cache_path).glob(f"implicit.run_implicit_{compiling.STAMP}-*.nbi")  # type: ignore[attr-defined]
     assert len(list(kept)) == 1
 
 
