@@ -19,12 +19,11 @@ from ..record.errors import Failure, Status
 from ..record.run import Run
 from ..solvers import SECOND_LEVEL_STEPS, Spectral, subdivide
 from . import explicit, implicit, output
-from .fronts import EliminationOrders
 from .output import DormandPrince, Ended, Output, Radau
 from .recording import record_of
 from .samples import ROWS_OF_A_STEP
 from .scene import CompiledScene
-from .start import balance, dormand_prince, radau_state, start_rates
+from .start import balance, dormand_prince, radau, start_rates
 from .tables import ForceKind, Forces, MeasureKind, MeasureNumber, Measures, Memory
 
 NEWTON_SHARE = 1e-4
@@ -113,7 +112,11 @@ def integrate(
     first_row = (state.q, state.v, acceleration, multipliers, state.memory)  # fields of `Output` behind the time
     controls = _set_controls(scene, state.time, end, solver, ends, every, gives_parts=take is not None)
     step_ends = _find_step_ends(scene, state.time, controls, ends)
-    run, model = _choose_integrator(scene, solver, *first_row)
+    model: Radau | DormandPrince
+    if is_explicit(scene, solver):
+        run, model = explicit.run_explicit, dormand_prince(scene, state.q, state.v, multipliers, state.memory)
+    else:
+        run, model = implicit.run_implicit, radau(scene, *first_row)
     clock, counts = output.blank(output.CLOCK), output.blank(output.COUNTS)
     clock.time, clock.next_step = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
@@ -150,17 +153,6 @@ def _find_step_ends(scene: CompiledScene, start: float, controls: output.Record,
     times = np.unique([*kinks, end])
     times = times[np.append(np.diff(times) > 1e-12 * end, True)]  # a step between closer ones would be rounding
     return times if ends is None else np.unique(np.concatenate([times, ends]))
-
-
-def _choose_integrator(
-    scene: CompiledScene, solver: Spectral, q: Array, v: Array, a: Array, lam: Array, memory: Array
-) -> tuple[Callable[..., None], Radau | DormandPrince]:
-    """Choose the integrator that suits a scene; return it with its data for a run from this state."""
-    if is_explicit(scene, solver):
-        return explicit.run_explicit, dormand_prince(scene, q, v, lam, memory)
-    arrays = radau_state(scene, q, v, a, lam, memory)
-    orders, tables = EliminationOrders(scene.fronts, scene.mass_fronts), scene.tables._replace(edges=scene.edges())
-    return implicit.run_implicit, Radau(tables, orders, scene.work, arrays)
 
 
 def is_explicit(scene: CompiledScene, solver: Spectral) -> bool:

@@ -11,7 +11,8 @@ from ..geometry import Array
 from .elimination import Fronts
 from .entry_points import place
 from .frame_body import FrameBody
-from .output import DORMAND_PRINCE_SHAPES, RADAU_SHAPES, DormandPrince, DormandPrinceState, RadauState, allocate
+from .fronts import EliminationOrders
+from .output import DORMAND_PRINCE_SHAPES, RADAU_SHAPES, DormandPrince, DormandPrinceState, Radau, RadauState, allocate
 from .scene import CompiledScene
 from .strip_body import StripBody
 from .tables import BlockColumn, Forces, Markers, Memory, StripColumn, Tables
@@ -24,8 +25,7 @@ def start_rates(scene: CompiledScene) -> Array:
     """Compute the rates of all coordinates at t = 0, (n,), from the velocities of links that the scene's start has.
 
     Links move as rigid bodies. If the linkage cannot move so, points of strips have `additional` velocities, which bend strips.
-    If these rates violate G v = speed (a pin inside a curved strip), the change of v has least kinetic energy. Raises
-    KinematicsError if drives and given velocities contradict each other.
+    If these rates violate G v = speed (a pin inside a curved strip), the change of v has least kinetic energy.
     """
     found = scene.source.start  # velocities of links as rigid bodies, from the closure of the linkage
     v = np.zeros(scene.size)
@@ -91,8 +91,7 @@ def balance(scene: CompiledScene, q: Array, v: Array, t: float, memory: Array) -
 def draw_offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     """Draw a random change of the coordinates at t = 0, (n,), for members of an ensemble; constraints hold to first order.
 
-    Components are normal with standard deviation `spread`, in m or rad; those of modal coordinates are 0. The projection by the
-    pseudo-inverse of G, which comes after, may change modal coordinates, too.
+    Components are normal with standard deviation `spread`, in m or rad; those of modal coordinates are 0 before the projection.
     """
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
     for body in scene.builder.bodies.values():
@@ -102,8 +101,8 @@ def draw_offset(scene: CompiledScene, spread: float, seed: int) -> Array:
     return step - np.linalg.pinv(jacobian, rcond=1e-10) @ (jacobian @ step) if len(jacobian) else step
 
 
-def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> RadauState:
-    """Allocate the state and work arrays of an implicit run that starts from this state; `memory` has the columns `Memory`."""
+def radau(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> Radau:
+    """Allocate the data of an implicit run that starts from this state; `memory` has the columns `Memory`."""
     newton, saddle = scene.fronts, scene.mass_fronts
     sizes = _count_sizes(scene, saddle) | {
         "p": int(scene.tables.strips[:, StripColumn.POINTS].sum()),  # Gauss points of all strips
@@ -113,7 +112,8 @@ def radau_state(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, 
         "front": max(newton.largest, saddle.largest),
     }
     values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory, "unit": scene.units}
-    return RadauState._make(allocate(RADAU_SHAPES, sizes, values))
+    tables = scene.tables._replace(edges=scene.edges())
+    return Radau(tables, EliminationOrders(newton, saddle), scene.work, RadauState._make(allocate(RADAU_SHAPES, sizes, values)))
 
 
 def dormand_prince(scene: CompiledScene, q: Array, v: Array, lam: Array, memory: Array) -> DormandPrince:
