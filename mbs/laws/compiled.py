@@ -68,8 +68,7 @@ def stamp_of(*paths: Path) -> str:
 def compile_cached(function: Callable[..., object], stamp: str, **options: object) -> Any:
     """Compile a function for the types it is called with, and keep its machine code on disk until the stamp changes.
 
-    Numba compiles anew if the file of the function has changed, but not if a file of a function that it calls has. Therefore the
-    stamp is a part of the name in the cache, and the code of earlier stamps is deleted.
+    Numba does not look at files of functions that it calls: so the stamp is a part of its name in the cache.
     """
     import numba
 

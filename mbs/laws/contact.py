@@ -82,11 +82,8 @@ FRICTION_KINDS: LawKinds = {
 
 
 def _find_row(law: object, kinds: LawKinds) -> tuple[int, list[float]] | None:
-    """Return kind and numbers of a law's row; None for a law that is compiled separately.
-
-    A user's law is compiled separately even if it is a subclass of a law of this package, as its force may differ. But a user's
-    `HysteresisLaw` with the force of the base class differs in the number chi only, and has a row.
-    """
+    """Return kind and numbers of a law's row; None for a law that is compiled separately."""
+    # a user's subclass may have another force; a `HysteresisLaw` with the force of the base class has only a chi of its own
     is_of_this_package = type(law).__module__.startswith(laws.__name__)
     differs_in_chi_only = isinstance(law, laws.HysteresisLaw) and type(law).force is laws.HysteresisLaw.force
     base = next((base for base in type(law).__mro__ if base in kinds), None)

@@ -79,11 +79,8 @@ def _root(function: Callable[[float], float], highest: float) -> float:
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
-    """Compute the restitution that a law delivers, by its method ``delivered(mass, speed)`` or by integration of the impact.
-
-    Effective mass m1 m2 / (m1 + m2) [kg] and approach speed [m/s] must be given where the restitution depends on them.
-    """
-    if hasattr(law, "delivered"):
+    """Compute the restitution that a law delivers to a mass m1 m2 / (m1 + m2) [kg] at a speed [m/s], where it depends on them."""
+    if hasattr(law, "delivered"):  # else it is integrated
         return float(law.delivered(mass, speed))
     return restitution_integrated(law, require_given("mass", mass, "kg", law), require_given("speed", speed, "m/s", law))
 

@@ -54,10 +54,9 @@ def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, floa
     """Fit a function of x on [-1, 1] with the values `ends` at -1 and 1, its slope by least squares; coefficients (degree + 1,).
 
     The slopes of the members from k = 2 on are orthonormal. So their coefficients are the integrals of rest' N_k', where rest is
-    the function less its linear part. By parts these are the integrals of -rest N_k''. The rule has 24 points more than the
-    degree, chosen: at degree 8 a sine of 16 half waves, shorter than any that the degree resolves, is integrated to rounding.
+    the function less its linear part. By parts these are the integrals of -rest N_k''.
     """
-    x, w = gauss(degree + 24)
+    x, w = gauss(degree + 24)  # 24, chosen: at degree 8 a sine of 16 half waves, which it cannot resolve, is exact to rounding
     rest = function(x) - basis(1, x) @ np.array(ends)
     out = np.empty(degree + 1)
     out[:2] = ends

@@ -149,9 +149,8 @@ class Builder(LawTable):
     def group_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
         """Group coordinates that are deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
 
-        The integrator compares errors of deformations with the largest one of the body so far, which is their common unit. Of a
-        vector only the component across the chord is a deformation. The component along the chord keeps the mechanism's length
-        as its unit. `chord` are the dofs of x and y of the chord's start, and of its end.
+        The integrator compares their errors with the largest one so far, their common unit; of vectors only the components across
+        the chord. `chord` are the dofs of x and y of the chord's start, and of its end.
         """
         group = len(self.elastic)  # any number that no other group has
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]

@@ -170,19 +170,15 @@ def _compute_time_past(place, gap):
 
 @kernel_function
 def has_released(tables, state, end, controls):
-    """Return True if a contact opens in the step, which must then end nearer to the opening: the force has a kink there.
-
-    A release from a small force does not count: one below the share `contact_tolerance` of the largest force of recent steps. Nor
-    does one in a step that moves the depth by no more than rounding: a shorter step would not move it at all.
-    A contact also opens that starts at its face, moves inwards and ends outside.
-    """
+    """Return True if a contact opens in the step, which must then end nearer to the opening: the force has a kink there."""
     start, face_tolerance = state.start_reports, controls.face_tolerance
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):
-            negligible = controls.contact_tolerance * state.largest_force[k]
+            negligible = controls.contact_tolerance * state.largest_force[k]  # of recent steps
             (old, rate), (new, _) = get_depth(tables, start, k), get_depth(tables, end, k)
-            is_moved = abs(new - old) > controls.rounding
+            is_moved = abs(new - old) > controls.rounding  # else a shorter step would not move it at all
             opens = is_moved and end[k, Report.VALUE] == 0.0 and abs(start[k, Report.VALUE]) > negligible
+            # also one that starts at its face, moves inwards and ends outside
             if opens or (abs(old) <= face_tolerance and rate > 0.0 and new < -face_tolerance):
                 return True
     return False
@@ -214,9 +210,8 @@ def update_onset(tables, start, end, k, memory, controls):
 def find_time_past_face(tables, start, end, least):
     """Return the time [s] of a row just past the face of a contact that closes in the step; 0 if none does.
 
-    The force jumps at the face, so a record needs a row close to it on either side. One is the step's start or end, whichever is
-    nearer to the face. The other follows at twice the time from there to the face, plus `least`. The time is negative if it is
-    counted back from the end.
+    The force jumps at the face, so a record needs a row on either side: the step's nearer end, and one at twice the time from
+    there to the face, plus `least`; a negative time is counted back from the step's end.
     """
     for k in range(tables.forces.shape[0]):
         if is_contact(tables, k):

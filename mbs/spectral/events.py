@@ -27,21 +27,6 @@ def compute_start(model, t):
 
 
 @kernel_function
-def _compute_accelerations(model, t):
-    """Solve M a + G^T lambda = f, G a = change just after time t. Friction takes lambda from before a jump at t."""
-    tables, orders, state = model.tables, model.orders, model.state
-    n = state.q.size
-    compute_start(model, t)
-    compute_changes(tables, model.work, t, JUST_AFTER, state.change)  # where the acceleration of a drive jumps: that after t
-    copy(state.force, state.right_side[:n])
-    copy(state.change, state.right_side[n:])
-    factor_saddle(tables, orders, model.work, state, state.q, state.start_jacobian)
-    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
-    copy(state.right_side[:n], state.a)
-    copy(state.right_side[n:], state.lam)
-
-
-@kernel_function
 def update_memories(tables, work, state, controls, counts):
     """Update the forces' memories after an accepted step; return True if a contact closed or opened, or an edge is reached."""
     is_event = is_at_edge(tables, state.start_reports, work.reports, controls)
@@ -67,13 +52,22 @@ def restart_past_event(model, clock, controls, out, counts):
     A step ends just before a face or edge. The coordinates are moved just beyond it at constant rates: the depth of the contact
     changes by at most 1.1 `closing_gap`. This is so little that neither constraints nor rates are corrected.
     """
-    state = model.state  # its start_reports are those of the present state, at which the last step has ended
-    h = compute_time_past_events(model.tables, state.start_reports, controls.closing_gap)
+    tables, orders, state = model.tables, model.orders, model.state
+    # state.start_reports are those of the present state, at which the last step has ended
+    h = compute_time_past_events(tables, state.start_reports, controls.closing_gap)
     h = min(h, 0.1 * clock.previous, 0.1 * (controls.end - clock.time))  # 0.1: chosen
-    for i in range(state.q.size):
+    n = state.q.size
+    for i in range(n):
         state.q[i] += h * state.v[i]
     clock.time, clock.needs_matrix = clock.time + h, True
     clock.previous = 0.0  # the next step starts from the accelerations, not from the polynomial of the last step
-    _compute_accelerations(model, clock.time)
+    compute_start(model, clock.time)
+    compute_changes(tables, model.work, clock.time, JUST_AFTER, state.change)  # of a drive whose acceleration jumps: after it
+    copy(state.force, state.right_side[:n])  # friction has taken lambda from before the jump
+    copy(state.change, state.right_side[n:])
+    factor_saddle(tables, orders, model.work, state, state.q, state.start_jacobian)
+    solve(orders.mass, state.saddle_factors, state.saddle_swaps, state.right_side, state.front_work)
+    copy(state.right_side[:n], state.a)
+    copy(state.right_side[n:], state.lam)
     if controls.writes_within_steps:  # then rows are interpolated linearly, so the jump needs a row on either side
         write_after_jump(state, clock, controls, out, counts)

@@ -120,11 +120,7 @@ def _add_contact_friction(tables, work, k, now, ratio):
 
 @inline
 def report_pin(tables, work, k, mem, since, out):
-    """Fill `out`, a report, for a pin in a bush: normal and tangential force, rate, sliding speed, bristle.
-
-    The column LENGTH is the depth, FX and FY the normal n = e/|e|, with e = r_pin - r_bush. The force acts on both bodies at the
-    pin's surface r_pin + R n, R the pin's radius, so that moments balance.
-    """
+    """Fill `out`, a report, for a pin in a bush: LENGTH is the depth, FX and FY the normal n = e/|e|, e = r_pin - r_bush."""
     a, b = work.state[tables.forces[k, Forces.A]], work.state[tables.forces[k, Forces.B]]
     number = tables.forces[k, Forces.NUMBERS]
     radius, clearance = tables.data[number + JournalData.RADIUS], tables.data[number + JournalData.CLEARANCE]
@@ -155,7 +151,7 @@ def _compute_pin_force(tables, k, number, out):
 
 @inline
 def _add_journal(tables, work, k, memory, since, f):
-    """Add the force of a pin in a bush."""
+    """Add the force of a pin in a bush, on both bodies at the pin's surface r_pin + R n, so that moments balance."""
     ma, mb, out = tables.forces[k, Forces.A], tables.forces[k, Forces.B], work.reports[k]
     number = tables.forces[k, Forces.NUMBERS]
     report_pin(tables, work, k, memory[k], since, out)

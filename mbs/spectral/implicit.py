@@ -32,7 +32,6 @@ def _begin(model, t, tolerance):
     """Initialise the state before the first step."""
     tables, work, state = model.tables, model.work, model.state
     compute_stresses(tables, work, state.q, state.v, state.stress)
-    work.strip_form[0] = MIXED  # stresses of strips are unknowns
     compute_start(model, t)
     for i in range(state.q.size):
         state.inverse_error_unit[i] = 1.0 / state.unit[i]
@@ -65,8 +64,7 @@ def _has_closed_contact(tables, start, end):
     """Return True if a contact is closed at the start or end of the step."""
     for k in range(tables.forces.shape[0]):
         if contacts.is_contact(tables, k):
-            (depth_before, _), (depth_after, _) = contacts.get_depth(tables, start, k), contacts.get_depth(tables, end, k)
-            if max(depth_before, depth_after) > 0.0:
+            if contacts.get_depth(tables, start, k)[0] > 0.0 or contacts.get_depth(tables, end, k)[0] > 0.0:
                 return True
     return False
 
@@ -76,7 +74,14 @@ def _estimate_contact_error(model, now, h, controls):
     """Return the largest error of depth and force of a contact over the one allowed; the instant `now` is the step's end."""
     tables, work, state, error, allowed = model.tables, model.work, model.state, 0.0, controls.contact_tolerance
     copy(work.reports, state.end_reports)
-    _report_shifted_end(model, now, h)
+    # reports at the end shifted by its error, of which `estimate_error` left e_q and d_q; the rates' is e_v = e_q/k1 - d_q
+    e_q, d_q = state.real_solution, state.dq[0]
+    shifted_q, shifted_v = state.dq[1], state.dv[1]  # work space, as is state.force
+    for i in range(shifted_q.size):
+        shifted_v[i] = now.v[i] + REAL_EIGENVALUE / h * e_q[i] - d_q[i]
+        shifted_q[i] = now.q[i] + e_q[i]
+    place_markers(tables, work, shifted_q, shifted_v)
+    add_forces(tables, work, now, state.force)  # contacts read the markers, not q and v
     shifted = work.reports
     for k in range(tables.forces.shape[0]):
         if contacts.is_contact(tables, k):
@@ -91,23 +96,6 @@ def _estimate_contact_error(model, now, h, controls):
                 error = max(error, force_error / (scale * 2.0 * allowed))
     copy(state.end_reports, work.reports)
     return error
-
-
-@kernel_function
-def _report_shifted_end(model, now, h):
-    """Fill work.reports for the end of the step, the instant `now`, shifted by its error: by e_q in q, by e_v in v.
-
-    `estimate_error` left e_q in state.real_solution, and d_q in state.dq[0]. By its docstring e_v = e_q/k1 - d_q, with k1 = h
-    over the real eigenvalue.
-    """
-    tables, work, state = model.tables, model.work, model.state
-    e_q, d_q = state.real_solution, state.dq[0]
-    shifted_q, shifted_v = state.dq[1], state.dv[1]  # work space, as is state.force
-    for i in range(shifted_q.size):
-        shifted_v[i] = now.v[i] + REAL_EIGENVALUE / h * e_q[i] - d_q[i]
-        shifted_q[i] = now.q[i] + e_q[i]
-    place_markers(tables, work, shifted_q, shifted_v)
-    add_forces(tables, work, now, state.force)  # contacts read the markers, not q and v
 
 
 @kernel_function
@@ -140,26 +128,18 @@ def _find_step_end(model, clock, controls, step_ends, out, counts):
 
 @kernel_function
 def _choose_length(clock, controls, step_end):
-    """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short.
-
-    The step ends at `step_end` if this is nearer than `clock.reach` lengths: STEP_END_REACH or, for a step to an event, 1. A step
-    to an event keeps its length. Halved, steps would come to the event ever more slowly.
-    """
+    """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short."""
     h, left = min(clock.next_step, controls.longest), step_end - clock.time
     if clock.time + clock.reach * h >= step_end:
         return left
-    is_to_event = clock.reach != STEP_END_REACH
+    is_to_event = clock.reach != STEP_END_REACH  # then no halving: steps would come to the event ever more slowly
     is_halved = clock.time + 2.0 * h > step_end and not controls.fixed and not is_to_event
     return 0.5 * left if is_halved else h
 
 
 @kernel_function
 def _try_step(model, clock, h, end, controls, counts):
-    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next.
-
-    A step with an onset or edge in it is rejected, too: the next one ends there. With too large an error it is first shortened by
-    the error.
-    """
+    """Try a step of length h to the time `end`; return True if it is accepted, else shorten the next."""
     tables, work, state, shortest = model.tables, model.work, model.state, controls.shortest
     renews = clock.needs_matrix or abs(h - clock.matrix_step) > 1e-9 * h  # equal but for rounding
     predict(state, h, clock.previous)
@@ -176,7 +156,7 @@ def _try_step(model, clock, h, end, controls, counts):
     fraction = contacts.find_first_event(tables, state.start_reports, work.reports, h, controls)
     # equal steps end at onsets, too; a `fraction` above 1 (NEVER) moves no end, and a tiny move is not worth a step
     is_moved = h * fraction > shortest and h * (1.0 - fraction) > 1e-2 * shortest
-    if is_moved and clock.error <= 1.0:
+    if is_moved and clock.error <= 1.0:  # with too large an error the step is first shortened by the error
         clock.next_step, clock.reach = h * fraction, 1.0
         return False
     if controls.fixed:
@@ -228,11 +208,8 @@ def _accept(model, clock, h, target, controls, out, counts):
 
 @kernel_function
 def _set_next_step(clock, h, shortest):
-    """Set the length of the next step after one of length h, by Gustafsson's predictive rule.
-
-    With the errors e of this step and e_0 of the last, of length h_0, the next one is h S e^(-1/4) min(1, h/h_0 (e_0/e)^(1/4)), S
-    being `SAFETY`.
-    """
+    """Set the length of the next step after one of length h, by Gustafsson's predictive rule."""
+    # after errors e and, in the last step of length h_0, e_0: h SAFETY e^(-1/4) min(1, h/h_0 (e_0/e)^(1/4))
     error = max(clock.error, 1e-8)  # not zero
     factor = min(clock.max_growth, SAFETY * error**-EXPONENT)
     if clock.last_error > 0.0:
@@ -248,11 +225,11 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
     """Integrate from the model's state to the end, or until `out` is full; the next call goes on. Steps end at `step_ends`."""
     state, strip_form = model.state, model.work.strip_form
     counts.samples = 0
+    strip_form[0] = MIXED  # stresses of strips are unknowns
     if counts.steps == 0:
         clock.needs_matrix, clock.max_growth, clock.reach = True, LARGEST_RATIO, STEP_END_REACH
         _begin(model, clock.time, controls.tolerance)
         samples.write(state, out, counts, clock.time, clock.time)
-    strip_form[0] = MIXED
     rows = out.time.size - samples.ROWS_OF_A_STEP
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples <= rows:
         step_end = _find_step_end(model, clock, controls, step_ends, out, counts)

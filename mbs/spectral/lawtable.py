@@ -37,16 +37,12 @@ def differentiate_normal(tables, law, depth, rate, onset):
 
 @kernel_function
 def evaluate_friction(tables, law, speed, mem, since):
-    """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0.
-
-    The deflection in the memory is that of `since` [s] ago, and moves on at the mean of the sliding speeds then and now. If since
-    is negative, the bristle is a state of the integrator, and the memory has its present deflection.
-    """
+    """Return friction coefficient and bristle deflection [m] at a sliding speed [m/s]; laws without bristle return 0."""
     kind = tables.laws[law, LawColumn.KIND]
     if kind != FrictionKind.LUGRE and kind != FrictionKind.BRISTLE_CALLED:
         return friction(tables, law, speed, 0.0), 0.0
     bristle = mem[Memory.BRISTLE]
-    if since >= 0.0:
+    if since >= 0.0:  # it is the deflection `since` [s] ago; else a state of the integrator, at present
         bristle = bristle_after(tables, law, mem[Memory.BRISTLE], 0.5 * (mem[Memory.SLIDING] + speed), since)
     return friction(tables, law, speed, bristle), bristle
 

@@ -120,8 +120,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
     """Solve the equations at the nodes to an `allowed` error, in units of the error control.
 
     Returns theta, the ratio of the last two increments, at most 1, or FAILED. The matrices are computed first if `renew`. Kept
-    ones are renewed once, at the present nodes, if the iterations left would not suffice. The error after an increment is
-    `error_ratio` = theta/(1 - theta) times this increment.
+    ones are renewed once, at the present nodes, if the iterations left would not suffice.
     """
     tables, orders, work, state = model.tables, model.orders, model.work, model.state
     last_size, ratio, left = 0.0, 0.0, MOST_ITERATIONS  # left: iterations left
@@ -139,7 +138,7 @@ def solve_nodes(model, t, h, allowed, renew, counts):
         if last_size > 0.0:
             ratio = size / last_size
             if ratio < 0.99:  # at 1 the error has no bound
-                error_ratio = ratio / (1.0 - ratio)
+                error_ratio = ratio / (1.0 - ratio)  # of the error after an increment to this increment
             # from the third iteration on: no convergence, or one too slow for the iterations left
             is_slow = left < MOST_ITERATIONS - 2 and (ratio >= 0.99 or size * error_ratio * ratio**left > allowed)
             is_divergent = ratio > 2.0  # below 2 a third iteration is tried

@@ -80,11 +80,8 @@ def evaluate_lagrange(fraction, j):
 
 @kernel_function
 def predict(state, h, last_h):
-    """Fill in the first guess at the nodes; `last_h` is the length of the last step, 0 after a jump.
-
-    Rates continue the last step's polynomial of third degree, multipliers and stresses the line through its last two nodes.
-    After a jump or a tiny step the present acceleration extrapolates rates, and the others stay constant.
-    """
+    """Fill in the first guess at the nodes; `last_h` is the length of the last step, 0 after a jump."""
+    # rates continue the last step's polynomial of third degree, multipliers and stresses the line through its last two nodes
     n, extrapolates = state.q.size, h < 100.0 * last_h  # rounding grows with the cube of the ratio
     for i in range(3):
         rates, node_stress = state.node_v[i], state.node_stress[i]
@@ -95,7 +92,7 @@ def predict(state, h, last_h):
         for p in range(state.stress.size):
             present = state.stress.flat[p]
             node_stress.flat[p] = present + slope * (present - state.past_stress.flat[p])
-        if not extrapolates:
+        if not extrapolates:  # after a jump or a tiny step
             for k in range(n):
                 rates[k] = state.v[k] + NODES[i] * h * state.a[k]
             continue

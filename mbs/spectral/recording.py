@@ -84,9 +84,8 @@ def record_of(scene: CompiledScene, out: Output) -> Record:
             pieces = [Piece(e.start, e.end, np.searchsorted(dofs, e.dofs)) for e in body.pieces]  # dofs: columns of this q
             links[link.name] = SpectralStrip(body.section, pieces, body.stations, scene.q0[dofs], q, v, a)
     blocks = {point: _record_block(mechanism, point, traces[marker]) for point, marker in guides.items()}
-    rule = corrected_trapezoidal  # for integrals over time
-    undetermined = scene.source.undetermined  # of the mechanism's `scene.Scene`, before it was translated
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), rule=rule, undetermined=undetermined)
+    channels, undetermined = _channels(scene, out, reports), scene.source.undetermined
+    return Record(mechanism, out.time, links, blocks, channels, rule=corrected_trapezoidal, undetermined=undetermined)
 
 
 def follow_markers(scene: CompiledScene, out: Output, wanted: Sequence[int], reports: Array) -> Array:

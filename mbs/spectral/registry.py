@@ -69,8 +69,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     side = stop.side(mechanism)  # 1 if `across` leads from the point to the face, else -1
     law, numbers = add_normal(builder, stop.law), (side, face)
     contact = builder.add_force(name, ForceKind.CONTACT, add_distance(across), law=law, numbers=numbers)
-    has_friction = stop.friction_at != ""
-    if has_friction:
+    if stop.friction_at != "":  # it has friction
         friction, along = add_friction(builder, stop.friction), add_distance((-across[1], across[0]))
         # the normal force is that of the contact: for friction, b is the index of a contact, not of a marker
         builder.add_force(name, ForceKind.FRICTION, along, b=contact, friction=friction)
@@ -96,7 +95,6 @@ def add_force(builder: Builder, name: str, load: Force) -> None:
 def _add_function(builder: Builder, function: object, variables: Sequence[str], about: str, components: int = 1) -> int:
     """Add a law that consists of a function for each component, without numbers; return its index."""
     pointers = [function_pointer(each, len(variables)) for each in component_functions(function, variables, components)]
-    # laws with equal keys are shared; this one has none
     return builder.add_law(key=None, kind=ForceKind.LAW, numbers=(), pointers=pointers, about=about)
 
 

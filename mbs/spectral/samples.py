@@ -54,9 +54,8 @@ def write_after_jump(state, clock, controls, out, counts):
 def write_at_face(state, out, counts, t, h, moment):
     """Write a row within a step in which a contact closes, just past its face: the force jumps at the face.
 
-    The row's time is t + `moment` or, if `moment` is negative, t + h + `moment`: near the step's start or its end. In this short
-    time only coordinates move, with constant rates. Onset speeds are those before the step, with which its forces
-    were computed.
+    The row's time is t + `moment` or, if `moment` is negative, t + h + `moment`: so near the step's start or end that only the
+    coordinates move. Onset speeds are those before the step, with which its forces were computed.
     """
     row, is_near_end = counts.samples, moment < 0.0
     q, v, a, lam = state.q, state.v, state.a, state.lam
@@ -84,8 +83,7 @@ def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of a step in each of which linear interpolation between its ends is accurate enough.
 
     In a step of length h a quantity deviates from the line between its ends by at most h^2/8 times its second derivative, in k
-    parts by 1/k^2 of this. `elastic` is `Tables.elastic`. `depth_deviation` is the deviation of a contact's depth over the depth,
-    for k = 1; the contact tolerance is relative to the depth, too.
+    parts by 1/k^2 of this. `depth_deviation` is that of a contact's depth over the depth, for k = 1.
     """
     deviations = state.dq[0]  # of the coordinates, in an array that serves as work space
     for i in range(state.q.size):

@@ -55,23 +55,6 @@ class Accumulator(NamedTuple):
 
 
 @inline
-def add_interval(at, h, a, b):
-    """Add an interval of length h, on which a column goes linearly from a to b, to its statistics `at`, (8,)."""
-    at[Statistic.INTEGRAL] += 0.5 * h * (a + b)
-    at[Statistic.SQUARES] += h * (a * a + a * b + b * b) / 3.0
-    if a > 0.0 and b > 0.0:
-        at[Statistic.ABOVE] += h
-    elif a * b < 0.0:
-        at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b))
-    elif a > 0.0 or b > 0.0:  # the other is 0: a force begins or ends somewhere in the interval
-        at[Statistic.ABOVE] += h * 0.5
-    if a <= 0.0 and b > 0.0:
-        at[Statistic.ONSETS] += 1.0
-    at[Statistic.LARGEST] = max(at[Statistic.LARGEST], max(a, b))
-    at[Statistic.SMALLEST] = min(at[Statistic.SMALLEST], min(a, b))
-
-
-@inline
 def find_window(edges, t):
     """Return the index of the window in which time t lies, of the first or last one if it lies outside."""
     window = 0
@@ -82,11 +65,7 @@ def find_window(edges, t):
 
 @kernel_function
 def add_vertices(t, value, sums):
-    """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme.
-
-    With equal steps and differences a and b the vertex is (a - b)^2/(8 (a + b)) above the middle row: at most an eighth of the
-    larger difference. A short step beside a long one gives no such bound, so greater heights are cut.
-    """
+    """Update extremes by the vertex of the parabola through the last three rows, where the middle one is an extreme."""
     middle_time, window = sums.progress.last_time, find_window(sums.edges, sums.progress.last_time)
     is_in_window = sums.edges[0] <= middle_time <= sums.edges[-1]  # of any window
     if sums.progress.rows < 2 or not is_in_window:
@@ -98,6 +77,7 @@ def add_vertices(t, value, sums):
             s1, s2 = (b - a) / h1, (d - b) / h2
             curvature = (s2 - s1) / (h1 + h2)  # half the second derivative
             slope = (s1 * h2 + s2 * h1) / (h1 + h2)  # at the middle row
+            # cut at an eighth of the larger difference, the bound with equal steps: a short step beside a long one has none
             height = min(slope * slope / (4.0 * abs(curvature)), 0.125 * max(abs(b - a), abs(d - b)))
             if curvature < 0.0:
                 at[Statistic.LARGEST] = max(at[Statistic.LARGEST], b + height)
@@ -137,10 +117,22 @@ def add_intervals(t, value, sums):
         end = min(t, edges[window + 1])
         for c in range(value.size):
             slope = (value[c] - sums.last[c]) / (t - last_time)
-            a, b = sums.last[c] + slope * (start - last_time), sums.last[c] + slope * (end - last_time)
-            add_interval(sums.found[window, c], end - start, a, b)
+            at, h = sums.found[window, c], end - start
+            a, b = sums.last[c] + slope * (start - last_time), sums.last[c] + slope * (end - last_time)  # at its ends
+            at[Statistic.INTEGRAL] += 0.5 * h * (a + b)
+            at[Statistic.SQUARES] += h * (a * a + a * b + b * b) / 3.0
+            if a > 0.0 and b > 0.0:
+                at[Statistic.ABOVE] += h
+            elif a * b < 0.0:
+                at[Statistic.ABOVE] += h * (max(a, b) / abs(a - b))
+            elif a > 0.0 or b > 0.0:  # the other is 0: a force begins or ends somewhere in the interval
+                at[Statistic.ABOVE] += h * 0.5
+            if a <= 0.0 and b > 0.0:
+                at[Statistic.ONSETS] += 1.0
+            at[Statistic.LARGEST] = max(at[Statistic.LARGEST], max(a, b))
+            at[Statistic.SMALLEST] = min(at[Statistic.SMALLEST], min(a, b))
             if end == edges[window + 1]:
-                sums.found[window, c, Statistic.LAST] = b
+                at[Statistic.LAST] = b
         start = end
         window += 1
 

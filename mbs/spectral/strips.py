@@ -285,10 +285,8 @@ def advance_stresses(tables, work, shift, rate_shift, stress, residual):
 
 @kernel_function
 def compute_stresses(tables, work, q, v, stress):
-    """Fill `stress` (points, 3) with the stresses of this state's strains; work.stress is zero afterwards."""
-    unused_force, kept_form = np.zeros(q.size), work.strip_form[0]
+    """Fill `stress` (points, 3) with the stresses of this state's strains, in the form MIXED; work.stress is zero afterwards."""
+    unused_force = np.zeros(q.size)
     work.stress[:] = 0.0  # so that the residual is the stresses of the strains
-    work.strip_form[0] = MIXED
     add_strips(tables, work, q, v, unused_force)
     copy(work.stress_residual, stress)
-    work.strip_form[0] = kept_form
