@@ -3,10 +3,9 @@
 Within a step coordinates follow the polynomial of fifth degree with the values, rates and accelerations of both ends.
 Multipliers follow the cubic through the step's start and nodes. Rows are close enough for linear interpolation between them.
 Where accelerations jump there is a row on either side of the jump. `state` is a `RadauState`, `out` the `Output`, t and h are a
-step's start and length [s]. The record `counts` has the number of rows so far, `samples`.
-
-The module `output` defines the records `clock`, `controls`, `counts`. A row has the forces' memories, from which forces are
-computed again: onset speeds, and bristles and sliding speeds at the start of a step.
+step's start and length [s]. The module `output` defines the records `clock`, `controls`, `counts`; counts.samples is the number
+of rows so far. A row has the forces' memories, from which forces are computed again: onset speeds, and bristles and sliding
+speeds at the start of a step.
 """
 
 import numpy as np
