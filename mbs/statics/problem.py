@@ -85,7 +85,9 @@ class Problem:
 
     def with_degree(self, increment: int) -> "Problem":
         """Return the problem with a separate scene, whose strips have a degree that is higher by `increment`."""
-        return replace(self, scene=CompiledScene.of(self.scene.mechanism, self.scene.degree + increment))
+        finer = CompiledScene.of(self.scene.mechanism, self.scene.degree + increment)
+        names = [*self.scene.force_names, "gravity"]  # a line load has more forces at a higher degree
+        return replace(self, scene=finer, loads=loads_of(finer, {names[i] for i in self.loads}))
 
     def refine(self, rest: Rest, increment: int) -> tuple["Problem", Rest]:
         """Return the problem with strips of a degree higher by `increment`, and the state there, with zero new coefficients."""
@@ -292,8 +294,10 @@ def find_moving_link(scene: CompiledScene, q: Array, shape: Array) -> str:
 def loads_of(scene: CompiledScene, names: Iterable[str] | None = None) -> list[int]:
     """Return the indices in `tables.factors` of the named loads, of which 'gravity' is one; by default of all loads."""
     kinds = ("force", "line_load", "torque", "motor", "gravity")  # springs and contacts are no loads
-    known = {name: i for i, name in enumerate([*scene.force_names, "gravity"]) if name.split(".")[0] in kinds}
-    loads = set(known) if names is None else set(names)
-    if unknown := loads - set(known):
-        raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(known)}")
-    return [i for name, i in known.items() if name in loads]
+    # a line load is several forces of one name
+    known = [(i, name) for i, name in enumerate([*scene.force_names, "gravity"]) if name.split(".")[0] in kinds]
+    names_of_loads = dict.fromkeys(name for _, name in known)
+    loads = set(names_of_loads) if names is None else set(names)
+    if unknown := loads - set(names_of_loads):
+        raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(names_of_loads)}")
+    return [i for i, name in known if name in loads]
