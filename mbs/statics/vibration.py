@@ -51,7 +51,8 @@ class Frequencies(Answer):
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows of the table, one for each frequency."""
-        lines = zip(self.names, self.hertz, self.damping, self.errors, strict=True)
+        damping = 0.0 + np.round(self.damping, 12)  # without rounding, and without a negative zero
+        lines = zip(self.names, self.hertz, damping, self.errors, strict=True)
         rows = [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
         return rows or [("nothing vibrates", "drives and joints hold all of it")]
 

@@ -2,9 +2,11 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from buckler.mbs.progress import Watch
+from buckler.mbs.statics.vibration import Frequencies
 from buckler.studies.kit.cli import EXAMPLES, main
 
 COLUMN = """
@@ -57,6 +59,12 @@ def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
     assert "unstable: a small motion grows" in capsys.readouterr().out
     assert main(argv=["frequencies", str(file), "--count", "2"]) == 0
     assert "damping ratio 0, error" in capsys.readouterr().out
+
+
+def test_rounding_of_damping_is_not_printed():
+    values = [complex(1e-14, 3.0), complex(-1e-14, 4.0), complex(-0.5, 5.0)]
+    shown = Frequencies("OK", "", None, None, np.array(values), None, np.zeros(3), ["vibration"] * 3, True).rows()
+    assert [re.search("ratio (.*), error", row)[1] for _, row in shown] == ["0", "0", "0.0995"]
 
 
 def test_a_response_is_printed_drawn_and_written(file, tmp_path, capsys):
