@@ -53,7 +53,9 @@ def test_the_schema_knows_units_ranges_and_kinds(capsys):
     schema = json.loads(capsys.readouterr().out)
     section = schema["$defs"]["Section"]
     assert section["required"] == ["width", "thickness"]
-    assert "Unit: m." in section["properties"]["thickness"]["description"]
+    thickness, poisson = section["properties"]["thickness"], schema["$defs"]["Material"]["properties"]["poisson"]
+    assert "Unit: m." in thickness["description"] and poisson["anyOf"][0]["exclusiveMinimum"] == -1
+    assert thickness["anyOf"][0] == {"type": "number", "minimum": 1e-9, "maximum": 1e6}
     restitution = schema["$defs"]["CarvalhoMartins"]["properties"]["restitution"]["anyOf"][0]
     assert restitution == {"type": "number", "minimum": 0.0, "maximum": 1.0}
     laws = {part["$ref"].rpartition("/")[2] for part in schema["$defs"]["Stop"]["properties"]["law"]["anyOf"]}

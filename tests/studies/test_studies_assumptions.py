@@ -74,11 +74,8 @@ def test_engine_and_reference_agree_on_either_body(pins):
     assert np.abs(two.at("rocker.x", one.time) - one["rocker.x"]).max() > 1e-6  # or the pins' side went untested
 
 
-def test_a_joint_has_one_pin():
+def test_pins_and_thresholds_of_the_friction_are_those_asked_for():
     assert RockerParameters(pin_on="B.rocker").reversed_joints == "B" and len(PINS) == 8
-
-
-def test_thresholds_of_the_friction_follow_the_factor():
     assert RockerParameters().thresholds == (0.1, 1.0) and RockerParameters().gravity_vector == (0.0, 0.0)
     p = RockerParameters(friction_thresholds=0.2)
     assert p.thresholds == pytest.approx((0.02, 0.2))

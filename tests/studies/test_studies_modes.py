@@ -176,7 +176,3 @@ def test_both_solvers_agree_through_the_first_impacts(depth):
     for link in ("coupler", "rocker"):
         away = np.hypot(*(engine[f"{link}.{x}"] - ours.at(f"{link}.{x}", engine.time) for x in "xy"))
         assert away.max() < 1e-3 * p.clearance
-
-
-def test_on_the_list_and_input():
-    assert Parameters(sets="axial_1").mode_sets == ["none", "axial_1", LARGEST]

@@ -15,12 +15,8 @@ BAR = mbs.Rigid(mbs.Section(width=0.020, thickness=0.010))
 def pendulum():
     """Plate of three points out of line; gravity."""
     points = {"O": (0.0, 0.0), "A": (0.3, -0.1), "C": (0.1, -0.3)}
-    return mbs.Mechanism(
-        points=points,
-        links=[mbs.Link("plate", "O", "A", mbs.Rigid.of(mass=0.4, inertia=2e-3, centre=(0.15, -0.05)), carries=["C"])],
-        joints=[mbs.Revolute("O", "ground", "plate")],
-        gravity=(0.0, -9.81),
-    )
+    plate = mbs.Link("plate", "O", "A", mbs.Rigid.of(mass=0.4, inertia=2e-3, centre=(0.15, -0.05)), carries=["C"])
+    return mbs.Mechanism(points, [plate], [mbs.Revolute("O", "ground", "plate")], gravity=(0.0, -9.81))
 
 
 def pushed():

@@ -55,12 +55,8 @@ def velocity(linkage, link, point, q, q_t):
 
 def pendulum(angle, swapped=False):
     names = ("bar", "ground") if swapped else ("ground", "bar")
-    return Mechanism(
-        points={"O": (0, 0), "A": (SPAN * math.sin(angle), -SPAN * math.cos(angle))},
-        links=[Link("bar", "O", "A", BAR)],
-        joints=[Revolute("O", *names)],
-        gravity=(0.0, -G),
-    )
+    points = {"O": (0, 0), "A": (SPAN * math.sin(angle), -SPAN * math.cos(angle))}
+    return Mechanism(points, [Link("bar", "O", "A", BAR)], [Revolute("O", *names)], gravity=(0.0, -G))
 
 
 def pendulum_frequency():
@@ -118,13 +114,8 @@ def pushed(stiffness=200.0, mass=0.5, push=3.0, damping=0.0):
 
 
 def simply_supported(body, pull=0.0, length=SIMPLE):
-    return Mechanism(
-        points={"A": (0, 0), "B": (length, 0)},
-        links=[Link("strip", "A", "B", body)],
-        joints=[Revolute("A", "ground", "strip")],
-        guides=[Guide("B", "strip")],
-        gravity=(0.0, -pull),
-    )
+    strip, pin = Link("strip", "A", "B", body), Revolute("A", "ground", "strip")
+    return Mechanism({"A": (0, 0), "B": (length, 0)}, [strip], [pin], [Guide("B", "strip")], gravity=(0.0, -pull))
 
 
 def slim(thickness):
@@ -134,10 +125,6 @@ def slim(thickness):
 
 def pressed(body, travel, duration, mass=0.1):
     """A strip in line with its guide, its far end on a pin; the near end travels as t^3."""
-    return Mechanism(
-        points={"A": (0, 0), "B": (LENGTH, 0)},
-        links=[Link("strip", "A", "B", body)],
-        joints=[Revolute("B", "ground", "strip")],
-        guides=[Guide("A", "strip", mass=mass)],
-        drives=[Drive("A", Motion(lambda t: travel * (t / duration) ** 3, lambda t: 3 * travel * t**2 / duration**3))],
-    )
+    strip, pin, guide = Link("strip", "A", "B", body), Revolute("B", "ground", "strip"), Guide("A", "strip", mass=mass)
+    cubic = Motion(lambda t: travel * (t / duration) ** 3, lambda t: 3 * travel * t**2 / duration**3)
+    return Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [strip], [pin], [guide], drives=[Drive("A", cubic)])

@@ -1,6 +1,5 @@
 """The movie of a run: where things are drawn is where they are."""
 
-import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from buckler.mbs.declare import known_kinds
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
 from buckler.mbs.view.drawing import INKS, Disc, Label, Outline, StripMark
-from buckler.mbs.view.movie import Movie, make_movie, still, to_ground
+from buckler.mbs.view.movie import make_movie, still, to_ground
 from buckler.mbs.view.symbols import SYMBOLS
 
 LENGTH = 0.31
@@ -111,14 +110,6 @@ def test_a_pin_drawn_in_its_bush_touches_when_it_does():
     eccentricity = np.hypot(*(np.interp(movie.time, result.time, result.signals[f"B.journal_{letter}"]) for letter in "xy"))
     assert drawn == pytest.approx(eccentricity / 1e-4, abs=0.1)
     assert 0.9 < drawn.max() < 1.5
-
-
-def test_a_movie_survives_a_process():
-    result = run("strip")
-    back = pickle.loads(pickle.dumps(result)).movie
-    assert isinstance(back, Movie) and back.marks == result.movie.marks and back.unit == result.movie.unit
-    assert all(np.array_equal(back.frames[name], frame) for name, frame in result.movie.frames.items())
-    assert np.array_equal(back.bands["coupler"].points, result.movie.bands["coupler"].points)
 
 
 def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
