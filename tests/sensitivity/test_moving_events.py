@@ -12,12 +12,9 @@ CONSTANT, RESISTANCE, INERTIA, PEAK, OMEGA = 0.12, 1.6, 6e-3, 7.0, 7.5
 
 def rotor(dead):
     """At rest until the voltage leaves its dead band."""
-    return Mechanism(
-        points={"A": (0.0, 0.0), "B": (0.2, 0.0)},
-        links=[Link("arm", "A", "B", Rigid.of(mass=1.0, inertia=INERTIA, centre=(0.0, 0.0)))],
-        joints=[Revolute("A", "ground", "arm")],
-        loads=[Motor("arm", lambda t: PEAK * np.sin(OMEGA * t), RESISTANCE, CONSTANT, dead_band=dead)],
-    )
+    arm = Link("arm", "A", "B", Rigid.of(mass=1.0, inertia=INERTIA, centre=(0.0, 0.0)))
+    motor = Motor("arm", lambda t: PEAK * np.sin(OMEGA * t), RESISTANCE, CONSTANT, dead_band=dead)
+    return Mechanism({"A": (0.0, 0.0), "B": (0.2, 0.0)}, [arm], [Revolute("A", "ground", "arm")], loads=[motor])
 
 
 def leaves(dead):

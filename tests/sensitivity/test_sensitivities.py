@@ -20,14 +20,9 @@ G = 9.81
 
 def pendulum(length=0.5, start=1.0):
     """A point mass on a massless rod, released from rest at an angle from the vertical."""
-    end = (length * np.sin(start), -length * np.cos(start))
-    return mbs.Mechanism(
-        points={"O": (0.0, 0.0), "A": (float(end[0]), float(end[1]))},
-        links=[mbs.Link("rod", "O", "A", mbs.Rigid.of(mass=1e-9, inertia=1e-12))],
-        joints=[mbs.Revolute("O", "ground", "rod")],
-        masses=[mbs.Mass("A", 1.0)],
-        gravity=(0.0, -G),
-    )
+    points = {"O": (0.0, 0.0), "A": (float(length * np.sin(start)), float(-length * np.cos(start)))}
+    rod, pin = mbs.Link("rod", "O", "A", mbs.Rigid.of(mass=1e-9, inertia=1e-12)), mbs.Revolute("O", "ground", "rod")
+    return mbs.Mechanism(points, [rod], [pin], masses=[mbs.Mass("A", 1.0)], gravity=(0.0, -G))
 
 
 def exact(readings, at):
