@@ -1,5 +1,6 @@
 """Drives: a prescribed angle or travel, by a constant speed, a ramp of the speed, or any motion with its derivative."""
 
+from bisect import bisect
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from itertools import pairwise
@@ -74,11 +75,14 @@ class Motion(Declared):
         """Raise a ValueError if, within a run, `speed` is not the derivative of `position`, jumps, or is not finite."""
         times = [fraction * duration for fraction in (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)]  # irregular: no periods of the motion
         step, kinks = min(STEP, 0.01 * duration), self.kinks(duration)
-        times += [(a + b) / 2 for a, b in pairwise((0.0, *kinks, duration)) if b - a > 2 * step]  # it may rest at the others
+        ends = (0.0, *kinks, duration)
+        times += [(a + b) / 2 for a, b in pairwise(ends)]  # it may rest at the others
+        after = [bisect(ends, t) for t in times]
+        times = [t for t, k in zip(times, after, strict=True) if ends[k - 1] + step < t < ends[k] - step]  # slopes cross no kink
         speed_at = partial(_evaluate, f"{where}: speed", self.speed)
         speeds = [speed_at(t) for t in times]
         slopes = [self._slope(t, speed, step, where) for t, speed in zip(times, speeds, strict=True)]
-        largest = max(map(abs, slopes + speeds))
+        largest = max(map(abs, slopes + speeds), default=0.0)
         near_zero = SPEED_ERROR**2 * largest + 1e-12  # allowed where the speed is near zero, chosen; 1e-12 for a motion at rest
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
             if abs(slope - speed) > SPEED_ERROR * (abs(slope) + abs(speed)) + near_zero:

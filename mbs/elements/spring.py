@@ -141,7 +141,7 @@ class Spring(Elastic):
         """Yield tension [N] and elongation [m]."""
         value, rate = self.state(record)
         yield Signal(f"{name}.force", self.tension(value, rate), "N", Kind.INTERNAL)
-        yield Signal(f"{name}.elongation", value, "m", Kind.PLACE)
+        yield Signal(f"{name}.elongation", value, "m", Kind.STRETCH)
 
 
 @declared

@@ -85,6 +85,12 @@ def test_a_speed_that_jumps_within_a_run_is_named_as_an_impulse(at):
     jumping.check_run(0.9 * at, "drive")
 
 
+def test_a_kink_where_the_speed_is_looked_at_is_no_wrong_derivative():
+    """A twentieth of the run after its start, where the slope of the position is taken, the speed rises at 1000 m/s^2."""
+    times = (0.0, 0.1, 0.101, 2.0)
+    Drive("T", speed=Table(times, (0.0, 0.0, 1.0, 1.0))).motion.check_run(2.0, "drive")
+
+
 def test_a_drive_that_dwells_is_looked_at_while_it_moves():
     """It rests for three quarters of each second, and is at rest at all other times that are looked at."""
 
