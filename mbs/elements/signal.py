@@ -15,10 +15,10 @@ from ..geometry import Array
 class Kind(StrEnum):
     """Kind of a signal; it decides how two runs are compared and how samples are interpolated.
 
-    A stretch is the change of the length of a link or spring: links vibrate axially, and a distance has a kink at zero. A reaction
-    is the force of a constraint, `CONTACT` the normal force or depth of a contact. `INTERNAL` is what follows from motion or time
-    by a law, as the force of a strip, spring, motor or load. A state is a variable of a load's law, integrated with the motion. A
-    count is a number.
+    A stretch is the change of the length of a link or spring: links vibrate axially, a distance has a kink at zero. A
+    reaction is the force of a constraint, `CONTACT` the normal force or depth of a contact. `INTERNAL` is what follows from
+    motion or time by a law, as the force of a strip, spring, motor or load. A state is a variable of a load's law, integrated
+    with the motion. A count is a number.
     """
 
     PLACE = "place"

@@ -127,9 +127,17 @@ def _find_step_end(model, clock, controls, step_ends, out, counts):
 
 
 @kernel_function
-def _choose_length(clock, controls, step_end):
-    """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short."""
-    h, left = min(clock.next_step, controls.longest), step_end - clock.time
+def _choose_length(state, clock, controls, step_end):
+    """Return the length of the next step: `clock.next_step`, up to `step_end`, or half-way to it if the rest would be short.
+
+    A link turns at most by `controls.longest_turn`. This limit is rounded down to a power of 2^(1/4): steps of nearly the same
+    limit have one length, and one matrix.
+    """
+    h, left, fastest = min(clock.next_step, controls.longest), step_end - clock.time, 0.0
+    for i in range(state.v.size):
+        fastest = max(fastest, state.turns[i] * abs(state.v[i]))
+    if h * fastest > controls.longest_turn:
+        h = 2.0 ** (0.25 * np.floor(4.0 * np.log2(controls.longest_turn / fastest)))
     if clock.time + clock.reach * h >= step_end:
         return left
     is_to_event = clock.reach != STEP_END_REACH  # then no halving: steps would come to the event ever more slowly
@@ -233,7 +241,7 @@ def run_implicit(model, clock, controls, step_ends, out, counts):
     rows = out.time.size - samples.ROWS_OF_A_STEP
     while clock.time < controls.end - controls.shortest and counts.status == Ended.OK and counts.samples <= rows:
         step_end = _find_step_end(model, clock, controls, step_ends, out, counts)
-        h = _choose_length(clock, controls, step_end)
+        h = _choose_length(state, clock, controls, step_end)
         if counts.steps + counts.rejected > controls.max_steps:
             counts.status = Ended.TOO_MANY  # this step is still tried, then the loop ends
         is_last = h >= step_end - clock.time  # of the steps before this step end

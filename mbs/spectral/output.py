@@ -54,6 +54,7 @@ CONTROLS = record_type(
     shortest="f8",  # shortest step [s]
     tolerance="f8",  # local error allowed, in units of the coordinates
     longest="f8",  # longest step [s]
+    longest_turn="f8",  # implicit: largest turn of a link in a step [rad]
     first_step="f8",  # first step, or all if they are fixed [s]
     max_steps="i8",  # largest number of tried steps
     least_onset="f8",  # least onset speed of a contact [m/s]
@@ -122,6 +123,7 @@ RADAU_SHAPES = {
     "largest_force": "k",  # largest force so far [N]
     "start_deformation": "e", "largest_deformation": "e",  # of each row at t = 0; largest change since, by `Elastic.GROUP`
     "unit": "n", "inverse_error_unit": "n", "error_unit_across": "e", "chord": "e 2",  # units, see below
+    "turns": "n",  # 1 for the angle of a rigid or modal link, 0 for other coordinates
     "error_ratio": "1",  # error after a Newton increment over the increment, from the rate of convergence
 }  # fmt: skip
 """Shapes of the fields of `RadauState`, floats unless a type follows.

@@ -32,6 +32,9 @@ Errors left by Newton's method add up alike in runs of different tolerance, so t
 A tenfold smaller share costs 10 per cent more iterations."""
 NEWTON_TOLERANCE = 1e-5
 """Tolerance below which the share falls as tol^(1/4), a chosen exponent: so Newton's errors stay small in fine runs."""
+LONGEST_TURN = 4.0
+"""Largest turn of a link in a step [rad], over the tolerance^(1/4): 0.7 rad at 1e-3, 0.13 at 1e-6. The error of a step limits the
+turn of a link whose centre of mass moves, to less. It does not see the turn of a wheel about its centre, on which points move."""
 STEPS_PER_CALL = 44
 """Steps for whose rows a call of the integrator has room, which looks at neither clock nor Ctrl-C: tenfold, the user would wait
 tenfold."""
@@ -174,6 +177,7 @@ def _set_controls(
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.max_steps, out.fixed = solver.steps.max_steps, ends is not None or not solver.steps.adaptive
     out.longest = longest = solver.longest(duration) if ends is None else end  # with `ends` only these and onsets limit steps
+    out.longest_turn = np.inf if out.fixed else LONGEST_TURN * solver.tolerance ** (1 / 4)
     # so short that a finer run is finer from its start on, where stiff parts vibrate
     out.first_step = longest if out.fixed else 1e-3 * min(longest, duration / SECOND_LEVEL_STEPS)
     out.shortest = end * (1e-15 if runs_explicitly else 1e-12)  # rounding of a time, or some thousand roundings

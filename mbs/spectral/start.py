@@ -111,7 +111,9 @@ def radau(scene: CompiledScene, q: Array, v: Array, a: Array, lam: Array, memory
         "newton_swaps": len(newton.unknowns),
         "front": max(newton.largest, saddle.largest),
     }
+    angles = [body.offset + 2 for body in scene.builder.bodies.values() if isinstance(body, FrameBody)]
     values = {"q": q, "v": v, "a": a, "lam": lam, "memory": memory, "start_memory": memory, "unit": scene.units}
+    values["turns"] = np.isin(np.arange(scene.size), angles)
     tables = scene.tables._replace(edges=scene.edges())
     return Radau(tables, EliminationOrders(newton, saddle), scene.work, RadauState._make(allocate(RADAU_SHAPES, sizes, values)))
 

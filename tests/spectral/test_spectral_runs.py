@@ -255,3 +255,16 @@ def test_a_slow_release_from_a_stiff_stop_takes_few_steps() -> None:
         assert result.time[-1] == pytest.approx(3.5 / speed) and result.work["steps"] < 3000, result.message
         peaks.append(result["B.contact_force"].max())
     assert peaks[1] == pytest.approx(10 * peaks[0], rel=0.02)  # of an impact at one speed: v sqrt(k m)
+
+
+@pytest.mark.parametrize("accuracy", [None, 1e-4])
+def test_a_point_on_the_rim_of_a_wheel_is_followed_though_the_wheel_turns_evenly(accuracy):
+    """A wheel turns 160 times about its centre of mass, which is at rest; its angle alone would allow a step of any length."""
+    radius, speed = 0.1, 100.0
+    body = Link("wheel", "O", "A", Rigid.of(mass=1.0, inertia=0.01, centre=(0, 0)))
+    wheel = Mechanism({"O": (0, 0), "A": (radius, 0)}, [body], [Revolute("O", "ground", "wheel")], velocities={"wheel": speed})
+    result = simulate(wheel, 10.0, accuracy)
+    assert result.status == "OK" and not result.message and result.work["runs"] == 2
+    t = np.linspace(0.0, 10.0, 20001)
+    error = np.abs(result.at("A.x", t) - radius * np.cos(speed * t)).max()
+    assert error < result.error.absolute("A.x", "peak") < 2 * radius * (accuracy or 1e-3)
