@@ -122,7 +122,7 @@ class _Refinement:
         pair = _Pair(coarse, fine, self.demand)
         if not pair.separates:
             pair = self.complete(pair)  # a part of the motion showed no separation, the whole may
-        if pair.separates:
+        if pair.separates and not pair.fine.run.unseen:  # what steps do not see separates runs, too
             self.first_separation = pair.separation.start, pair.fine.level.tolerance
             found = self.look_for_chaos(pair)
             if isinstance(found, CheckedRun):
@@ -138,7 +138,8 @@ class _Refinement:
             excess = worst.ratio
             self.best = partial(self.finish, pair)  # computed only if it is the answer
             limits = DeflectionLimits.of(pair.allowed, pair.fine.trajectory)
-            if excess <= 1 and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
+            is_seen = not pair.fine.run.unseen  # steps of a finer run may end on the edges that steps of this one missed
+            if excess <= 1 and is_seen and self.levels.find_truncation(pair.fine.run, limits).excess <= 1:
                 answer = self.best()
                 excess = answer.worst.ratio  # now with energies and their balance
                 if excess <= 1:

@@ -62,7 +62,12 @@ def made(off, fails=(), balance=0.0):
         failure = Failure(Status.NEWTON_DIVERGED, "made up") if len(asked) in fails else None
         x = RIGHT[: len(time)] + np.ptp(RIGHT) * off(level.tolerance, time)
         return SimpleNamespace(
-            failure=failure, solver=Spectral(), x=x, balance=balance, record=SimpleNamespace(time=time, mechanism=BAR)
+            failure=failure,
+            unseen="",
+            solver=Spectral(),
+            x=x,
+            balance=balance,
+            record=SimpleNamespace(time=time, mechanism=BAR),
         )
 
     return run, asked

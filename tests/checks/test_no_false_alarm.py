@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from judged import BARS, CLOSED, RATTLING, WET, K, rattling, striking
+from scipy.integrate import solve_ivp
 from simulations import BAR, LENGTH, STRIP, G, block, fine, pendulum, pressed
 
 from buckler import mbs
@@ -137,3 +138,28 @@ def test_a_pin_deeper_than_its_clearance_is_remarked():
 @pytest.mark.parametrize("duration", [1e-3, 0.5])
 def test_ramps_are_fine(duration):
     fine(mbs.simulate(mbs.slider_crank(mbs.Rigid(BARS), law=None, mass=0.3, speed=mbs.Ramp(0.0, 10.0, duration)), 1.0))
+
+
+def test_a_clutch_that_locks_by_a_law_of_a_user_is_fine():
+    """Steps of coarse runs miss edges of the law, whose times scatter as the discs lock; those of finer runs end on them."""
+    first, second, most, band = 0.02, 0.05, 3.0, 1e-3
+    axis, discs = {"O": (0, 0), "A": (0.1, 0), "B": (0, 0.1)}, {"one": ("A", first), "two": ("B", second)}
+    clutch = mbs.Mechanism(
+        axis,
+        [mbs.Link(name, "O", end, mbs.Rigid.of(mass=1.0, inertia=j, centre=(0, 0))) for name, (end, j) in discs.items()],
+        [mbs.Revolute("O", "ground", name) for name in discs],
+        loads=[
+            mbs.TorsionSpring("one", "two", 0.0, law=lambda angle, rate: most * max(-1.0, min(1.0, rate / band))),
+            mbs.Torque("two", lambda t, angle, spin: -np.sin(4 * t)),
+        ],
+        velocities={"one": 60.0, "two": 0.0},
+    )
+    result = fine(mbs.simulate(clutch, 1.0))
+
+    def rates(t, y):
+        torque = most * np.clip((y[3] - y[2]) / band, -1, 1)
+        return [y[2], y[3], torque / first, (-torque - np.sin(4 * t)) / second]
+
+    exact = solve_ivp(rates, (0, 1), [0, 0, 60, 0], "Radau", rtol=1e-10, atol=1e-11, max_step=0.01, t_eval=result.time).y
+    for name, angle in zip(discs, exact, strict=False):
+        assert np.abs(result.signals[f"{name}.angle"] - angle).max() < 2 * result.error.absolute(f"{name}.angle", "peak") + 1e-8
