@@ -77,8 +77,10 @@ class Motion(Declared):
         step, kinks = min(STEP, 0.01 * duration), self.kinks(duration)
         ends = (0.0, *kinks, duration)
         times += [(a + b) / 2 for a, b in pairwise(ends)]  # it may rest at the others
-        after = [bisect(ends, t) for t in times]
-        times = [t for t, k in zip(times, after, strict=True) if ends[k - 1] + step < t < ends[k] - step]  # slopes cross no kink
+        next_end = [bisect(ends, t) for t in times]
+        times = [
+            t for t, k in zip(times, next_end, strict=True) if ends[k - 1] + step < t < ends[k] - step
+        ]  # no slope over a kink
         speed_at = partial(_evaluate, f"{where}: speed", self.speed)
         speeds = [speed_at(t) for t in times]
         slopes = [self._slope(t, speed, step, where) for t, speed in zip(times, speeds, strict=True)]
