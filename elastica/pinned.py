@@ -47,7 +47,7 @@ _TINY, _HUGE = float(np.finfo(float).tiny), float(np.finfo(float).max)
 
 
 class _Integrals(NamedTuple):
-    """Complete elliptic integrals at the complementary parameter m1 = exp(-w)."""
+    """Complete elliptic integrals K and B at the parameter m, with m1 = 1 - m."""
 
     m: Array
     m1: Array
@@ -66,28 +66,15 @@ class _Integrals(NamedTuple):
 
 
 def load(shortening: ArrayLike) -> Reals:
-    """Axial load that holds the buckled strip at a given end shortening, equation (1).
-
-    Returns
-    -------
-    float or array, P L^2/(E I), from pi^2 upwards
-    """
+    """Compute the axial load P L^2/(E I) that holds the buckled strip at an end shortening, pi^2 or more: equation (1)."""
     return _plain(4.0 * _at_shortening(shortening).K ** 2)
 
 
 def shortening(load: ArrayLike) -> Reals:
-    """End shortening of the buckled strip under a given axial load, the inverse of `load`.
+    """Compute the end shortening of the buckled strip under an axial load P L^2/(E I), pi^2 (as `LOAD_CRITICAL`) to 180.
 
-    Below the Euler load the strip is straight and has no buckled branch, hence the lower limit. Just above
-    it du/dp = 2/pi^2, so one rounding of the load moves the shortening by 4e-16, however small that is.
-
-    Parameters
-    ----------
-    load : float or array, P L^2/(E I), pi^2 (as `LOAD_CRITICAL`) to 180
-
-    Returns
-    -------
-    float or array of the same shape, end shortening over length
+    It is the inverse of `load`. Below the Euler load the strip is straight and has no buckled branch, hence the lower limit.
+    Just above it du/dp = 2/pi^2, so one rounding of the load moves the shortening by 4e-16, however small that is.
     """
     p = require_range("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
@@ -102,77 +89,43 @@ def shortening(load: ArrayLike) -> Reals:
 
 
 def stiffness(shortening: ArrayLike) -> Reals:
-    """Tangent stiffness dp/du of the buckled strip; pi^2/2 at the onset of buckling.
+    """Compute the tangent stiffness dp/du, dP/dU times L^3/(E I), of the buckled strip; pi^2/2 at the onset of buckling.
 
-    dp/dm = 4 K B/m1 over du/dm = 1 + (m/m1) (B/K)^2.
-
-    Returns
-    -------
-    float or array, dP/dU times L^3/(E I)
+    It is dp/dm = 4 K B/m1 over du/dm = 1 + (m/m1) (B/K)^2.
     """
     at = _at_shortening(shortening)
     return _plain(4.0 * at.K**3 * at.B / (at.m1 * at.K**2 + at.m * at.B**2))
 
 
 def energy(shortening: ArrayLike) -> Reals:
-    """Bending energy W = 8 m K B; the load is its derivative, dW/du = p.
-
-    Returns
-    -------
-    float or array, energy times L/(E I)
-    """
+    """Compute the bending energy times L/(E I), W = 8 m K B; the load is its derivative, dW/du = p."""
     at = _at_shortening(shortening)
     return _plain(8.0 * at.m * at.K * at.B)
 
 
 def end_angle(shortening: ArrayLike) -> Reals:
-    """Angle between the strip's end tangent and its chord, alpha with tan^2(alpha/2) = m/m1.
-
-    Returns
-    -------
-    float or array, rad, 0 to pi
-    """
+    """Compute the angle alpha [rad], 0 to pi, between the strip's end tangent and its chord: tan^2(alpha/2) = m/m1."""
     at = _at_shortening(shortening)
     return _plain(2.0 * np.arctan2(np.sqrt(at.m), np.sqrt(at.m1)))
 
 
 def mid_deflection(shortening: ArrayLike) -> Reals:
-    """Deflection of mid-span from the chord over length, equation (3).
-
-    Returns
-    -------
-    float or array, deflection over length; at most 0.40314, at u = 0.8053
-    """
+    """Compute the deflection of mid-span from the chord over length, equation (3); at most 0.40314, at u = 0.8053."""
     at = _at_shortening(shortening)
     return _plain(np.sqrt(at.m) / at.K)
 
 
 def curvature_max(shortening: ArrayLike) -> Reals:
-    """Curvature at mid-span times length, 4 sqrt(m) K: the moment p y_mid, largest along the strip.
-
-    Returns
-    -------
-    float or array, dimensionless
-    """
+    """Compute the curvature at mid-span times length, 4 sqrt(m) K: the moment p y_mid, largest along the strip."""
     at = _at_shortening(shortening)
     return _plain(4.0 * np.sqrt(at.m) * at.K)
 
 
 def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLike, modulus: ArrayLike) -> Reals:
-    """Largest bending stress, E h kappa/2, at the surface of mid-span.
+    """Compute the largest bending stress [Pa], E h kappa/2, at the surface of mid-span.
 
-    The direct stress P/A is left out with the extensibility that would go with it; it is smaller by the
-    order of h/L, except just after buckling, where the bending stress is near zero.
-
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-    thickness, length : float or array, m, positive
-    modulus : float or array, Young's modulus, Pa, positive
-
-    Returns
-    -------
-    float or array of the broadcast shape, Pa
+    Thickness and length [m] and Young's modulus [Pa] are positive. The direct stress P/A is left out with the extensibility that
+    would go with it. It is smaller by the order of h/L, except just after buckling, where the bending stress is near zero.
     """
     h = require_range("thickness", thickness, _TINY, _HUGE, "m")
     L = require_range("length", length, _TINY, _HUGE, "m")
@@ -181,7 +134,7 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
 
 
 def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
-    """Centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
+    """Compute the centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
 
     Jacobi's functions have the argument v = 2 K s and the parameter m; R_D is Carlson's:
 
@@ -189,15 +142,8 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
 
     They are evaluated from the nearer end, so that both ends are exact: the far half is the mirror image.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-    s : float or array, arc length over length, 0 to 1; broadcast against `shortening`
-
-    Returns
-    -------
-    x, y : float or array of the broadcast shape, position over length
-    theta : float or array of the broadcast shape, tangent angle to the chord, rad, +alpha at s = 0, -alpha at s = 1
+    The arc length over length `s`, 0 to 1, is broadcast against `shortening`. Returned are x and y over length, and the tangent
+    angle theta to the chord [rad], +alpha at s = 0 and -alpha at s = 1.
     """
     from scipy import special  # it takes a while to load, and a force law does without
 
@@ -214,6 +160,7 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
 
 
 def _integrals(w: Array) -> _Integrals:
+    """Compute the integrals at m1 = exp(-w), with B = (E - m1 K)/m = m1 R_D(0, 1, m1)/3 by DLMF 19.25.1."""
     from scipy import special
 
     m1 = np.exp(-w)

@@ -1,6 +1,6 @@
 """The pinned strip as a boundary value problem, extensible and shearable: an independent check of `elastica.pinned`.
 
-By symmetry one half is solved: a `Strip` that is clamped at mid-span and whose other end is free to move across the chord.
+By symmetry one half is solved: a `Strip` that is clamped at mid-span and whose other end may turn and move across the chord.
 Quantities are normalised by E I and the stress-free length L of both halves: p = P L^2/(E I), axial = E A L^2/(E I),
 shear = G A L^2/(E I). The `Strip` of the half is normalised by its own length L/2, hence the factors 4 below. Newton's method
 begins with a one-term Galerkin solution theta = -alpha sin(pi s/2), s = 0 at mid-span, and must converge to the same branch.
@@ -65,14 +65,10 @@ class Rod:
         With the default `nodes` the residual is 1e-14 at 1.5; at 1.7, near the closed loop, it would be 1e-11. A shortening that
         the rod has without buckling raises a ValueError, an equilibrium that is not found a RodError.
         """
-        half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)
+        half = Strip("clamped", "rail", axial=self.axial / 4, shear=self.shear / 4, nodes=self.nodes)  # rail: x alone is fixed
         lowest = self.critical_load / self.axial  # compression P/(E A) of the straight rod at its buckling load
-        require(
-            "axial",
-            self.axial,
-            lowest < 1.5,
-            f"larger: the rod buckles at the end shortening {lowest:.4g}, and 1.5 is the largest",
-        )
+        allowed = f"larger: the rod buckles at the end shortening {lowest:.4g}, and 1.5 is the largest"
+        require("axial", self.axial, lowest < 1.5, allowed)
         allowed = f"above {lowest:.12g}, to 1.5 (end shortening/L): the rod buckles at the first of these"
         require("shortening", shortening, lowest < shortening <= 1.5, allowed)
         guess, end_angle = self._guess(half, shortening)

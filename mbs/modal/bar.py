@@ -1,7 +1,8 @@
 """Free modes of a uniform bar in the plane by beam theory, for modal links with `BarModes`.
 
 The method is that of Ritz (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
-exponentially. The mass matrix is the unit matrix, as the polynomials are orthonormal and stiffnesses are over the mass.
+exponentially. The polynomials are orthonormal, so that the mass matrix is the unit matrix if stiffnesses are divided by the mass
+(in `timoshenko` the polynomials are divided by the root of their inertia).
 """
 
 from typing import Any
@@ -25,7 +26,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
     With the default the highest frequencies are right to 1e-8, the lowest to 1e-6, as rounding is relative to the highest one.
     """
     section, bending = modal.section, modes.bending
-    degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))  # `BarModes` allows 13 modes of each kind
+    degree = degree or min(40, max(24, 3 * max(bending, modes.axial) + 4))  # chosen; `BarModes` allows 13 modes of each kind
     bar = _Bar(section, length, degree)
     bending_omega, deflection, turn = bar.timoshenko(bending) if modes.shear else bar.euler_bernoulli(bending)
     axial_omega, displacement = bar.axial(modes.axial)
@@ -98,8 +99,7 @@ class _Bar:
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
         """Compute frequencies, deflections and rotations of bending modes with shear, by polynomials for each of the two."""
         section = self.section
-        # divisors of the polynomials, so that the mass matrix is the unit matrix
-        a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)
+        a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)  # divisors of the polynomials
         shear, bend = np.hstack([self.dp / a, -self.p / b]), np.hstack([np.zeros_like(self.p), self.dp / b])
         stiffness = section.shear_stiffness * self._gram(shear, shear) + section.bending_stiffness * self._gram(bend, bend)
         omega, c = self._modes(stiffness, 2, count)

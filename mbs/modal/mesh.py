@@ -97,7 +97,7 @@ def _link_axes(file: MeshFile) -> tuple[Array, float]:
     x = end - start
     span = positive("distance of start and end", float(np.linalg.norm(x)), "file units")
     x, z = x / span, z / positive("normal (length)", float(np.linalg.norm(z)), "1")
-    number("cosine of normal and link axis", float(x @ z), -1e-6, 1e-6, "1")
+    number("cosine of normal and link axis", float(x @ z), -1e-6, 1e-6, "1")  # 1e-6 is chosen
     y = np.cross(z, x)
     y = y / np.linalg.norm(y)  # z is normal to x up to the tolerance above
     return np.array([x, y, np.cross(x, y)]), span * file.scale
@@ -127,9 +127,10 @@ def grid_of(kind: str, points: Array, cells: Array, where: str = "mesh") -> Any:
 
 
 def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Array) -> Any:
-    """Add second-order nodes, `extra` (cells, nodes, 3) [m] in any order: the place of each in a straight cell takes the nearest.
+    """Add second-order nodes, given as `extra` (cells, nodes, 3) [m], in each cell in any order.
 
-    Where two places in a cell would take the same node, the Hungarian method minimises the sum of squared distances.
+    The places of such nodes in the straight cell are known. The Hungarian method assigns a given node to each place, with the
+    smallest sum of squared distances.
     """
     fem, dim = skfem(), straight.p.shape[0]
     linear, file_element = straight.elem(), getattr(fem, f"Element{element}")()  # of straight cells; of the file
@@ -137,11 +138,8 @@ def _add_second_order_nodes(straight: Any, shape: str, element: str, extra: Arra
     extra_places = file_element.doflocs[corners.shape[1] :]  # in the reference cell
     straight_nodes = np.einsum("ik,cid->ckd", _values(linear, extra_places), corners)
     distance = np.linalg.norm(straight_nodes[:, :, None] - extra[:, None, :, :dim], axis=3)
-    nearest = distance.argmin(axis=2)
-    is_ambiguous = (np.sort(nearest, axis=1) != np.arange(nearest.shape[1])).any(axis=1)
-    for k in np.flatnonzero(is_ambiguous):
-        _, nearest[k] = scipy.optimize.linear_sum_assignment(distance[k] ** 2)
-    nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], nearest[..., None], axis=1)], axis=1)
+    assigned = np.array([scipy.optimize.linear_sum_assignment(costs)[1] for costs in distance**2])
+    nodes = np.concatenate([corners, np.take_along_axis(extra[..., :dim], assigned[..., None], axis=1)], axis=1)
     grid = getattr(fem, f"Mesh{shape}2").from_mesh(straight)
     full_element = grid.elem()  # with all inner nodes
     if len(full_element.doflocs) != len(file_element.doflocs):  # serendipity cells lack inner nodes: interpolate them
@@ -198,9 +196,10 @@ def _find_overlaps(grid: Any) -> Array:
     lowest = ON_FACE * np.linalg.norm(normal, axis=0) * np.linalg.norm(edge, axis=0)
     overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > lowest)]
     count = grid.t.shape[1]  # of cells
-    bad_faces, faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
-    # of two overlapping cells the one with more bad faces among its shared ones is marked, or both; boundary cells share fewer
-    first_share, second_share = (bad_faces / faces.clip(1))[overlapping]
+    bad_faces, shared_faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
+    # of two overlapping cells the one is marked whose share of bad faces is larger, or both; it is a share and no count, as cells
+    # at the boundary have fewer shared faces
+    first_share, second_share = (bad_faces / shared_faces.clip(1))[overlapping]
     is_marked = np.zeros(count, dtype=bool)
     is_marked[overlapping[0, first_share >= second_share]] = True
     is_marked[overlapping[1, second_share >= first_share]] = True
@@ -208,7 +207,10 @@ def _find_overlaps(grid: Any) -> Array:
 
 
 def find_hanging_nodes(grid: Any) -> Array:
-    """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming."""
+    """Find the nodes that lie on a boundary face without being its corners; none if the mesh is conforming.
+
+    Boundary faces are those of one cell alone. Where cells touch without sharing a whole face, their faces are among them.
+    """
     faces = grid.facets[:, grid.boundary_facets()].T
     dim, nodes = len(grid.p), np.unique(faces)
     # all choices of `dim` corners of a face: an edge, a triangle, or the four triangles of a quadrilateral

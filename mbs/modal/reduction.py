@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
+from ..elements.modal import CraigBampton, FreeModes, Interface, MeshFile, Modal
 from ..geometry import Array
 from ..validate import positive
 from .mesh import bar_grid, read_mesh
@@ -102,7 +102,7 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
 
     `sections` has nodes and axis point of the cross-sections at start, end and middle, as in `planar.STATIONS`. Names are those
     of `PlanarModel`. X is the place of a node from the centre of mass, phi_k the displacement of that node in mode k. Integrals
-    over the mass take their components in the plane.
+    over the mass are of the components of X and phi_k in the plane.
     """
     # displacements and rotations in x, y, z of each section in each mode, (3, k, 6)
     at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in sections])
@@ -118,7 +118,7 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
         radial=np.einsum("na,kna->k", arms, mass_shapes),  # integrals of X . phi_k dm
         gram=np.einsum("kna,lna->kl", shapes, mass_shapes),  # of phi_k . phi_l dm
         gyration=products - products.T,  # of phi_k x phi_l dm
-        line=np.column_stack([axis_x, np.zeros_like(axis_x)]) - solid.centre[:2],
+        line=np.column_stack([axis_x, np.zeros_like(axis_x)]) - solid.centre[:2],  # points of the axis, and phi_k there
         line_shapes=axis_modes.transpose(1, 2, 0), **properties,
     )  # fmt: skip
 
@@ -152,7 +152,7 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
     choice: Any = modal.modes
     if choice.numbers is None:  # the default of Craig-Bampton modes
         chosen = np.flatnonzero(is_planar)
-        return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
+        return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)  # `Modal` allows no list here
     counted = np.flatnonzero(is_planar) if choice.counting == "in-plane" else np.arange(len(is_planar))
     skipped = rigid if choice.counting == "free" else 0
     numbers, most = np.array(choice.numbers) - skipped, len(counted) + skipped
@@ -160,10 +160,9 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
         where = f"with counting = {choice.counting!r} on this mesh"
         raise ValueError(f"numbers = {choice.numbers!r}: must lie in [1, {most}] {where}")
     chosen = counted[numbers[numbers > 0] - 1]
-    if isinstance(modal.damping, AdamsDamping):
-        return chosen, modal.ratios(omega[chosen])
-    ratios = np.broadcast_to(modal.damping, numbers.shape)  # one for each of the user's numbers, also of rigid modes
-    return chosen, ratios[numbers > 0].astype(float)
+    if isinstance(modal.damping, tuple):  # one ratio for each of the user's numbers, also of rigid modes
+        return chosen, np.array(modal.damping, dtype=float)[numbers > 0]
+    return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
 
 
 def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:

@@ -97,7 +97,7 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     """Compute the lowest flexible modes of the unsupported link: frequencies [rad/s], shapes (count, nodes, 3) [1/sqrt(kg)]."""
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
-    # below 0, so that K - shift M is regular; of the size of the first eigenvalue of a free bar with length/thickness = 650
+    # below 0, so that K - shift M is regular; its size is chosen: the first eigenvalue of a free bar with length/thickness = 650
     shift = -1e-4 * (speed / solid.length) ** 2
     factors = scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc())
     squares, vectors = _lowest(stiffness, mass, count + solid.rigid, shift, factors)
@@ -184,14 +184,14 @@ def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array
     """Remove the rigid motion that rounding left, scale to modal masses of 1, make linear combinations and signs unique.
 
     Of modes with equal frequencies, the combination with most motion in the plane comes first. Of a mode's displacements, summed
-    over the nodes in the first 5 % of the length, the largest component is positive.
+    over the nodes in the first 5 % (chosen) of the length, the largest component is positive.
     """
     mass, dim = solid.full_mass, solid.dim
     rigid = rigid_motions(solid.nodes - solid.centre, dim)
     vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
     shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
     shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
-    breaks = np.flatnonzero(np.diff(omega) > 1e-3 * omega[1:]) + 1  # up to 1e-3 frequencies count as equal
+    breaks = np.flatnonzero(np.diff(omega) > 1e-3 * omega[1:]) + 1  # up to 1e-3, chosen, frequencies count as equal
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
