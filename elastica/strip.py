@@ -180,9 +180,8 @@ class Strip:
                 raise NewtonDivergedError(f"no next equilibrium at {reached:.6g} of the load: a limit point, or a branching")
             else:
                 step /= 2.0
-        return self.at_unknowns(
-            load, factor, self._newton(load, factor, unknowns)
-        )  # a further step removes what the tolerance left
+        unknowns = self._newton(load, factor, unknowns)  # one step more removes what the tolerance of the last one left
+        return self.at_unknowns(load, factor, unknowns)
 
     def stress_free(self) -> Array:
         """Return the unknowns of the stress-free shape."""

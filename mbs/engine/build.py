@@ -57,7 +57,7 @@ def connect(scene: EngineScene) -> None:
         if not is_built:
             by_kind.setdefault(kind, {})[name] = element
     for kind, named in by_kind.items():
-        function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
+        function = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)  # entry points of other packages
         if function is None and any(not list(element.rows(scene.mechanism)) for element in named.values()):
             raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
         (function or rows.connect)(scene, named)
@@ -78,7 +78,7 @@ def build(mechanism: Mechanism) -> EngineScene:
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))  # its block
     for at, mass, inertia in scene.source.burdens:
         body, point = place(at)  # splits a point reference
-        # gravity acts below on the `objects` of bodies, without this mass
+        # with its weight, as gravity below acts on the `objects` of bodies alone
         scene.placed[body].add_burden(point, mass, inertia, mechanism.gravity)
     node = system.AddNode(eii.NodePointGround())
     scene.ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))

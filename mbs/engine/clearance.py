@@ -70,11 +70,12 @@ class ClearanceGroup:
         report = dict(zip(COLUMNS, self._report.T.copy(), strict=True))
         depth, rate = report["depth"], report["rate"]
         is_free = depth <= 0
-        # a contact that closes in the next step has the rate at its start as onset speed, until the rate at the onset is known
+        # the onset speed of a contact that closes in the next step, until the rate at the onset is known: the rate now
         memory[is_free, ONSET] = np.maximum(rate[is_free], SLOWEST_ONSET)
         if self._previous is not None:
             h, previous = t - memory[0, SINCE], self._previous  # all joints have the time of the last accepted step
-            for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):  # the onset is the zero of the cubic of depths
+            # the onset is the zero of the cubic of depths at which bisection ends: one, as the sign changes from start to end
+            for j in np.flatnonzero(~is_free & (previous["depth"] <= 0)):
                 depths, rates = (np.array([previous[column][j], report[column][j]]) for column in ("depth", "rate"))
                 onset = find_sign_changes(np.array([0.0, h]), depths, rates)
                 _depths, (speed,) = hermite(np.array([0.0, h]), depths, rates, onset)
@@ -102,7 +103,7 @@ def connect(scene: EngineScene, joints: dict[str, Clearance]) -> None:
             reason = "it is no plain arithmetic, or Numba is missing"
             slow = f"is called back in Python, some twenty times slower: {reason}"
             scene.notes.append(f"a law of the clearance at {points} {slow}")
-            forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)
+            forces = watch(scene, f"a law of the clearance at '{alike[0].point}'", forces)  # Python code may raise exceptions
         item = eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         scene.system.AddObject(item)
 

@@ -81,18 +81,18 @@ class StopEnd(NamedTuple):
 class FreeContact(StopContact):
     """Contact of a point p of a body, `first`, with a straight face of another body or of the ground, `second`; `face` is unused.
 
-    o is the position of the node of `second` and phi its angle since t = 0; the ground has o = 0 and phi = 0. `along` is the
-    normal of the face at t = 0, u = R(phi) `along` the present one. The contact closes where u . (p - o) is `reach`:
+    o is the position of the node of `second` and phi its angle since t = 0; the ground has o = 0 and phi = 0. `normal` is that of
+    the face at t = 0, u = R(phi) `normal` the present one. The contact closes where u . (p - o) is `reach`:
 
         depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq.
 
     So the force F acts on both bodies at p, normal to the face, and momentum and angular momentum are conserved. Friction acts in
-    the same way on the coordinate R(phi) (-along_y, along_x) . (p - o), along the face.
+    the same way on the coordinate R(phi) (-normal_y, normal_x) . (p - o), along the face.
     """
 
     first: StopEnd
     second: StopEnd
-    along: Pair
+    normal: Pair
     reach: float
 
     def locate(self, system: System, placed: Mapping[str, EngineBody]) -> None:
@@ -107,7 +107,7 @@ class FreeContact(StopContact):
 
     def differentiate_depth(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
         """Compute depth, its rate and its gradient by q from coordinates `q` and velocities `v` of the two nodes."""
-        distance, rate, gradient = self.project(q, v, self.along)
+        distance, rate, gradient = self.project(q, v, self.normal)
         return self.side * (distance - self.reach), self.side * rate, [self.side * derivative for derivative in gradient]
 
     def project(self, q: Array, v: Array, line: Pair) -> tuple[float, float, list[float]]:
@@ -139,14 +139,14 @@ class FreeContact(StopContact):
 
     def forces(self, _system: System, _time: float, _item: int, q: Array, q_t: Array) -> list[float]:
         """Return the generalised forces on the nodes [N, N m]; the engine calls it."""
-        depth, rate, normal = self.differentiate_depth(q, q_t)
+        depth, rate, by_depth = self.differentiate_depth(q, q_t)
         force = self.force(depth, rate)
         has_friction = self.stop.friction_at != ""  # the name of the point, or '' without friction
         if force == 0 or not has_friction:
-            return [-force * n for n in normal]
-        _, speed, tangential = self.project(q, q_t, (-self.along[1], self.along[0]))
+            return [-force * n for n in by_depth]
+        _, speed, by_way = self.project(q, q_t, (-self.normal[1], self.normal[0]))  # along the face
         friction = float(self.stop.friction.coefficient(speed)) * force
-        return [-force * n - friction * t for n, t in zip(normal, tangential, strict=True)]
+        return [-force * n - friction * t for n, t in zip(by_depth, by_way, strict=True)]
 
 
 class StrutSpring(StrutLaw):

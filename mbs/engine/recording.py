@@ -30,6 +30,7 @@ class Recorder:
         is_explicit = scene.source.is_explicit_in_exudyn  # rigid links with clearance in all joints, without constraints
         self.engine: Any = exu.MainSolverExplicit() if is_explicit else exu.MainSolverImplicitSecondOrder()
         self.stops = list(scene.stops.values())
+        # a memory has values of the last accepted step, on which contacts and bristles depend; some laws use none of them
         self.updated: list[WithMemory] = [force for force in scene.with_memory if force.updates_memory]
         self.constrained = self.data.AEsize() > 0
         # entries for each step, or none if the system has no such values
@@ -39,7 +40,7 @@ class Recorder:
         self.q_tt: list[Array] = []
         self.multipliers: list[Array] = []  # (constraints,)
         self.contact: list[list[float]] = []  # force [N] of each stop
-        self.memory: list[list[Array]] = []  # an array (joints, 4) for each of `updated`
+        self.memory: list[list[Array]] = []  # an array (joints, 4) for each of `updated`, with the columns `laws.journal.MEMORY`
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
         self.failure: Failure | None = None
@@ -105,12 +106,12 @@ class Recorder:
         """Stack the values as arrays; multipliers of the first step replace those at t = 0 that lack friction."""
         count, time = len(self.time), np.array(self.time)
         lists = (self.q, self.q_t, self.q_tt, self.multipliers, self.contact)
-        q, q_t, q_tt, forces, contact = (np.array(entries).reshape(count, -1) for entries in lists)
+        q, q_t, q_tt, multipliers, contact = (np.array(entries).reshape(count, -1) for entries in lists)
         if scene.initial_multipliers_lack_friction and count > 1:
-            forces[0] = forces[1]
+            multipliers[0] = multipliers[1]
         stacked = iter(np.array(entries) for entries in zip(*self.memory, strict=True))
         # each (times, joints, 4); a constant memory (joints, 4) is repeated
         memory = [next(stacked) if force.updates_memory else np.tile(force.memory, (count, 1, 1)) for force in scene.with_memory]
         for part in memory:
-            part[:, :, SINCE] = time[:, None]  # end of the row's step, which a constant memory lacks
-        return History(time, EngineStates(q, q_t, q_tt), forces, contact, memory)
+            part[:, :, SINCE] = time[:, None]  # time of the last accepted step: updated memories have it, constant ones do not
+        return History(time, EngineStates(q, q_t, q_tt), multipliers, contact, memory)

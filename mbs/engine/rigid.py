@@ -26,7 +26,7 @@ class PlacedRigid(EngineBody):
 
     def motion(self, states: EngineStates) -> RigidMotion:
         """Compute the motion of the centre of mass without added masses from the motion of the node."""
-        columns = self.columns()[0]
+        (columns,) = self.columns()  # of the only node
         # at t = 0 all coordinates of the engine are 0, in the record only the angle
         q = states.q[:, columns] + self.reference[0] * (1.0, 1.0, 0.0)
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]

@@ -43,7 +43,7 @@ def _add(scene: EngineScene, rows: list[Row]) -> list[int]:
     for row in rows[2:]:  # `find_pin` has returned a pin: the first two rows are its x and y, all others are constant turns
         _coefficient, turn = row.terms[0]  # the only term, with the coefficient 1
         markers = [scene.angle_marker(*end) for end in (turn.second, turn.first)]  # of the bodies' angles
-        # single coordinates count from those at t = 0 in the engine: their difference stays 0
+        # in a constraint of single coordinates the engine counts them from t = 0: the difference of both stays 0
         items.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
     return items
 

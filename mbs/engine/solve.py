@@ -20,7 +20,7 @@ from .stepping import StepControl
 
 
 def run_engine(scene: EngineScene, control: Recorder, settings: exu.SimulationSettings) -> Failure | None:
-    """Integrate with the engine; return the failure, if any."""
+    """Integrate with `control.engine`, the integrator that the recorder chose; return the failure, if any."""
     scene.system.SetPostStepUserFunction(control.after_step)
     keeps_jacobian = not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep
     if isinstance(control, StepControl) and keeps_jacobian:  # a repeated step must ask for a new Jacobian
@@ -72,7 +72,7 @@ def explicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
         # still far below that of the implicit integrator
         integration.absoluteTolerance = 10.0 * position_error(scene.source, solver.steps.tolerance)
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = 1e-15  # s, out of reach: the engine would repeat a step of this size for ever
+    integration.minimumStepSize = 1e-15  # s, out of reach: the engine repeats one of this size for ever; joints end that
     return settings
 
 
@@ -88,7 +88,7 @@ def implicit_settings(scene: EngineScene, solver: Exudyn, duration: float) -> ex
     # with clearance steps are many and short, and the Jacobian is kept until their size changes
     keeps_jacobian = bool(scene.source.clearances) and solver.steps.adaptive
     integration.newton.modifiedNewtonJacUpdatePerStep = not keeps_jacobian
-    integration.newton.relativeTolerance = 1e-10  # of the residual, over that at the start of a step
+    integration.newton.relativeTolerance = 1e-10  # of the residual, over that at the start of a step: chosen
     strips = [link.body for link in scene.mechanism.links if link.body.force_rounding]  # rounding of the axial force over E A
     reachable = max([1e-8, *(body.force_rounding * body.section.axial_stiffness for body in strips)])  # [N]; 1e-8 is chosen
     integration.newton.absoluteTolerance = solver.newton_absolute or reachable

@@ -35,7 +35,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     # along the normal, `stop.at` is the distance of the face from the point (0, 0), `reach` that from the node of `second`
     reach = stop.at - float(np.dot(normal, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
-    return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, along=normal, reach=reach)
+    return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, normal=normal, reach=reach)
 
 
 def connect(scene: EngineScene, stops: dict[str, Stop]) -> None:

@@ -35,7 +35,10 @@ class PlacedStrip(EngineBody):
         return motion(self.body, self.pieces, self.reference, self.at, q, q_t, q_tt)
 
     def find_angle_node(self, point: str) -> tuple[int, Array]:
-        """Return the node of a beam; of a cable, which has slopes, a node that turns with the slope, added at the first call."""
+        """Return the node (x, y, theta) at a point, and its place at t = 0 [m].
+
+        A cable's nodes have slopes. There it is a node that turns with the slope, added at the first call.
+        """
         node, _size, place = self.find_node(point)
         if self.body.has_angles:
             return node, place
@@ -117,8 +120,17 @@ def mesh(link: Link, chord: float) -> Mesh:
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])  # numbers of the nodes at points
     if body.has_angles:  # a beam, whose strains must vanish in the reference; those of a cable are relative to the reference
-        fixed = np.array([(0.0, 0.0), *(body.place_at(chord, fraction) for fraction, _ in inner), (chord, 0.0)])
-        places, directions, pieces = _move_nodes(step, places, directions, pieces, nodes, fixed)
+        given = places[:, 0] + 1j * places[:, 1]  # places as complex numbers
+        fixed = [0j, *(complex(*body.place_at(chord, fraction)) for fraction, _ in inner), complex(chord)]
+        for (a, b), (start, end) in zip(pairwise(nodes), pairwise(fixed), strict=True):
+            part = slice(a // step, b // step)  # elements between two points
+            built = _remove_strain(given[a : b + 1], pieces[part])
+            factor = (end - start) / built[-1]  # rotates and scales
+            moved = start + built * factor
+            places[a : b + 1] = np.column_stack([moved.real, moved.imag])
+            pieces[part] *= abs(factor)
+        if step == 2:  # then the curvature is constant in an element
+            directions[1::2] = (directions[:-2:2] + directions[2::2]) / 2
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
@@ -130,44 +142,34 @@ def _subdivide(places: Array | list[float], counts: list[int]) -> Array:
 
 
 def _distribute(parts: Array, count: int) -> list[int]:
-    """Distribute `count` elements over parts of a strip by their lengths, one at least to each part."""
+    """Distribute `count` elements over parts of a strip by their lengths; more in sum if each part's one at least exceeds it."""
     numbers = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)  # 1e-9: rounding must not lose an element
     while numbers.sum() < count:
         numbers[np.argmax(parts / numbers)] += 1
     return [int(n) for n in numbers]
 
 
-def _move_nodes(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, fixed: Array) -> tuple[Array, Array, Array]:
-    """Move all nodes of a beam so that strains vanish at the integration points; those of indices `nodes` come to `fixed`.
+def _remove_strain(places: Array, lengths: Array) -> Array:
+    """Return complex places of a beam's nodes, from 0, without strain at the integration points, near given places.
 
-    `step` is the number of nodes of an element less 1. `places`, `theta` and `pieces` are those of a `Mesh`, as the results.
-    The derivative of the interpolated place by arc length must have the length 1 at the integration points. So the length of an
-    element with 2 nodes is its chord c. With 3 nodes, at xi = -1, 0, 1, let d be the distance of the middle node from mid-chord.
-    The derivative by xi is then c/2 along the chord and -2 xi d normal to it. At xi = 1/sqrt(3) this is half of sqrt(c^2 + 16/3
-    d^2), which is the length of the element. The curvature is constant if the middle direction is the mean of those at the ends.
-    First a curve is built with the given lengths, in units of their mean. Then each part between two of `nodes` is rotated and
-    scaled to its places in `fixed`. Theta stays: in the reference the engine's beams have no shear strain, whatever theta is.
+    Elements have the `lengths`. The derivative of the place by arc length must have the length 1 at the integration points. So
+    the length of an element with 2 nodes is its chord c. With 3 nodes, at xi = -1, 0, 1, let d be the distance of the middle node
+    from mid-chord. The derivative by xi is then c/2 along the chord and -2 xi d normal to it. At xi = 1/sqrt(3) this is half of
+    sqrt(c^2 + 16/3 d^2), which is the length of the element. Directions of nodes do not matter: in the reference the engine's
+    beams have no shear strain.
     """
-    given = places[:, 0] + 1j * places[:, 1]  # places are complex numbers here
-    chords = np.diff(given[::step])
-    sag = np.zeros(len(pieces))  # d/c, positive to the left of the chord
-    if step == 2:
-        theta = theta.copy()
-        theta[1::2] = (theta[:-2:2] + theta[2::2]) / 2
-        sag = ((given[1::2] - (given[:-2:2] + given[2::2]) / 2) / chords).imag
-    lengths = pieces / pieces.mean()
-    chords = chords / np.abs(chords) / np.sqrt(1 + 16 / 3 * sag**2) * lengths
-    built = np.zeros(len(given), dtype=complex)
-    built[::step] = np.concatenate([[0.0], np.cumsum(chords)])
-    if step == 2:
-        built[1::2] = (built[:-2:2] + built[2::2]) / 2 + 1j * sag * chords
-    moved = built.copy()
-    for (a, b), (start, end) in zip(pairwise(nodes), pairwise(fixed @ (1, 1j)), strict=True):
-        factor = (end - start) / (built[b] - built[a])  # in m
-        moved[a : b + 1] = start + (built[a : b + 1] - built[a]) * factor
-        moved[b] = end
-        lengths[a // step : b // step] *= abs(factor)
-    return np.column_stack([moved.real, moved.imag]), theta, lengths
+    step = (len(places) - 1) // len(lengths)  # number of nodes of an element, less 1
+    ends = places[::step]
+    chords = np.diff(ends)
+    directions = chords / np.abs(chords)
+    if step == 1:
+        return np.concatenate([[0.0], np.cumsum(directions * lengths)])
+    sag = ((places[1::2] - (ends[:-1] + ends[1:]) / 2) / chords).imag  # d/c, positive to the left of the chord
+    chords = directions * lengths / np.sqrt(1 + 16 / 3 * sag**2)
+    built = np.zeros(len(places), dtype=complex)
+    built[2::2] = np.cumsum(chords)
+    built[1::2] = (built[:-2:2] + built[2::2]) / 2 + 1j * sag * chords
+    return built
 
 
 def add(scene: EngineScene, link: Link, velocity: Array) -> PlacedStrip:
@@ -221,5 +223,6 @@ def _make_element(body: Flexible, nodes: list[int], directions: Array, length: f
         return eii.ObjectBeamGeometricallyExact2D(
             crossSectionInertia=inertia, shearStiffness=shear, referenceCurvature=curvature, **common
         )
-    # reduced integration: without it, thin strips of few elements lock
+    # reduced integration: without it, thin strips of few elements lock; 2 means that of the axial strain at 3 Lobatto points and
+    # of the bending strain at 2 Gauss points, as in `CableMotion.strains`
     return eii.ObjectANCFCable2D(strainIsRelativeToReference=1.0, useReducedOrderIntegration=2, **common)

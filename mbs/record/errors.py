@@ -7,7 +7,7 @@ from functools import cached_property
 from math import nan
 from typing import Any, NamedTuple
 
-from ..validate import near
+from .lookup import UnknownSignalError, unknown
 
 CONFIDENCE = 0.95
 """Probability with which a confidence interval contains the true value, of fits, ensembles and means: a convention."""
@@ -105,12 +105,6 @@ class Deferred(Mapping[Key, float]):
         return dict, (dict(self),)  # a copy by pickle is a plain dictionary of all numbers
 
 
-class UnknownErrorError(ValueError, KeyError):
-    """A result has no error estimate of a name."""
-
-    __str__ = Exception.__str__  # that of KeyError puts the message in quotes
-
-
 @dataclass(frozen=True, repr=False)
 class Errors(Mapping[Any, float]):
     """Estimated relative errors of a result, by signal and norm.
@@ -126,7 +120,8 @@ class Errors(Mapping[Any, float]):
     signals : mapping of (str, Norm) to float
         Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
         over their own norm. Empty without an estimate.
-    sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative, in the signal's unit
+    sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative
+        In the signal's unit, times 1 s for `IMPULSE`; for `ONSET` the duration [s].
     kind : str, origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
     until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
     drive_period : float, period of revolution of the drive [s], for means over periods; 0 if no drive has a constant speed
@@ -149,19 +144,17 @@ class Errors(Mapping[Any, float]):
         return self.motion >= 0  # false for nan
 
     def __getitem__(self, name: str | tuple[str, str]) -> float:
-        """Return the error of a signal, in the norm RMS by default; raise an UnknownErrorError if it is unknown."""
+        """Return the error of a signal, in the norm RMS by default; raise an UnknownSignalError if it is unknown."""
         key = (name, Norm.RMS) if isinstance(name, str) else name
         if key in self.signals:
             return self.signals[key]  # type: ignore[index]  # a member of a StrEnum equals its text
         if not self.signals:
-            raise UnknownErrorError(f"no error of '{name}': none was estimated; simulate(..., accuracy=1e-3) does")
+            raise UnknownSignalError(f"no error of '{name}': none was estimated; simulate(..., accuracy=1e-3) does")
         names = list(dict.fromkeys(signal for signal, _ in self.signals))
         if key[0] in names:
             norms = ", ".join(norm for signal, norm in self.signals if signal == key[0])
-            raise UnknownErrorError(f"no error '{key[1]}' of '{key[0]}'; there are: {norms}")
-        close = near(str(key[0]), names, 3)
-        some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(names[:8])}, ..."
-        raise UnknownErrorError(f"no error of '{key[0]}'; {some}")
+            raise UnknownSignalError(f"no error '{key[1]}' of '{key[0]}'; there are: {norms}")
+        raise unknown(key[0], names, "error of")
 
     def absolute(self, name: str, norm: Norm = Norm.RMS) -> float:
         """Return the error in the signal's unit; nan if it is not known."""
@@ -179,7 +172,7 @@ class Errors(Mapping[Any, float]):
         return len(self.signals)
 
     def __repr__(self) -> str:
-        if not self.known and not self.signals:
+        if not self.signals:
             return "<Errors: not estimated>"
         errors = {name: error for (name, norm), error in self.signals.items() if norm is Norm.RMS}
         worst = sorted(errors, key=lambda name: errors[name], reverse=True)

@@ -16,17 +16,17 @@ Solvers sample a kink or jump on both sides, a short time apart."""
 
 
 class UnknownSignalError(ValueError, KeyError):
-    """A result has no signal of a name."""
+    """A result has no signal of a name, or no error of it."""
 
     __str__ = Exception.__str__  # that of KeyError puts the message in quotes
 
 
-def unknown(name: str, names: list[str]) -> UnknownSignalError:
-    """Make the error for an unknown signal; it suggests similar names."""
+def unknown(name: str, names: list[str], what: str = "signal") -> UnknownSignalError:
+    """Make the exception for a signal, or an 'error of' a signal, that is not among `names`; it suggests up to 8 of them."""
     owner = str(name).rpartition(".")[0]
     close = [*dict.fromkeys([*near(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
     some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
-    return UnknownSignalError(f"no signal '{name}'; {some}")
+    return UnknownSignalError(f"no {what} '{name}'; {some}")
 
 
 def slopes(time: Array, values: Array, smooth: bool) -> Array:

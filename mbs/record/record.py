@@ -114,7 +114,7 @@ class Record(Recorded):
     """
 
     mechanism: Mechanism
-    channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)  # by element, then by name of the channel
     rule: Callable[[Array, Array], Array] = trapezoidal
     undetermined: Sequence[str] = ()
 

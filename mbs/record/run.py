@@ -157,7 +157,8 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the largest energies [J] of sliders' bristles, summed over those too stiff for the steps to resolve their vibration.
 
-    They deflect by less than 1e-4 of the longest link. Ten times more would let the balance lack ten times the energy.
+    Bristles that deflect by less than 1e-4 of the longest link count as too stiff. With a tenfold limit the balance might lack
+    ten times the energy, force times half the deflection; with a tenfold `STRETCH` 100 times, as that goes with its square.
     """
     total = 0.0
     for guide in record.mechanism.guides:
@@ -208,5 +209,5 @@ class Run:
 
     @property
     def traits(self) -> dict[str, Trait]:
-        """Properties of the signals."""
+        """Kind, vector, rate, scale and period of the signals."""
         return {name: signal.trait for name, signal in self.signals.items()}

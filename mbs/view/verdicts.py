@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from math import isfinite
+from math import isfinite, isnan
 from typing import Any, NamedTuple
 
 from ..record.result import Result
@@ -47,8 +47,7 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         reasons.setdefault(name, []).append(message)
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
     for name, question in (dict.fromkeys(reasons, "") | QUESTIONS).items():  # failed checks first; OTHER has no question
-        is_compared = result.verified >= 0  # difference from the other solver, nan without such a run
-        if name == "SOLVERS" and not is_compared:
+        if name == "SOLVERS" and isnan(result.verified):  # no difference from the other solver: it did not run
             continue
         verdict, message = "no complaint", ""
         if name in reasons:
@@ -83,8 +82,8 @@ def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
         error.append(("difference from the other solver", write_percent(result.verified)))
     if result.energy:
         error.append(("error of the energy balance", write_percent(result.energy_balance)))
-    words = {"wall_s": "wall time [s]", "share": "share of the run shown"}
-    work = [(words.get(name, name.replace("_", " ")), f"{value:.6g}") for name, value in result.work.items()]
+    names = {name: "wall time [s]" if name == "wall_s" else name.replace("_", " ") for name in result.work}
+    work = [(names[name], f"{value:.6g}") for name, value in result.work.items()]
     versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
     groups = [("Error", error), ("Work", work)]
     if notes := result.provenance.get("notes"):
