@@ -18,14 +18,13 @@ SPAN, RISE, WIDTH, THICKNESS = 0.2, 0.01, 0.01, 0.001
 
 
 class Snap(NamedTuple):
-    """Both limit loads, N, downwards positive, the heights of mid-span there, m, and the load at which it first sways, N."""
+    """Both limit loads, N, downwards positive, and the load at which it first sways, N."""
 
     loads: tuple[float, float]
-    heights: tuple[float, float]
     sway: float
 
 
-def snap(shape: str, ends: str, *, nodes: int = 40, shear: bool = True) -> Snap:
+def snap(shape: str, ends: str, nodes: int = 40) -> Snap:
     """Snapping of a "circle" or "half-sine" arch between "pinned" or "clamped" ends; Cowper's shear factor."""
     if shape == "circle":
         half = 2.0 * np.arctan(2.0 * RISE / SPAN)
@@ -36,8 +35,7 @@ def snap(shape: str, ends: str, *, nodes: int = 40, shear: bool = True) -> Snap:
     area = WIDTH * THICKNESS
     unit = MODULUS * WIDTH * THICKNESS**3 / 12.0 / length**2
     stiffness = 10.0 * (1.0 + POISSON) / (12.0 + 11.0 * POISSON) * MODULUS / (2.0 * (1.0 + POISSON)) * area
-    strip = Strip(ends, ends, angle, MODULUS * area / unit, stiffness / unit if shear else np.inf, nodes=nodes)
+    strip = Strip(ends, ends, angle, MODULUS * area / unit, stiffness / unit, nodes=nodes)
     path = follow(strip, Load(inner=(0.0, -1.0)), 100.0)
     first, second = path.limits[:2]
-    loads = (first.factor * unit, second.factor * unit)
-    return Snap(loads, (first.inner[1] * length, second.inner[1] * length), path.branchings[0].factor * unit)
+    return Snap((first.factor * unit, second.factor * unit), path.branchings[0].factor * unit)

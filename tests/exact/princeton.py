@@ -9,6 +9,8 @@ elements of a commercial code: the published tips).
 
 from __future__ import annotations
 
+import numpy as np
+
 from buckler.elastica.strip import Load, Strip
 
 LENGTH, WIDTH, THICKNESS = 0.508, 12.3777e-3, 3.2024e-3
@@ -19,18 +21,11 @@ LOADS = (4.448, 8.896, 13.345)
 """N."""
 
 
-def tip(load: float, shear: bool = True, stretch: bool = True) -> tuple[float, float]:
-    """Displacements of the tip along the beam (towards the clamp) and across, m; Cowper's shear factor.
-
-    Parameters
-    ----------
-    load : float, N
-    shear, stretch : bool, whether the beam does
-    """
+def tip(load: float, shear: bool = True) -> tuple[float, float]:
+    """Displacements of the tip along the beam (towards the clamp) and across, m; Cowper's shear factor."""
     area, second = WIDTH * THICKNESS, WIDTH * THICKNESS**3 / 12.0
     k = 10.0 * (1.0 + POISSON) / (12.0 + 11.0 * POISSON)
     unit = MODULUS * second / LENGTH**2
-    stiffness = {"axial": MODULUS * area / unit} if stretch else {}
-    stiffness |= {"shear": k * MODULUS / (2.0 * (1.0 + POISSON)) * area / unit} if shear else {}
-    x, y, _ = Strip(**stiffness).equilibrium(Load(end=(0.0, -load / unit))).end
+    soft = k * MODULUS / (2.0 * (1.0 + POISSON)) * area / unit if shear else np.inf
+    x, y, _ = Strip(axial=MODULUS * area / unit, shear=soft).equilibrium(Load(end=(0.0, -load / unit))).end
     return LENGTH * (1.0 - x), -LENGTH * y

@@ -110,7 +110,7 @@ def simeon() -> Mechanism:
     )
 
 
-# --- pendulums: M. Gonzalez et al., doi 10.1007/s11044-006-9020-8, and 40 digits computed here
+# --- pendulums: M. Gonzalez et al., doi 10.1007/s11044-006-9020-8
 
 
 def double_pendulum() -> Mechanism:

@@ -6,7 +6,6 @@ shape with nodes at its middle, q3, and its end, q4; the block is at x3. Loops c
 with all terms in p are solved with their three multipliers at every call.
 
 In the test set the mass matrix of the stretching shape is rho A l2 (8, 1; 1, 2): 15 times what the shape functions give.
-`consistent=True` takes the integrals of the shape functions instead.
 
 B. Simeon, Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs, Mathematical Modelling of Systems 2
 (1996), 1-18.
@@ -42,10 +41,10 @@ END = 0.1
 class Rod:
     """Integrals of the rod's shape functions."""
 
-    def __init__(self, consistent: bool = False, nonlinear: bool = False) -> None:
-        volume, self.nonlinear = WIDTH * HEIGHT * ROD, nonlinear
+    def __init__(self) -> None:
+        volume = WIDTH * HEIGHT * ROD
         stiffness, slender = MODULUS * WIDTH * HEIGHT / ROD, (HEIGHT / ROD) ** 2
-        stretch = np.array(((8.0, 1.0), (1.0, 2.0))) / (15.0 if consistent else 1.0)
+        stretch = np.array(((8.0, 1.0), (1.0, 2.0)))
         self.M, self.K, self.B = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
         self.M[:2, :2], self.M[2:, 2:] = 0.5 * np.eye(2), stretch
         self.M *= DENSITY * volume
@@ -60,19 +59,6 @@ class Rod:
         self.c12 = ROD * volume * np.array((0.0, 0.0, 1.0 / 3.0, 1.0 / 6.0))
         self.c21 = ROD * volume * np.array((1.0 / PI, -0.5 / PI, 0.0, 0.0))
 
-    def stiffening(self, q: Array) -> Array:
-        """Force of the stretching that bending of second order brings, N; part of the model only where asked for."""
-        k, c = 0.5 * MODULUS * WIDTH * HEIGHT / ROD**2 * PI**2, 80.0 / (PI**2 * 9.0)
-        span = -4.0 * q[2] + 2.0 * q[3]
-        return k * np.array(
-            (
-                q[0] * q[3] - c * q[1] * span,
-                4.0 * q[1] * q[3] - c * q[0] * span,
-                4.0 * c * q[0] * q[1],
-                0.5 * q[0] ** 2 + 2.0 * q[1] ** 2 - 2.0 * c * q[0] * q[1],
-            )
-        )
-
 
 def full_state(time: float, q: Array, rate: Array) -> tuple[Array, Array]:
     """Positions and velocities (p1, p2, x3, q1 ... q4) that belong to the rod's."""
@@ -84,8 +70,8 @@ def full_state(time: float, q: Array, rate: Array) -> tuple[Array, Array]:
     return np.array((p1, p2, x3, *q)), np.array((SPEED, v2, v3, *rate))
 
 
-def accelerations(rod: Rod, time: float, q: Array, rate: Array) -> tuple[Array, Array]:
-    """Accelerations (7,) and multipliers (3,)."""
+def accelerations(rod: Rod, time: float, q: Array, rate: Array) -> Array:
+    """Accelerations, shape (7,)."""
     p, v = full_state(time, q, rate)
     p1, p2 = p[:2]
     w1, w2 = v[:2]
@@ -107,8 +93,6 @@ def accelerations(rod: Rod, time: float, q: Array, rate: Array) -> tuple[Array, 
     f[1] -= 2.0 * DENSITY * w2 * (rod.c12 @ rate) + 2.0 * w2 * (rate @ rod.M @ q) + DENSITY * rate @ rod.B @ rate
     f[3:] = w2**2 * (rod.M @ q) - rod.K @ q
     f[3:] += DENSITY * (w2**2 * rod.c12 + CRANK * w1**2 * (c * rod.c1 + s * rod.c2) + 2.0 * w2 * (rod.B @ rate))
-    if rod.nonlinear:
-        f[3:] -= rod.stiffening(q)
 
     g = np.zeros((3, 7))
     length = ROD + q[3]
@@ -123,20 +107,18 @@ def accelerations(rod: Rod, time: float, q: Array, rate: Array) -> tuple[Array, 
         )
     )
     whole = np.block([[a, g.T], [g, np.zeros((3, 3))]])
-    solved = np.linalg.solve(whole, np.concatenate((f, -bend)))
-    return solved[:7], solved[7:]
+    return np.linalg.solve(whole, np.concatenate((f, -bend)))[:7]
 
 
-def end_state(consistent: bool = False, nonlinear: bool = False, tolerance: float = 1e-10, end: float = END) -> Array:
-    """(p1, p2, x3, q1 ... q4, their rates, accelerations, multipliers) at `end` s, shape (24,)."""
-    rod = Rod(consistent, nonlinear)
+def end_state(tolerance: float) -> Array:
+    """(p1, p2, x3, q1 ... q4 and their rates) at `END`, s, shape (14,)."""
+    rod = Rod()
 
     def rates(time: float, state: Array) -> Array:
-        return np.concatenate((state[4:], accelerations(rod, time, state[:4], state[4:])[0][3:]))
+        return np.concatenate((state[4:], accelerations(rod, time, state[:4], state[4:])[3:]))
 
     scale = np.array((1e-4, 1e-5, 1e-5, 1e-5, 1e-1, 1e-2, 1e-2, 1e-2))
     state = np.concatenate((START, START_RATE))
-    run = solve_ivp(rates, (0.0, end), state, method="DOP853", rtol=tolerance, atol=tolerance * scale)
+    run = solve_ivp(rates, (0.0, END), state, method="DOP853", rtol=tolerance, atol=tolerance * scale)
     assert run.success, run.message
-    q, rate = run.y[:4, -1], run.y[4:, -1]
-    return np.concatenate((*full_state(end, q, rate), *accelerations(rod, end, q, rate)))
+    return np.concatenate(full_state(END, run.y[:4, -1], run.y[4:, -1]))

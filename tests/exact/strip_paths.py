@@ -19,13 +19,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import exp, isfinite
+from math import exp
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from buckler.elastica.collocation import Array, NewtonDivergedError, newton, require
+from buckler.elastica.collocation import Array, NewtonDivergedError, newton
 from buckler.elastica.strip import Load, Strip, StripEquilibrium
 
 MOST_POINTS = 5000
@@ -61,32 +61,11 @@ class Path:
         """Places of the point `Strip.at` over L, shape (points, 2)."""
         return np.array([point.inner for point in self.points])
 
-    @property
-    def end(self) -> Array:
-        """x, y over L and theta, rad, of the end s = 1, shape (points, 3)."""
-        return np.array([point.end for point in self.points])
-
 
 def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05) -> Path:
     """Follow the path from the stress-free shape until the load factor reaches `to`.
-
-    Parameters
-    ----------
-    strip : Strip
-    load : Load, multiplied by the load factor
-    to : float, load factor at which to stop, -1e6 to 1e6, not 0. The path sets out towards it and stops where it
-        reaches it first: for both limit points of an arch, a factor above the first.
-    step : float, longest step along the path, in rad and in parts of the way to `to`, 1e-4 to 0.5
-
-    Raises
-    ------
-    ValueError
-        If a parameter is outside its range.
-    NewtonDivergedError
-        If no step is short enough, or `to` is not reached within 5000 points.
+    `to` is a load factor; the path stops where it reaches it first. A step is at most so long in rad and in parts of the way.
     """
-    require("to", to, isfinite(to) and 0.0 < abs(to) <= 1e6, "-1e6 to 1e6, not 0 (load factor)")
-    require("step", step, 1e-4 <= step <= 0.5, "1e-4 to 0.5 (rad, and parts of the way to `to`)")
     track = _Track(strip, load, to)
     here = track.at(strip.stress_free(), 0.0)
     track = track._replace(reference=here.size)

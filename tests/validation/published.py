@@ -34,9 +34,9 @@ def solve_andrews() -> Answer:
 
 
 def solve_pendulum() -> Answer:
-    """Compare the first angle of the double pendulum after 5 s with a Taylor series in 40 digits."""
+    """Compare the first angle of the double pendulum after 5 s with that of a Taylor series in 40 digits."""
     turned, status = extrapolate(problems.double_pendulum(), 5.0, "first.angle")
-    return Answer(pi / 2 + turned, float(DOUBLE_PENDULUM["rods"][0]), 1e-6, "rad", status=status)
+    return Answer(pi / 2 + turned, DOUBLE_PENDULUM["rods"][0], 1e-6, "rad", status=status)
 
 
 @cache
