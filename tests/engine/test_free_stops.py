@@ -10,7 +10,7 @@ from simulations import fine
 
 from buckler import mbs
 from buckler.mbs.engine.forces import FreeContact
-from buckler.mbs.laws import CarvalhoMartins, Coulomb, ExactRestitution, Hertz, KelvinVoigt, LuGre
+from buckler.mbs.laws import CarvalhoMartins, Coulomb, ExactRestitution, KelvinVoigt, LuGre
 
 G = 9.81
 BAR = mbs.Section(0.020, 0.010)
@@ -63,26 +63,24 @@ def test_end_of_a_free_rod_rebounds_by_the_law(angle, side):
     assert result.energy_balance < 1e-4
 
 
-def striking(rng, second):
-    """A scene of two links, one with a face, at random states."""
+def striking(second):
+    """A scene of two links, one with a face."""
     bodies = {"rigid": (ROD, ROD), "beam": (mbs.Beam(BAR, 2), mbs.Beam(BAR, 2)), "cable": (mbs.Cable(BAR, 2), mbs.Cable(BAR, 2)),
               "beam on rigid": (mbs.Beam(BAR, 2), ROD)}[second]  # fmt: skip
-    on = {"rigid": "face", "beam": "face:M", "cable": "face:M", "beam on rigid": "face"}[second]
+    on = "face:M" if second in ("beam", "cable") else "face"
     carries = ({"S": 0.5}, {"M": 0.5})
-    points = {"A": (0, 0), "B": (0.5, 0.1), "C": (0.1, -0.3), "D": (0.7, -0.2), "S": (0, 0), "M": (0, 0)}
-    points["S"], points["M"] = (0.25, 0.05), (0.4, -0.25)
+    points = {"A": (0, 0), "B": (0.5, 0.1), "C": (0.1, -0.3), "D": (0.7, -0.2), "S": (0.25, 0.05), "M": (0.4, -0.25)}
     links = [mbs.Link("rod", "A", "B", bodies[0], carries[0]), mbs.Link("face", "C", "D", bodies[1], carries[1])]
     along = (0.3, -1.0)
     unit = np.array(along) / np.hypot(*along)
     stop = mbs.Stop("S", at=float(unit @ points["S"]) + 0.01, law=CarvalhoMartins(1e5, 0.5, 1.0), along=along, on=on)
-    return mbs.Mechanism(points, links, stops=[stop]), stop
+    return mbs.Mechanism(points, links, stops=[stop])
 
 
 @pytest.mark.parametrize("second", ["rigid", "beam", "cable", "beam on rigid"])
 def test_forces_do_the_work_of_the_depth_and_leave_momentum_alone(second):
     rng = np.random.default_rng(5)
-    mechanism, _ = striking(rng, second)
-    scene = mbs.build(mechanism)
+    scene = mbs.build(striking(second))
     (contact,) = scene.stops.values()
     assert isinstance(contact, FreeContact)
     size = len(contact.columns)
@@ -140,21 +138,6 @@ def test_face_of_a_falling_link_takes_the_blow_and_momentum_stays():
     assert result.energy_balance < 1e-3
 
 
-def test_double_blow_on_both_ends_stops_the_turn():
-    """Both ends of a level rod land at once: it rebounds level, twice the impulse for half the mass each."""
-    ends = [mbs.Stop(p, at=-0.05, law=LAW, along=(0, 1)) for p in "AB"]
-    result = fine(
-        mbs.simulate(
-            falling(stops=ends), once(0.05) + 0.01, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7, contact_resolution=160))
-        )
-    )
-    run = result.signals
-    assert run["A.contact_force"] == pytest.approx(run["B.contact_force"], rel=1e-9)
-    impulse = np.trapezoid(run["A.contact_force"], result.time)
-    v = math.sqrt(2 * G * 0.05)
-    assert 2 * impulse == pytest.approx(0.8 * 1.6 * v, rel=5e-3)
-
-
 @pytest.mark.parametrize(
     "body", [mbs.Beam(mbs.Section(0.02, 0.002), 4), mbs.Cable(mbs.Section(0.02, 0.002), 4)], ids=["beam", "cable"]
 )
@@ -178,20 +161,6 @@ def test_middle_of_a_beam_rests_on_a_stop(body):
     whole = 5 / 8 * load * 0.5
     assert force == pytest.approx(0.5 * whole, rel=5e-3)
     assert result.energy_balance < 1e-2
-
-
-def test_elastic_blow_gives_all_energy_back():
-    result = fine(
-        mbs.simulate(
-            falling(law=Hertz(1e7)),
-            once(0.05) + 0.01,
-            solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-10, contact_resolution=2000)),
-            ledger=True,
-        )
-    )
-    assert result.energy_balance < 1e-6
-    kinetic, weight = result.energy["kinetic"], result.energy["weight"]
-    assert kinetic[-1] + weight[-1] == pytest.approx(weight[0], abs=1e-4 * kinetic.max())
 
 
 SOLVERS = {
@@ -245,12 +214,8 @@ def test_block_takes_its_rough_cart_along(solver):
     assert result.time[still].min() == pytest.approx(meet, rel=2e-2)
 
 
-@pytest.mark.parametrize(
-    "solver",
-    [mbs.Spectral(mbs.Controlled(tolerance=1e-8)), mbs.Exudyn(mbs.Controlled(tolerance=1e-8))],
-    ids=["compiled", "engine"],
-)
-def test_driven_crank_scrapes_a_rough_face(solver):
+@pytest.mark.parametrize("kind", [mbs.Spectral, mbs.Exudyn])
+def test_driven_crank_scrapes_a_rough_face(kind):
     """Friction takes mu times the integral of k d |v_x| dt, with d = r sin(w t) - h, v_x = -r w sin(w t)."""
     r, w, h, k, mu = 0.1, 5.0, 0.0995, 1e5, 0.4
     mechanism = mbs.Mechanism(
@@ -260,7 +225,7 @@ def test_driven_crank_scrapes_a_rough_face(solver):
         stops=[mbs.Stop("A", at=h, law=KelvinVoigt(k, 0.0), along=(0, 1), friction=Coulomb(mu))],
         drives=[mbs.Drive("crank", w)],
     )
-    result = fine(mbs.simulate(mechanism, 0.6, solver=solver, ledger=True))
+    result = fine(mbs.simulate(mechanism, 0.6, solver=kind(mbs.Controlled(tolerance=1e-8)), ledger=True))
     t = np.linspace(0, 0.6, 200001)
     rubbed = mu * np.trapezoid(k * np.maximum(r * np.sin(w * t) - h, 0) * abs(r * w * np.sin(w * t)), t)
     assert result.energy["taken_friction"][-1] == pytest.approx(rubbed, rel=1e-3)

@@ -85,13 +85,3 @@ def test_dry_friction_slows_a_fall():
     result = fine(simulate(block(pull, friction=GuideFriction(force, regularisation=1e-5)), 0.5, ledger=True))
     assert result.signals["A.x"] == pytest.approx(0.5 * (pull - force / MASS) * result.time**2, abs=1e-5)
     assert result.energy["taken_friction"][-1] == pytest.approx(force * result.signals["A.x"][-1], rel=1e-3)
-
-
-def test_viscous_friction_approaches_its_terminal_speed():
-    """Speed (m a/c) (1 - exp(-c t/m))."""
-    damping, pull = 2.0, 2.0
-    friction = GuideFriction(0.0, viscous=damping, regularisation=1e-6)
-    result = fine(simulate(block(pull, friction=friction), 1.0, ledger=True))
-    expected = MASS * pull / damping * -np.expm1(-damping * result.time / MASS)
-    assert result.signals["A.vx"] == pytest.approx(expected, abs=2e-5)
-    assert result.energy_balance < 1e-4
