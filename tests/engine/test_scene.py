@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulations import closed, position, velocity
+from simulations import closed, parallelogram, position, velocity
 
 from buckler import mbs
 from buckler.mbs.laws import ExactRestitution
@@ -109,19 +109,6 @@ def places(**points):
     return {name: (complex(z).real, complex(z).imag) for name, z in points.items()}
 
 
-def four_bar(rocker=BAR, speed=6.0):
-    a = 0.105 * np.exp(1j * np.radians(50))
-    return mbs.Mechanism(
-        points=places(O=0, A=a, B=meeting(a, 0.225, 0.272, 0.175), C=0.225),
-        links=[mbs.Link("crank", "O", "A", BAR), mbs.Link("coupler", "A", "B", BAR), mbs.Link("rocker", "C", "B", rocker)],
-        joints=[
-            mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "coupler"),
-            mbs.Revolute("B", "coupler", "rocker"), mbs.Revolute("C", "ground", "rocker"),
-        ],
-        drives=[mbs.Drive("crank", speed)],
-    )  # fmt: skip
-
-
 def watt_six_bar():
     """The rocker of a four-bar is ternary: its third point D moves a second rocker."""
     a, c, f = 0.05, 0.2, 0.45
@@ -140,18 +127,6 @@ def watt_six_bar():
             mbs.Revolute("F", "ground", "arm"),
         ],
         drives=[mbs.Drive("crank", 6.0)],
-    )  # fmt: skip
-
-
-def parallelogram():
-    return mbs.Mechanism(
-        points={"O": (0, 0), "P": (0.3, 0), "A": (0.05, 0.1), "B": (0.35, 0.1)},
-        links=[mbs.Link("one", "O", "A", BAR), mbs.Link("two", "P", "B", BAR), mbs.Link("table", "A", "B", BAR)],
-        joints=[
-            mbs.Revolute("O", "ground", "one"), mbs.Revolute("P", "ground", "two"),
-            mbs.Revolute("A", "one", "table"), mbs.Revolute("B", "two", "table"),
-        ],
-        drives=[mbs.Drive("one", 1.0)],
     )  # fmt: skip
 
 
@@ -175,14 +150,14 @@ def pushed_along(body, along=(1, 1)):
 
 
 LINKAGES = {
-    "four-bar": four_bar(),
-    "four-bar, backwards": four_bar(speed=-6.0),
+    "four-bar": mbs.crank_rocker(BAR, speed=6.0),
+    "four-bar, backwards": mbs.crank_rocker(BAR, speed=-6.0),
     "Watt six-bar": watt_six_bar(),
-    "parallelogram": parallelogram(),
+    "parallelogram": parallelogram([mbs.Drive("a", 1.0)], third_bar=False),
     "double slider": double_slider(),
     "inclined double slider": double_slider(along=(1, 2)),
     "along one line": pushed_along(BAR),
-    "driven by a ramp": four_bar(speed=mbs.Ramp(2.0, 6.0, 0.3)),
+    "driven by a ramp": mbs.crank_rocker(BAR, speed=mbs.Ramp(2.0, 6.0, 0.3)),
 }
 
 
