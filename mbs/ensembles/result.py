@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-MOST_TICKS = 6
-"""Number of values of a list up to which each has a tick in a map; chosen so that the numbers do not overlap."""
-
-
 class Cell(NamedTuple):
     """Mean of a reading over a cell, with its standard error and the number of members that did not fail."""
 
@@ -133,7 +129,7 @@ class Ensemble:
         ax.figure.colorbar(mesh, ax=ax, label=f"mean of {self.labels[reading]}")
         ax.set(xlabel=self.labels[x], ylabel=self.labels[y])
         for axis, values in zip((ax.xaxis, ax.yaxis), grid, strict=True):
-            if len(values) <= MOST_TICKS:  # else ticks between the values, and beyond them, would look like values
+            if len(values) <= 6:  # chosen, so that numbers do not overlap; ticks between the values would look like values
                 axis.set_ticks(values)
         ax.ticklabel_format(scilimits=(-3, 4))
         return ax

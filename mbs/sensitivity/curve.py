@@ -12,11 +12,6 @@ from numpy.polynomial import Polynomial
 
 from ..geometry import Array
 
-JUMP_TIME = 1e-11
-"""Interval over the time of the last sample below which two samples are those of a jump: far above rounding, far below a step."""
-JUMP_INTERVAL = 1e-3
-"""An interval between samples is also a jump if it is shorter than this fraction of both intervals beside it; chosen."""
-
 
 def positive_ranges(x: Array) -> Array:
     """Return index ranges of consecutive samples above zero, shape (ranges, 2): first sample, and one past the last."""
@@ -129,7 +124,8 @@ class Smooth(Curve):
         """Index of the first sample of each piece between jumps; at the end the number of samples."""
         intervals = np.diff(self.time)
         shorter = np.minimum(np.append(np.inf, intervals[:-1]), np.append(intervals[1:], np.inf))
-        jumps = np.flatnonzero((intervals < JUMP_TIME * self.time[-1]) | (intervals < JUMP_INTERVAL * shorter)) + 1
+        is_instant = intervals < 1e-11 * self.time[-1]  # far above rounding, far below a step
+        jumps = np.flatnonzero(is_instant | (intervals < 1e-3 * shorter)) + 1  # 1e-3 of both intervals beside it: chosen
         return np.array([0, *jumps, len(self.time)])
 
     def _slopes(self, k: Array) -> Array:

@@ -20,9 +20,6 @@ SIDES = {"is": 0, "at most": 1, "at least": -1}
 BRACKETED = re.compile(r"(?P<name>.*?)\s*(?:\[(?!\d+\])(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))\s*")
 """Pattern of a name with a unit in brackets. Digits in brackets are no unit: `value[0]` is the path of a number."""
 
-TIME_NAMES = ("t", "time")
-"""Names, in small letters, of a column that is the time. Others are read as the time only where no column has one of these."""
-
 
 class Read(NamedTuple):
     """Measured value of a reading, SI, and its standard deviation `error`; with `side` 'at most' or 'at least' a bound of it."""
@@ -167,7 +164,7 @@ def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     columns = [_column(cell, unit) for cell, unit in zip(names, units, strict=False)]
     if len({column.name for column in columns}) < len(columns):
         raise ValueError(f"two columns of the same name; there are: {', '.join(column.name for column in columns)}")
-    times = [column.heading for column in columns if column.name.lower() in TIME_NAMES]
+    times = [column.heading for column in columns if column.name.lower() in ("t", "time")]  # else the first is the time
     if times and columns[0].heading not in times:
         first = f"'{columns[0].heading}'" if columns[0].heading else "which has no name"
         raise ValueError(f"line {line}: the first column, {first}, is read as the time; leave out columns before '{times[0]}'")

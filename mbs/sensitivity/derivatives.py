@@ -28,28 +28,8 @@ from .runs import Reading, Readings, needs_run, read, readings_of, require_compi
 TIGHT = Spectral(steps=Controlled(tolerance=1e-9), degree=12, contact_tolerance=1e-6)
 """Default solver of the finer runs. Derivatives after an impact have errors of up to 1e-7; with the tolerance
 1e-7 they would have up to 1e-4. Degree and contact tolerance are chosen."""
-WIDTH_OF_RUNS = 3e-4
-"""Relative change w/|p| of the number in the finer difference, for readings of runs; chosen. The truncation error is proportional
-to its square, the noise to its inverse."""
-WIDTH_AT_REST = 1e-3
-"""Relative change w/|p| in the finer difference for readings of equilibria and for functions, which need no run; chosen."""
 WIDER = 4.0
 """Factor from the finer width to the coarser one, and from the finer tolerances to the coarser ones; chosen."""
-COMMON = 1e-6
-"""Least relative error of a derivative, for errors that both differences have in common; chosen."""
-GAP_NOISE = 3.5
-"""Noise of the gap, sqrt(6) s/w, over that of the central difference, s/(sqrt(2) w), for readings with independent noise s."""
-UNCERTAIN = 0.5
-"""Relative error above which no digit of a derivative is certain."""
-SMALL_EFFECT = 1e-2
-"""Error of the relative derivative d ln f/d ln p up to which an uncertain derivative is returned: the effect is negligible."""
-KINK_RATIO = 0.5
-"""Ratio of the gaps between one-sided derivatives, finer over coarser, above which there is a kink; 1/4 for a smooth reading."""
-LEAST_KINK = 1e-3
-"""Least gap between one-sided derivatives at a kink, over the derivative."""
-KINK_OVER_ERROR = 10.0
-"""Least gap at a kink over the difference of the two central differences. With 1, smooth readings of impacts in the tests are
-called kinks; with 100, a graze passes for smooth."""
 
 
 class Derivative(NamedTuple):
@@ -169,7 +149,8 @@ def sensitivities(
     rows: list[Derivative] = []
     runs = 2 * (1 + 2 * len(scales))  # finer and coarser: the unchanged mechanism, and both sides of each number
     watching.get().most = runs if of_runs else inf  # number of runs, for the display of progress
-    for group, width in ((of_runs, WIDTH_OF_RUNS), (at_rest, WIDTH_AT_REST)):
+    # w/|p| of the finer difference, chosen: the truncation error is proportional to its square, the noise of runs to its inverse
+    for group, width in ((of_runs, 3e-4), (at_rest, 1e-3)):
         if group:
             rows += Neighbours(family, scales, duration, group).rows(solver or TIGHT, width)
     return Sensitivities(rows, spreads)
@@ -247,17 +228,22 @@ def _combine(blank: Derivative, scale: float, sides: Array, reading_error: float
         side, value, coarse = ("below", below, coarse_below) if isfinite(below) else ("above", above, coarse_above)
         note = f"from {side} alone: a run on the other side failed"
     gap, coarse_gap = above - below, coarse_above - coarse_below
-    noise = abs(gap - coarse_gap / WIDER) / GAP_NOISE if isfinite(gap) else 0.0  # unknown without a gap, when one side failed
+    # independent noise s of the readings is sqrt(6) s/w in the gap, s/(sqrt(2) w) in the central difference: 3.5 times less
+    noise = abs(gap - coarse_gap / WIDER) / 3.5 if isfinite(gap) else 0.0  # unknown without a gap, when one side failed
     error = abs(value - coarse) + noise
-    least_gap_at_kink = max(KINK_RATIO * abs(coarse_gap), KINK_OVER_ERROR * abs(value - coarse), LEAST_KINK * abs(value))
+    # Of a smooth reading the gap is about 1/4 of the coarse one. With 1 for the 10, smooth readings of impacts in the tests are
+    # called kinks; with 100, a graze passes for smooth. A smaller gap than 1e-3 of the derivative, chosen, is no kink
+    least_gap_at_kink = max(0.5 * abs(coarse_gap), 10.0 * abs(value - coarse), 1e-3 * abs(value))
+    is_uncertain = error > 0.5 * abs(value)  # no digit of the derivative is certain
+    is_effect_small = error * scale <= 1e-2 * abs(blank.value)  # the error of d ln f/d ln p: an effect of this size is negligible
     reason = ""
     if not isfinite(value + coarse):
         reason = "a run beside it failed" if isfinite(blank.value) else "the reading has no value there"
     elif abs(gap) > least_gap_at_kink:
         reason = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif error > UNCERTAIN * abs(value) and error * scale > SMALL_EFFECT * abs(blank.value):
+    elif is_uncertain and not is_effect_small:
         reason = f"no digit is certain: {coarse:.3g} and {value:.3g} over two widths: chaos, a jump or a graze"
     if reason:
         return blank._replace(below=below, above=above, note=reason)
-    error += (reading_error + COMMON) * abs(value) + rounding
+    error += (reading_error + 1e-6) * abs(value) + rounding  # 1e-6, chosen: for errors that both differences have in common
     return blank._replace(derivative=value, error=error, below=below, above=above, note=note)

@@ -34,9 +34,6 @@ BEST_STARTS = 3
 """Number of the best starts from which a minimum is sought; chosen."""
 SAME_POINT = 1e-7
 """Spacing of the grid in the cube to which points are rounded: readings of closer points differ by noise only."""
-WELL_INSIDE = 0.5
-"""Residual, 1 at the end of an interval, up to which a constraint is met well enough to end a search. Chosen: with 0.05 and with
-1 the tests meet their constraints, too."""
 CONSTRAINT = re.compile(
     r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<tolerance>.+?))?\s*"
 )
@@ -185,7 +182,8 @@ class Search:
             if self.runs >= self.budget:
                 raise EnoughError
             self.cache[key] = self.read(np.array(key), self.solver)
-            if not self.objective and np.all(np.abs(self.residuals(self.cache[key] + self.offset)) <= WELL_INSIDE):
+            # a residual is 1 at the end of an interval. 0.5 is chosen: with 0.05 and with 1 the tests meet their constraints, too
+            if not self.objective and np.all(np.abs(self.residuals(self.cache[key] + self.offset)) <= 0.5):
                 raise EnoughError
         return self.cache[key] + self.offset
 
