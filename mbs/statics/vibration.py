@@ -1,6 +1,6 @@
 """Natural frequencies about an equilibrium, with damping and follower forces, each with its error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -97,10 +97,10 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state; the scene, which results have, keeps the loads as given."""
+    """Compute the spectrum at a state, with values of zero where they are below rounding; the scene keeps the loads as given."""
     found = problem.spectrum(rest)  # sets the load factor of the state in the scene
     problem.set_parameter(problem.initial)
-    return found
+    return replace(found, values=np.where(found.neutral, 0.0, found.values))
 
 
 def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Frequencies:
@@ -125,7 +125,7 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
         change = np.full(min(count, len(found.values)), np.inf)
         common = min(count, len(coarse.values), len(new.values))
         # compared by their order: where two change places, their errors are too large
-        change[:common] = np.abs(_eigenvalues(new)[:common] - _eigenvalues(coarse)[:common])
+        change[:common] = np.abs(new.values[:common] - coarse.values[:common])
         rounding, is_neutral = found.rounding[:count], found.neutral[:count]  # neutral: zero to rounding
         errors = np.maximum(change, np.where(is_neutral, 0.0, rounding))
         relative = float(np.max(change / np.maximum(np.abs(found.values[:count]), 1e-300), initial=0.0, where=~is_neutral))
@@ -141,7 +141,7 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
 
 def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
     """Compute the changes of eigenvalues at small displacements, (count,); 0 if no law of a user has a kink."""
-    values = _eigenvalues(found)[:count]
+    values = found.values[:count]
     changes = np.zeros(len(values))
     scene = problem.scene.source
     has_laws = has_user_code(scene.mechanism) or any(getattr(load, "law", None) for load in scene.mechanism.loads)
@@ -149,19 +149,14 @@ def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int)
         # displacement, in units of coordinates 1e-4: chosen
         step = 1e-4 * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
-            displaced = _eigenvalues(_spectrum(problem, rest._replace(q=rest.q + sign * step)))[: len(values)]
+            displaced = _spectrum(problem, rest._replace(q=rest.q + sign * step)).values[: len(values)]
             changes[k] = max(changes[k], np.abs(displaced[k] - values[k]) if k < len(displaced) else 0.0)
     return np.where(changes > 0.05 * np.abs(values), changes, 0.0)  # 0.05, chosen: smooth laws change values far less
 
 
-def _eigenvalues(found: Spectrum) -> Array:
-    """Return the eigenvalues of a spectrum, zero below the rounding error."""
-    return np.where(found.neutral, 0.0, found.values)
-
-
 def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array, count: int, kinked: bool) -> Frequencies:
     """Make the result with names, status and message; `kinked` if a law has a kink near the equilibrium."""
-    names, values = [], _eigenvalues(found)[:count]
+    names, values = [], found.values[:count]
     for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
         if neutral:
             names.append(f"rigid motion of {find_moving_link(scene, q, np.real(shape))}")
