@@ -105,7 +105,7 @@ class Arc:
         def is_behind(arc: float) -> bool:
             """Return True if the tangent has turned, or that of the coordinates alone, as a large change of p may hide theirs."""
             after = self.direction(at(arc), direction)
-            return float(self.metric * direction @ after) < np.cos(CORNER) or self._turns(direction, after, far)
+            return float(self.metric * direction @ after) < np.cos(CORNER) or self.turns(direction, after, far)
 
         if not is_behind(far):
             return None
@@ -185,9 +185,7 @@ class Arc:
         root_4, root = (_root_of(stencil[:n], values[:n]) for n in (4, 6))
         if not abs(root - root_4) < 1e-3:  # relative to the spacing of the points; chosen
             return self.find_root(step, function)
-        weights = [np.prod([(root - b) / (a - b) for b in stencil if b != a]) for a in stencil]  # Lagrange's polynomials
-        fields = zip(*rests, strict=True)  # q, lambda and p, each at all points
-        return Rest(*(sum(w * x for w, x in zip(weights, field, strict=True)) for field in fields))
+        return self._rest(KroghInterpolator(stencil, [self.problem.vector(rest) for rest in rests])(root))
 
     def _find_rough_root(self, step: Step, function: Callable[[Rest], float], tolerance: float) -> float:
         """Find a root to a tolerance by Brent's method; where Newton's method fails, evaluate the function next to the arc."""
@@ -203,11 +201,7 @@ class Arc:
 
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
-    def may_have_jumped(self, step: Step, after: Array) -> bool:
-        """Return True if the tangent of the coordinates turns too far from a step to `after` it, and the step can be shorter."""
-        return step.arc > 10.0 * SHORTEST and self._turns(step.direction, after, step.arc)
-
-    def _turns(self, before: Array, after: Array, arc: float) -> bool:
+    def turns(self, before: Array, after: Array, arc: float) -> bool:
         """Return True if the tangent of the coordinates turns beyond `CORNER`, and they change in an arc."""
         n = len(self.problem.units)
         first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (before, after))

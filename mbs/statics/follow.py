@@ -17,7 +17,7 @@ from ..process import one_thread
 from ..progress import USER_STOPS, watch, watching
 from ..validate import one_of
 from .answer import CRITICAL_ACCURACY, DEGREE_STEP, FIRST_STEP, MAX_STEP, Ending, Path, check, check_path, explain_end
-from .arc import ON_CURVE, Arc, Step, next_arc
+from .arc import ON_CURVE, SHORTEST, Arc, Step, next_arc
 from .critical import Critical, PathPiece, find_criticals, leaving_shapes, shape_towards, state_at
 from .problem import Problem, Rest, StaticsError, loads_of
 from .rest import find_equilibrium, settle
@@ -217,8 +217,8 @@ class _Follower:
             except StaticsError:
                 return "singular"
             after = self.arc.direction(step.new, step.direction)
-            if self.arc.may_have_jumped(step, after):
-                length = 0.3 * step.arc  # repeat the step; 0.3: chosen; the shortest steps count as right
+            if step.arc > 10.0 * SHORTEST and self.arc.turns(step.direction, after, step.arc):
+                length = 0.3 * step.arc  # repeat the step, which may have jumped; 0.3: chosen; the shortest steps count as right
                 continue
             piece, found = PathPiece(step, self.states[-1], state_at(self.problem, step.new), after), list[Critical]()
             # at a branching eigenvalues are zero; they jump at a corner, where a contact closes or opens
