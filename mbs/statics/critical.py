@@ -6,7 +6,6 @@ Flutter begins where two eigenvalues meet, or, with damping, where a complex exp
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -73,23 +72,22 @@ class PathPiece(NamedTuple):
 
 def find_criticals(arc: Arc, whole: PathPiece, last: PathPiece | None) -> list[Critical]:
     """Find the critical points within a whole step, in their order; `last` is the step before."""
-    found = []
-    for piece in _pieces(arc, whole, last):
-        limits, ahead = list[Critical](), piece.step.direction
-        turns_back = ahead[-1] * piece.direction_after[-1] < 0.0  # the last component of a direction is that of the parameter
-        if turns_back and (rest := arc.find_root(piece.step, partial(_parameter_rate, arc, ahead))):
-            eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point only q and lambda change
-            limits.append(Critical("limit", rest, 1, eigenvector))
-        pairs = _pairs(arc.problem, piece)
-        found += [*limits, *_branchings(arc, piece.step, pairs.momenta[:, pairs.crosses].T, limits)]
+    found = [critical for piece in _pieces(arc, whole, last) for critical in _zeros(arc, piece)]
     if whole.before.count_flutters() != whole.after.count_flutters():
         found += _flutters(arc, whole)
     found = [replace(critical, rounding=arc.problem.rounding(critical.rest)) for critical in found]
     return sorted(found, key=lambda critical: arc.arc_of(whole.step, critical.rest))
 
 
-def _parameter_rate(arc: Arc, ahead: Array, rest: Rest) -> float:
-    return float(arc.direction(rest, ahead)[-1])  # change of the parameter along the path, which is oriented as `ahead`
+def _zeros(arc: Arc, piece: PathPiece) -> list[Critical]:
+    """Find the limit point and the branchings within a piece, where eigenvalues pass zero."""
+    limits, ahead = list[Critical](), piece.step.direction
+    turns_back = ahead[-1] * piece.direction_after[-1] < 0.0  # the last component of a direction is that of the parameter
+    if turns_back and (rest := arc.find_root(piece.step, lambda rest: float(arc.direction(rest, ahead)[-1]))):
+        eigenvector = arc.direction(rest, ahead)[: len(rest.q), None]  # at a limit point only q and lambda change
+        limits.append(Critical("limit", rest, 1, eigenvector))
+    pairs = _pairs(arc.problem, piece)
+    return [*limits, *_branchings(arc, piece.step, pairs.momenta[:, pairs.crosses].T, limits)]
 
 
 def _pieces(arc: Arc, piece: PathPiece, last: PathPiece | None) -> Iterator[PathPiece]:
