@@ -138,23 +138,22 @@ class Problem:
         With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns,
         which start from those at the `origin`, an equilibrium near the guess. By default it is `rest` itself.
         """
-        previous, found = np.inf, None
+        previous, converges = np.inf, False
         with self._free_stresses(origin or rest, rest.q):
             for _ in range(25):  # chosen, as the limits below, for changes in units of the coordinates
                 rest, largest = self.step(rest, plane)
                 next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
                 cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous  # or if it is not quadratic any more
                 grows_by_rounding = previous < largest < 1e-8  # near a critical point rounding may exceed 1e-10
-                if (largest < 1e-10 and cannot_improve) or grows_by_rounding:
-                    found = rest if self.is_balanced(rest) else None
-                    break
-                if not np.isfinite(largest) or (must_decrease and largest > previous):
+                converges = (largest < 1e-10 and cannot_improve) or grows_by_rounding
+                if converges or not np.isfinite(largest) or (must_decrease and largest > previous):
                     break
                 previous = largest
-        if found is None:
+            is_found = converges and self.is_balanced(rest)
+        if not is_found:
             raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
         has_redundant_rows = bool(self.scene.source.undetermined)  # then multipliers are not unique: take the least ones
-        return found._replace(multipliers=self.compute_multipliers(found)) if has_redundant_rows else found
+        return rest._replace(multipliers=self.compute_multipliers(rest)) if has_redundant_rows else rest
 
     @contextmanager
     def _free_stresses(self, origin: Rest, q: Array) -> Iterator[None]:
@@ -255,14 +254,12 @@ class Problem:
 
 def prolong(coarse: CompiledScene, fine: CompiledScene, q: Array) -> Array:
     """Return the coordinates of a state in a scene of higher degree; coefficients of the additional polynomials are zero."""
-    out, others = np.zeros(fine.size), []
-    for scene in (coarse, fine):
-        of_strips = [dof for body in scene.strips for piece in body.pieces for dof in piece.dofs.ravel()]
-        others.append(np.setdiff1d(np.arange(scene.size), of_strips))
-    out[others[1]] = q[others[0]]
+    out, is_other, is_other_fine = np.zeros(fine.size), np.ones(coarse.size, bool), np.ones(fine.size, bool)
     for body, finer_body in zip(coarse.strips, fine.strips, strict=True):
         for piece, finer in zip(body.pieces, finer_body.pieces, strict=True):
             out[finer.dofs[:, : piece.dofs.shape[1]]] = q[piece.dofs]
+            is_other[piece.dofs] = is_other_fine[finer.dofs] = False
+    out[is_other_fine] = q[is_other]  # coordinates that are not of strips, in the same order in both scenes
     return out
 
 
