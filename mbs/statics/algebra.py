@@ -120,10 +120,8 @@ def modes_of_symmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, 
         theta, vectors = eigh((inverse + inverse.T) / 2)
         vectors = np.linalg.solve(shifted, factor @ vectors)
     mu = invert(theta) - shift
-    modal_masses = np.abs(
-        np.einsum("ij,ij->j", vectors, m @ vectors)
-    )  # abs: of a mode without mass rounding may give a negative one
-    vectors = vectors / np.sqrt(modal_masses)
+    modal_masses = np.einsum("ij,ij->j", vectors, m @ vectors)
+    vectors = vectors / np.sqrt(np.abs(modal_masses))  # abs: rounding may give a mode without mass a negative one
     return mu, vectors, vectors
 
 

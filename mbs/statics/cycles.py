@@ -88,11 +88,9 @@ def periodic(
     try:
         return _refine(shooting, shooting.search(shooting.advance(state, settle)), degree is not None)
     except SEARCH_STOPS as error:
-        none, states = np.empty(0), np.empty((0, shooting.scene.size))
-        return Periodic(
-            *failure_of(error), shooting.scene, period, time=none, q=states, v=states,
-            multipliers=none.astype(complex), errors=none, stable=False, error=np.inf,
-        )  # fmt: skip
+        none, states, values = np.empty(0), np.empty((0, shooting.scene.size)), np.empty(0, complex)
+        scene = shooting.scene
+        return Periodic(*failure_of(error), scene, period, none, states, states, values, none, stable=False, error=np.inf)
 
 
 def failure_of(error: BaseException) -> tuple[Ending, str]:
@@ -134,9 +132,8 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
             break
         error, errors, previous = change, changes, largest
         shooting, found, values = finer, new, new_values
-        if (
-            max(error, largest) <= CRITICAL_ACCURACY or degree > MAX_DEGREE
-        ):  # a motion at the maximum is compared with one above it
+        is_highest = degree > MAX_DEGREE  # the motion at the maximum has been compared with this one
+        if max(error, largest) <= CRITICAL_ACCURACY or is_highest:
             break
     return motion_of(shooting, found, values, errors, error)
 

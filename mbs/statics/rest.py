@@ -276,7 +276,5 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
     elif isinstance(error, USER_STOPS):
         message = "no equilibrium was found yet"
     message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
-    return Equilibrium(
-        status, message, scene, q=np.full(scene.size, np.nan), multipliers=np.full(len(scene.row_names), np.nan), load=load,
-        stable=False, growth=np.nan, neutral=(), error=np.inf,
-    )  # fmt: skip
+    q, multipliers = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)
+    return Equilibrium(status, message, scene, q, multipliers, load, stable=False, growth=np.nan, neutral=(), error=np.inf)
