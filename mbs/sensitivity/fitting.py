@@ -5,6 +5,7 @@ The free numbers are scaled to the unit cube: a point x of it has one coordinate
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,23 +154,20 @@ def fit(
 
 def _find_best(problem: FitProblem, starts: int) -> Array:
     """Minimise the sum of squares from the best of the starts: the middle and points of a Halton sequence."""
-    d = len(problem.names)
-    ranked, minima = dict[tuple[float, ...], float](), dict[tuple[float, ...], float]()  # sums of squares by the point
+    d, found = len(problem.names), list[tuple[float, Array]]()  # sums of squares and points: of starts that run, then of minima
     try:
         for x in np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(0)).random(starts - 1)]):
-            squares = problem.sum_of_squares(x)
-            if np.isfinite(squares):
-                ranked[tuple(x)] = squares
-        for start in sorted(ranked, key=lambda point: ranked[point])[:BEST_STARTS]:
-            x = _solve(problem, np.array(start))
-            minima[tuple(x)] = problem.sum_of_squares(x)
+            if np.isfinite(squares := problem.sum_of_squares(x)):
+                found.append((squares, x))
+        for _, start in sorted(found, key=itemgetter(0))[:BEST_STARTS]:
+            x = _solve(problem, start)
+            found.append((problem.sum_of_squares(x), x))
     except USER_STOPS as stop:
         problem.stopped = str(stop)
-    if not ranked:
+    if not found:
         no_run = f"no start leads to a run that ends; narrow the ranges. The first: {problem.failed}"
         raise RunFailedError(f"{problem.stopped}, before any run ended" if problem.stopped else no_run)
-    found = minima or ranked
-    return np.array(min(found, key=lambda point: found[point]))
+    return min(found, key=itemgetter(0))[1]
 
 
 def _solve(problem: FitProblem, x: Array, fixed: int | None = None) -> Array:
