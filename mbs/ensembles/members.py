@@ -59,10 +59,14 @@ class Members:
         combinations = np.array(list(product(*grid.values())))  # of listed values, (combinations, lists); without lists (1, 0)
         cell_values = np.tile(combinations, (len(mechanisms), 1))  # (cells, lists)
         count = members * len(cell_values)
-        quantiles = _sobol(count, len(distributions), seed)
         values = {path: np.repeat(cell_values[:, k], members) for k, path in enumerate(grid)}
-        for k, (path, distribution) in enumerate(distributions.items()):
-            values[path] = np.asarray(distribution.ppf(quantiles[:, k]), dtype=float)
+        if distributions:
+            from scipy.stats import qmc  # slow to load
+
+            power = int(np.ceil(np.log2(max(count, 2))))  # the sequence is balanced over 2^power points
+            quantiles = qmc.Sobol(len(distributions), seed=np.random.default_rng(seed)).random_base2(power)[:count]
+            for column, (path, distribution) in zip(quantiles.T, distributions.items(), strict=True):
+                values[path] = np.asarray(distribution.ppf(column), dtype=float)
         numbers = np.column_stack([values[path] for path in vary]) if vary else np.empty((count, 0))
         sources = tuple(mechanism.to_dict() if vary else mechanism for mechanism in mechanisms)
         return cls(sources, tuple(vary), numbers, np.repeat(np.arange(len(cell_values)), members), grid, seed)
@@ -90,16 +94,6 @@ class Members:
             return of_journals
         seed_of_offset = int(random.integers(2**31))
         return draw_offset(scene, TINY, seed_of_offset)
-
-
-def _sobol(count: int, dimensions: int, seed: int) -> Array:
-    """Return the first points of a scrambled Sobol' sequence, shape (count, dimensions)."""
-    if not dimensions:
-        return np.empty((count, 0))
-    from scipy.stats import qmc
-
-    power = int(np.ceil(np.log2(max(count, 2))))  # the sequence is balanced over 2^power points
-    return np.asarray(qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random_base2(power)[:count])
 
 
 def displace_journals(scene: CompiledScene, random: np.random.Generator) -> Array | None:
