@@ -56,9 +56,8 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces  # names of signals
     has_strips = bool(forces & run.strip_forces)
-    period = max(
-        (signal.period for signal in run.signals.values() if signal.source in forces), default=0.0
-    )  # T [s]: the longest, with the largest errors
+    periods = [signal.period for signal in run.signals.values() if signal.source in forces]
+    period = max(periods, default=0.0)  # T [s]: the longest, with the largest errors
     found = dict[Key, float]()
     if not period:
         return found
@@ -79,8 +78,6 @@ def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -
             approach = np.abs(np.gradient(signal.depth, run.time))[before]  # speeds [m/s]
             fastest = approach.argmax()  # the impact with the highest force, to which errors of forces are relative
             relative = float(speed[before[fastest]] / max(approach[fastest], TINY))
-            found[name, Norm.RMS] = found[name, Norm.PEAK] = (
-                relative  # that of the fastest impact, taken for all and for both norms
-            )
+            found[name, Norm.RMS] = found[name, Norm.PEAK] = relative  # that of the fastest impact is taken for all
             found[name, Norm.IMPULSE] = float(impulse[-1] / max(run.integral(name, np.abs)[-1], TINY))
     return found

@@ -184,9 +184,9 @@ class Difference:
 
     def _possible_contact(self, name: str) -> dict[Norm, float]:
         """Return the norms of the force of a contact that neither run makes."""
-        possible = self._possible_contact_force(self.a.signals[name], self.b.signals[name])
-        if not len(possible):
+        if not len(self.b.signals[name].depth):  # not the normal force of a contact
             return {}
+        possible = self._possible_contact_force(self.a.signals[name], self.b.signals[name])
         mean = float(np.sqrt(self.grid.weights @ possible**2 / self.end))
         return {Norm.RMS: mean, Norm.IMPULSE: float(self.grid.weights @ possible), Norm.PEAK: float(possible.max())}
 
@@ -197,8 +197,6 @@ class Difference:
         An interval of positive possible depth in which a run touches has no such force: the forces of the runs are compared. The
         elastic part of the contact law, `b.elastic`, gives the force at a depth, zero where the depth is not positive.
         """
-        if not len(b.depth):
-            return np.empty(0)
         order, times = self.grid.order, self.grid.times_a
         depth_a = between(self.a.time, a.depth, None, times, smooth=True)[order]
         depth_b = between(self.b.time, b.depth, None, times, smooth=True)[order]
