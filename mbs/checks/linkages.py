@@ -12,7 +12,7 @@ from ..record.result import Result
 from ..record.run import Run
 from ..scene.linkage import Linkage
 from ..scene.scene import Scene
-from .check import check, without
+from .check import check
 
 GAP = 1e-5
 """Largest residual of a constraint [m or rad]; for a longest link above 1 m it is multiplied by this length in m. It is a hundred
@@ -46,7 +46,7 @@ def _determined_linkages(run: Run) -> list[Linkage]:
     return [scene.linkage] if scene.is_determined else []
 
 
-@check("BRANCH", without(_determined_linkages, "not a linkage of which the drives alone decide the motion"))
+@check("BRANCH", _determined_linkages, "not a linkage of which the drives alone decide the motion")
 def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 
@@ -94,7 +94,7 @@ def _rigid_rows(run: Run) -> list[int]:
     return [k for k in linkage.permanent_rows if k not in linkage.motions and linkage.rows[k].bodies <= among]
 
 
-@check("CONSTRAINTS", without(_rigid_rows, "no constraint between rigid links"))
+@check("CONSTRAINTS", _rigid_rows, "no constraint between rigid links")
 def check_constraints(run: Run, _result: Result) -> Iterator[str]:
     """Check that the residuals of constraints between rigid links are small."""
     linkage = Scene.of(run.record.mechanism).linkage

@@ -14,7 +14,7 @@ from ..imports import import_late
 from ..record.lookup import trapezoidal
 from ..record.result import Result
 from ..record.run import Run
-from .check import check, without
+from .check import check
 
 BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip is buckled: pinned ones thinner than a 13th of their length buckle at less."""
@@ -30,7 +30,7 @@ def _strips(run: Run) -> list[Link]:
     return [link for link in run.record.mechanism.links if link.body.meshed]
 
 
-@check("UNBUCKLED", without(_strips, "no beam and no cable"))
+@check("UNBUCKLED", _strips, "no beam and no cable")
 def check_buckled(run: Run, result: Result) -> Iterator[str]:
     """Check that a strip that is shortened, or compressed for long, has bent."""
     yield from _straight_strips(run, result)
