@@ -139,18 +139,14 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = LOWEST_COU
 def _errors_by_condition(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
     """Estimate rounding errors of eigenvalues s by their condition numbers; for double ones by the square root of the rounding.
 
-    `total` is |y|^T (|s^2 M|+|s C|+|K|) |z|, `slope` and `second` are first and half the second derivative of y^H (...) z by s.
+    `slope` is the derivative of y^H (s^2 M + s C + K) z by s, `mass` half the second one. Absolute values of all bound rounding.
     """
-    size = np.abs(values)
-    total, slope = np.zeros(len(values)), np.zeros(len(values), complex)
-    second = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
+    mass, damping = (np.einsum("ij,ij->j", left.conj(), matrix @ right) for matrix in (tangent.mass, tangent.damping))
+    slope, error = damping + 2.0 * values * mass, np.zeros(len(values))
     for power, matrix in enumerate((tangent.summands, tangent.damping, tangent.mass)):
-        total += size**power * np.einsum("ij,ij->j", np.abs(left), abs(matrix) @ np.abs(right))
-        if power:
-            slope += power * values ** (power - 1) * np.einsum("ij,ij->j", left.conj(), matrix @ right)
-    error = ROUNDING * total
+        error += ROUNDING * np.abs(values) ** power * np.einsum("ij,ij->j", np.abs(left), abs(matrix) @ np.abs(right))
     with np.errstate(all="ignore"):
-        return np.minimum(error / np.maximum(np.abs(slope), 1e-300), np.sqrt(error / np.maximum(second, 1e-300)))
+        return np.minimum(error / np.maximum(np.abs(slope), 1e-300), np.sqrt(error / np.maximum(np.abs(mass), 1e-300)))
 
 
 def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count: int) -> tuple[Array, Array, Array, Array, float]:
