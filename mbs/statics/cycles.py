@@ -71,7 +71,6 @@ def periodic(
 
     Parameters
     ----------
-    mechanism : Mechanism
     period : float
         Period of the drive or load, or a multiple [s], positive; a first estimate if nothing depends on time.
     settle : int

@@ -43,7 +43,6 @@ def path(
 
     Parameters
     ----------
-    mechanism : Mechanism
     to : float
         Parameter at which the path ends: factor of the load, travel of the drive, rad or m, or value of the number.
     load : str or list of str, optional

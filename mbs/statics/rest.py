@@ -53,7 +53,6 @@ def equilibrium(
 
     Parameters
     ----------
-    mechanism : Mechanism
     load : float
         Factor of all forces, torques and gravity, not of springs, contacts and strips.
     degree : int, optional

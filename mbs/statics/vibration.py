@@ -67,7 +67,6 @@ def frequencies(
 
     Parameters
     ----------
-    mechanism : Mechanism
     about : Equilibrium, optional
         Equilibrium about which the mechanism vibrates; by default the equilibrium under the loads.
     count : int
