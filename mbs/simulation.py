@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .accuracy.checked_run import CheckedRun
-from .accuracy.demand import Asked, Demand, Usual
+from .accuracy.demand import Asked, CheckedRun, Demand, Usual
 from .accuracy.levels import LEVELS_BY_SOLVER
 from .accuracy.refine import refine
 from .accuracy.second_opinion import add_notes, verify_by_other_solver

@@ -1,4 +1,4 @@
-"""Errors allowed of a run: by the accuracy that a user requested (`Asked`), or else by conventions (`Usual`).
+"""Errors allowed of a run, by the accuracy that a user requested (`Asked`) or by conventions (`Usual`); runs with their errors.
 
 Without an accuracy, limits exist for places, journals, impulses and peaks of contacts, and energies. Forces over time, rates and
 end shortenings of strips have none: they vibrate, and a shift of an impact by microseconds changes the phase of the vibration.
@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, nan
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ..elements.signal import Kind
-from ..record.errors import Key, Norm
+from ..record.errors import Errors, Key, Norm, Status
 from ..record.lookup import unknown
+from ..record.run import Run
 from .difference import is_normal_force
 from .estimate import LEAST_ERROR
 from .trajectory import FORCE_KINDS, Trajectory
@@ -180,3 +181,26 @@ def find_worst(allowed: Mapping[Key, float], errors: Mapping[Key, float]) -> Wor
     """Find the signal with the largest ratio of its error to the allowed one."""
     candidates = [Worst(key, errors[key], limit) for key, limit in allowed.items() if key in errors]
     return max(candidates, key=lambda each: each.ratio, default=Worst())
+
+
+@dataclass(frozen=True)
+class CheckedRun:
+    """A run, its errors, and the signal whose error is worst."""
+
+    run: Run
+    errors: Errors = field(default_factory=Errors)  # unknown where no finer run could be made
+    worst: Worst = field(default_factory=lambda: Worst(error=inf))  # without a finer run the error is not known
+    chaos: Status | None = None  # CHAOTIC or SENSITIVE: errors hold only up to `errors.until`
+    reason: str = ""  # why refinement ended early, in words
+    count: int = 1  # runs that were made
+
+    def shortfall(self, demand: Demand) -> str:
+        """Say in a sentence which error is above the allowed one; '' if none is."""
+        why = f"; {self.reason}" if self.reason else ""
+        if not self.errors.known:
+            return f"ACCURACY: no finer run could be made, so that the error is not known ({self.count} runs){why}"
+        if self.worst.ratio <= 1:
+            return ""
+        error, allowed = (f"{100 * e:.2g} %" if 1e-3 <= e < 10 else f"{e:.1e}" for e in (self.worst.error, self.worst.allowed))
+        off = f"is off by {error} (relative error), allowed {allowed}"
+        return f"ACCURACY: '{self.worst.name}' {off}, after {self.count} runs; asked of {demand.words}{why}"

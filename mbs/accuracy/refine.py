@@ -21,9 +21,8 @@ from ..elements.signal import Kind
 from ..record.errors import Deferred, Errors, Key, Norm, Status
 from ..record.run import BALANCE as BALANCE_ALLOWED
 from ..record.run import Run
-from .checked_run import CheckedRun
 from .damping import estimate_damping_errors
-from .demand import BALANCE, USUAL_ERROR, DeflectionLimits, Demand, find_worst
+from .demand import BALANCE, USUAL_ERROR, CheckedRun, DeflectionLimits, Demand, find_worst
 from .difference import Difference
 from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
 from .levels import Level, Levels, Runner

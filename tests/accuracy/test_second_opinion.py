@@ -25,8 +25,7 @@ from buckler.mbs import (
     simulation,
 )
 from buckler.mbs.accuracy import second_opinion
-from buckler.mbs.accuracy.checked_run import CheckedRun
-from buckler.mbs.accuracy.demand import USUAL_ERROR
+from buckler.mbs.accuracy.demand import USUAL_ERROR, CheckedRun
 from buckler.mbs.accuracy.second_opinion import compare_solvers
 from buckler.mbs.accuracy.trajectory import Trajectory
 from buckler.mbs.engine.solve import run_once
