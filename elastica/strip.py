@@ -197,52 +197,40 @@ class Strip:
         residual = self._residual(load, factor, unknowns)
         return StripEquilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, unknowns)
 
-    def fields(self, load: Load, factor: float, unknowns: Array) -> Fields:
+    def fields(self, load: Load, factor: float | Array, unknowns: Array) -> Fields:
         """Compute slopes, force and moment along the strip, equations (1) to (3)."""
         a, g, grid = 1.0 / self.axial, 1.0 / self.shear, self.grid
-        theta, (b, start_nx, start_ny) = unknowns[:-3], unknowns[-3:]
+        theta, (b, start_nx, start_ny) = unknowns[..., :-3], (unknowns[..., k, None] for k in (-3, -2, -1))
         # equilibrium of the part beyond s: n is the sum of the loads on it, without the point load on the second piece
-        on_second = grid.beyond  # 1 at the points of the second piece, else 0
-        nx, ny = start_nx - factor * load.inner[0] * on_second, start_ny - factor * load.inner[1] * on_second
+        passed = np.asarray(factor)[..., None] * grid.beyond  # load factor at the points of the second piece, else 0
+        nx, ny = start_nx - load.inner[0] * passed, start_ny - load.inner[1] * passed
         sin, cos = np.sin(theta), np.cos(theta)
         x_prime = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
         y_prime = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
-        phi, m0 = (0.0, b) if self.start == "clamped" else (b, 0.0)
-        return Fields(sin, cos, nx, ny, x_prime, y_prime, m0 + grid.J @ (nx * y_prime - ny * x_prime), phi)
+        zero = np.zeros(1)
+        phi, m0 = (zero, b) if self.start == "clamped" else (b, zero)
+        return Fields(nx, ny, x_prime, y_prime, m0 + grid.integrate(nx * y_prime - ny * x_prime), phi)
 
-    def defect(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Compute left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
-        f, J = self.fields(load, factor, unknowns), self.grid.J
-        theta = unknowns[:-3]
-        balance = theta - self.grid.angle - f.phi - J @ f.m
-        place = np.array((J[-1] @ f.x_prime, J[-1] @ f.y_prime, theta[-1])) - self.rest - factor * np.array(load.move)
-        force = np.array((f.nx[-1], f.ny[-1], f.m[-1])) - factor * np.array((*load.end, load.moment))
-        return np.concatenate((balance, np.where(self.is_prescribed, place, force)))
+    def defect(self, load: Load, factor: float | Array, unknowns: Array) -> Array:
+        """Compute left minus right side of (4) and of the three end conditions, shape (..., 2 nodes + 3).
+
+        `unknowns` is (..., 2 nodes + 3) and `factor` (...): more axes are for several sets of them.
+        """
+        f, theta, factors = self.fields(load, factor, unknowns), unknowns[..., :-3], np.asarray(factor)[..., None]
+        balance = theta - self.grid.angle - f.phi - self.grid.integrate(f.m)
+        x, y = ((slopes * self.grid.J[-1]).sum(axis=-1) for slopes in (f.x_prime, f.y_prime))  # at s = 1
+        place = np.stack((x, y, theta[..., -1]), axis=-1) - self.rest - factors * load.move
+        force = np.stack((f.nx[..., -1], f.ny[..., -1], f.m[..., -1]), axis=-1) - factors * (*load.end, load.moment)
+        return np.concatenate((balance, np.where(self.is_prescribed, place, force)), axis=-1)
 
     def jacobian(self, load: Load, factor: float, unknowns: Array) -> Array:
-        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
-        # arrays below are derivatives of fields: rows are points, columns theta, b, nx(0), ny(0) and load factor
-        f, J, count = self.fields(load, factor, unknowns), self.grid.J, unknowns.size - 3  # count: of angles
-        b_column, nx_column, ny_column, factor_column = range(count, count + 4)
-        x_prime, y_prime = _differentiate_slopes(self, f, load)
-        x, y = J @ x_prime, J @ y_prime
-        force = np.zeros((2, count, count + 4))
-        force[0, :, nx_column] = force[1, :, ny_column] = 1.0
-        force[:, :, factor_column] = -np.outer(load.inner, self.grid.beyond)
-        nx, ny, x_slope, y_slope = (field[:, None] for field in (f.nx, f.ny, f.x_prime, f.y_prime))
-        moment = J @ (nx * y_prime - ny * x_prime + force[0] * y_slope - force[1] * x_slope)
-        if self.start == "clamped":
-            moment[:, b_column] += 1.0  # b is m0
-        matrix = np.zeros((count + 3, count + 4))
-        matrix[:count] = -J @ moment
-        matrix[:count, :count] += np.eye(count)
-        if self.start == "pinned":
-            matrix[:count, b_column] -= 1.0  # b is phi
-        end_angle = np.eye(count + 4)[count - 1]  # theta at s = 1 is the last angle
-        place, end_force = (x[-1], y[-1], end_angle), (force[0, -1], force[1, -1], moment[-1])
-        matrix[count:] = np.where(self.is_prescribed[:, None], place, end_force)
-        matrix[count:, factor_column] -= np.where(self.is_prescribed, load.move, (*load.end, load.moment))
-        return matrix
+        """Compute the derivative of `defect` by the unknowns and the load factor, shape (2 nodes + 3, 2 nodes + 4).
+
+        It is exact but for rounding, by imaginary steps (W. Squire, G. Trapp, doi 10.1137/S003614459631241X).
+        """
+        size = 1e-30  # so that its square is lost beside 1: chosen
+        stepped = np.append(unknowns, factor) + 1j * size * np.eye(unknowns.size + 1)
+        return self.defect(load, stepped[:, -1], stepped[:, :-1]).imag.T / size
 
     def _newton(self, load: Load, factor: float, unknowns: Array) -> Array:
         return newton(lambda z: np.linalg.solve(self.jacobian(load, factor, z)[:, :-1], self.defect(load, factor, z)), unknowns)
@@ -264,20 +252,3 @@ class Strip:
         fine = self.finer
         pieces = [resample(piece, fine.nodes) for piece in (unknowns[: self.nodes], unknowns[self.nodes : -3])]
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))
-
-
-def _differentiate_slopes(strip: Strip, f: Fields, load: Load) -> Array:
-    """Compute the derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
-    a, g, count = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size  # count: of angles
-    _b_column, nx_column, ny_column, factor_column = range(count, count + 4)
-    sin_2theta, cos_2theta = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
-    columns = np.zeros((2, count, count + 4))
-    diagonal = np.arange(count)
-    columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * sin_2theta - f.ny * cos_2theta)
-    columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * cos_2theta + f.ny * sin_2theta)
-    cross = (a - g) * f.sin * f.cos
-    columns[0, :, nx_column], columns[0, :, ny_column] = a * f.cos**2 + g * f.sin**2, cross
-    columns[1, :, nx_column], columns[1, :, ny_column] = cross, a * f.sin**2 + g * f.cos**2
-    by_nx, by_ny = columns[:, :, nx_column], columns[:, :, ny_column]
-    columns[:, :, factor_column] = -strip.grid.beyond * (by_nx * load.inner[0] + by_ny * load.inner[1])
-    return columns

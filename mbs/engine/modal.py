@@ -1,7 +1,7 @@
 """Modal links in the engine: a native body with a floating frame of reference, constrained to the plane.
 
-The engine gets no mesh, but inertia integrals and, at each joint, a cross of five virtual mesh points that moves rigidly with the
-joint's section. So forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
+The engine gets no mesh, but inertia integrals and, at each joint, a virtual mesh point that moves with the joint's section. So
+forces and energies are exactly those of `PlanarModel`, and the cost of a step does not depend on the mesh.
 """
 
 from dataclasses import dataclass, field
@@ -19,10 +19,8 @@ from . import System
 from .placed import EngineBody, EngineStates
 from .scene import EngineScene
 
-CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-"""Virtual points at a joint, in half widths."""
 ENDS = STATIONS[:2]
-"""Stations of the two joints, 'start' and 'end'."""
+"""Stations of the two joints, 'start' and 'end', each with a virtual mesh point."""
 IN_PLANE = (0, 1, 5)
 """Planar coordinates x, y, theta among those of the engine's frame node: x, y, z and three Tait-Bryan angles."""
 
@@ -79,8 +77,7 @@ def add(scene: EngineScene, link: Link, rates: Array) -> PlacedModal:
     stations = {link.start: "start", link.end: "end"}
     markers = {}
     for point, station in stations.items():
-        middle = len(CROSS) * ENDS.index(station)  # number of the first virtual point of the joint's cross
-        item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[middle], weightingFactors=[1.0])
+        item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=[ENDS.index(station)], weightingFactors=[1.0])
         markers[point] = int(system.AddMarker(item))
     sizes = np.linalg.norm(model.line_shapes, axis=1).max(axis=0, initial=0.0)  # of the modes, (m,)
     scales = np.array([1.0, 1.0, model.length / 2, *sizes])  # how far points move per unit of each coordinate [m]
@@ -157,14 +154,11 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
 
 def _virtual_points(model: PlanarModel) -> dict[str, Any]:
     """Return the virtual points at both joints, and their displacements in each mode, in the engine's format."""
-    offsets = 0.05 * model.length * CROSS  # half widths; any gives the same motion
-    per_rotation = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)  # displacements per rotation of the section
-    places = np.concatenate([model.place(station) + offsets for station in ENDS])
-    # shape: x, y and rotation; each item: points, 2, m
-    modes = [shape[None, :2] + per_rotation[:, :, None] * shape[2] for shape in model.shapes[: len(ENDS)]]
+    places = np.array([[*model.place(station), 0.0] for station in ENDS])
+    displacements = model.shapes[: len(ENDS)] * [[1.0], [1.0], [0.0]]  # (points, 3, m); the third row has rotations, not z
     return {
-        "referencePositions": np.pad(places, ((0, 0), (0, 1))).ravel(),
-        "modeBasis": np.pad(np.concatenate(modes), ((0, 0), (0, 1), (0, 0))).reshape(-1, len(model)),
+        "referencePositions": places.ravel(),
+        "modeBasis": displacements.reshape(-1, len(model)),
         "outputVariableModeBasis": [],
         "outputVariableTypeModeBasis": 0,
     }
