@@ -47,20 +47,12 @@ MOST_CORRECTION = 0.3
 
 @dataclass(frozen=True)
 class Load:
-    """Dead loads and displacements of the end, all in proportion to the load factor; their numbers lie in -1e6 to 1e6.
+    """Dead loads and displacements of the end, all in proportion to the load factor; their numbers lie in -1e6 to 1e6."""
 
-    Attributes
-    ----------
-    end : (float, float), F L^2/(E I), force on the end s = 1, in the directions that its support leaves free
-    moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive, if the support leaves the rotation free
-    inner : (float, float), F L^2/(E I), force on the point `Strip.at`
-    move : (float, float, float), displacement over L in x and y, and rotation, rad, of the end s = 1 as far as prescribed
-    """
-
-    end: tuple[float, float] = (0.0, 0.0)
-    moment: float = 0.0
-    inner: tuple[float, float] = (0.0, 0.0)
-    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    end: tuple[float, float] = (0.0, 0.0)  # force F L^2/(E I) on the end s = 1, in the directions that its support leaves free
+    moment: float = 0.0  # M L/(E I) on the end s = 1, anticlockwise positive, if the support leaves the rotation free
+    inner: tuple[float, float] = (0.0, 0.0)  # force F L^2/(E I) on the point `Strip.at`
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the end over L in x, y, and rotation [rad], as far as prescribed
 
     def __post_init__(self) -> None:
         for name, size, unit in (("end", 2, "F L^2/(E I)"), ("inner", 2, "F L^2/(E I)"), ("move", 3, "over L and rad")):
@@ -74,31 +66,20 @@ class Load:
 class StripEquilibrium:
     """One equilibrium of a `Strip`, at the collocation points; the point `at` occurs twice, once for each piece.
 
-    Attributes
-    ----------
-    factor : float, load factor
-    s : array (nodes,), stress-free arc length over L
-    x, y : array (nodes,), centreline over L from (0, 0)
-    theta : array (nodes,), rotation of the cross-section, rad; the tangent angle where shear is infinite
-    moment : array (nodes,), bending moment M L/(E I)
-    force : array (nodes, 2), n = (nx, ny), F L^2/(E I): force of the part beyond s on the part before it
-    inner : (float, float), x and y of the point `Strip.at`
-    end : (float, float, float), x, y and theta at s = 1
-    residual : float, largest defect of equation (4) and of the end conditions between the collocation points
-    unknowns : array, solution of Newton's method; a start for the next solution
+    Arrays are (2 nodes,), normalised as in this module.
     """
 
-    factor: float
-    s: Array
-    x: Array
+    factor: float  # load factor
+    s: Array  # stress-free arc length
+    x: Array  # centreline from (0, 0)
     y: Array
-    theta: Array
-    moment: Array
-    force: Array
-    inner: tuple[float, float]
-    end: tuple[float, float, float]
-    residual: float
-    unknowns: Array
+    theta: Array  # rotation of the cross-section [rad]; the tangent angle where shear is infinite
+    moment: Array  # bending moment
+    force: Array  # n = (nx, ny), force of the part beyond s on the part before it, (2 nodes, 2)
+    inner: tuple[float, float]  # x and y of the point `Strip.at`
+    end: tuple[float, float, float]  # x, y and theta at s = 1
+    residual: float  # largest defect of equation (4) and of the end conditions between the collocation points
+    unknowns: Array  # solution of Newton's method, a start for the next one
 
 
 @dataclass(frozen=True)
@@ -107,25 +88,15 @@ class Strip:
 
     A straight inextensible strip between two fixed ends has no unique axial force: give it a finite axial stiffness or a bow. An
     attribute outside its range raises a ValueError.
-
-    Attributes
-    ----------
-    start : "clamped" or "pinned", support at s = 0
-    end : support at s = 1: "free", "rail" (fixed in x), "roller" (fixed in y), "guided" (x free), "pinned" or "clamped"
-    angle : stress-free tangent angle, rad, as a function of s over L; smooth on either side of `at`; None is a straight strip
-    axial : float, E A L^2/(E I), positive; infinite for an inextensible strip
-    shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
-    at : float, arc length over L of the inner load, 0.01 to 0.99
-    nodes : int, collocation points of each of the two pieces, 4 to 200
     """
 
-    start: str = "clamped"
-    end: str = "free"
-    angle: Angle | None = None
-    axial: float = inf
-    shear: float = inf
-    at: float = 0.5
-    nodes: int = 32
+    start: str = "clamped"  # or "pinned": support at s = 0
+    end: str = "free"  # support at s = 1, or "rail" (fixed in x), "roller" (fixed in y), "guided" (x free), "pinned", "clamped"
+    angle: Angle | None = None  # stress-free tangent angle, smooth on either side of `at`; None is a straight strip
+    axial: float = inf  # E A L^2/(E I), positive; infinite for an inextensible strip
+    shear: float = inf  # G A L^2/(E I), positive; infinite for an unshearable strip
+    at: float = 0.5  # arc length over L of the inner load, 0.01 to 0.99
+    nodes: int = 32  # collocation points of each of the two pieces, 4 to 200
 
     def __post_init__(self) -> None:
         require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
@@ -149,11 +120,6 @@ class Strip:
     def is_prescribed(self) -> NDArray[np.bool_]:
         """Mask (3,) of x, y and the rotation at s = 1 that are prescribed."""
         return np.isin(range(3), PRESCRIBED[self.end])
-
-    @cached_property
-    def finer(self) -> Strip:
-        """Copy with 1.5 times as many points, for the residual, but at most 200: there it shows Newton's convergence alone."""
-        return replace(self, nodes=min(3 * self.nodes // 2, 200))
 
     @cached_property
     def rest(self) -> tuple[float, float, float]:
@@ -248,7 +214,10 @@ class Strip:
         return found if is_near and rotation <= MOST_ROTATION else None
 
     def _residual(self, load: Load, factor: float, unknowns: Array) -> float:
-        """Compute the largest defect of the interpolated solution on a grid of 1.5 times as many points."""
-        fine = self.finer
+        """Compute the largest defect of the interpolated solution on a grid of 1.5 times as many points, at most 200.
+
+        With 200 points in each piece it shows Newton's convergence alone.
+        """
+        fine = replace(self, nodes=min(3 * self.nodes // 2, 200))
         pieces = [resample(piece, fine.nodes) for piece in (unknowns[: self.nodes], unknowns[self.nodes : -3])]
         return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, unknowns[-3:]))))))

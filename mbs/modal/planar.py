@@ -34,32 +34,21 @@ class PlanarModel:
 
     Integrals of phi_i dm and X x phi_i dm are zero: modes are orthogonal to rigid motions. Of a mode's modal mass 1 the diagonal
     of `gram` is the share of motions in the plane. The rest is lateral contraction, out of the plane.
-
-    Attributes
-    ----------
-    length, mass, inertia : float, m; kg; kg m^2 about the centre of mass
-    centre : array (2,), centre of mass from the start joint in link axes, m
-    numbers : array of int (m,), numbers of the modes among all flexible ones in space, from 1
-    frequency, damping : arrays (m,), angular frequency, rad/s, and damping ratio
-    shapes : array (3, 3, m), for each of `STATIONS`: phi_x, phi_y [1/sqrt(kg)] and rotation of the section [1/(m sqrt(kg))]
-    radial : array (m,), integrals of X . phi_i dm
-    gram, gyration : arrays (m, m), integrals of phi_i . phi_j dm and of phi_i x phi_j dm, of components in the plane
-    line, line_shapes : arrays (p, 2) and (p, 2, m), points along the link from the centre of mass, m, and the modes there
     """
 
-    length: float
-    mass: float
-    inertia: float
-    centre: Array
-    numbers: Array
-    frequency: Array
-    damping: Array
-    shapes: Array
-    radial: Array
-    gram: Array
-    gyration: Array
-    line: Array
-    line_shapes: Array
+    length: float  # [m]
+    mass: float  # [kg]
+    inertia: float  # about the centre of mass [kg m^2]
+    centre: Array  # centre of mass from the start joint in link axes [m], (2,)
+    numbers: Array  # numbers of the modes among all flexible ones in space, from 1, (m,)
+    frequency: Array  # angular frequencies [rad/s], (m,)
+    damping: Array  # damping ratios, (m,)
+    shapes: Array  # for each of `STATIONS` phi_x, phi_y [1/sqrt(kg)] and rotation of the section [1/(m sqrt(kg))], (3, 3, m)
+    radial: Array  # integrals of X . phi_i dm, (m,)
+    gram: Array  # integrals of phi_i . phi_j dm, of components in the plane, (m, m)
+    gyration: Array  # integrals of phi_i x phi_j dm, likewise, (m, m)
+    line: Array  # points along the link from the centre of mass [m], (p, 2)
+    line_shapes: Array  # the modes at the points of `line` [1/sqrt(kg)], (p, 2, m)
 
     def __len__(self) -> int:
         return len(self.frequency)

@@ -18,28 +18,16 @@ from .solid import MOTIONS, Solid, assemble, craig_bampton, free_modes, particip
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
-    """Inertia and chosen modes of a link in space, normalised to modal masses of 1.
+    """Inertia and chosen modes of a link in space, normalised to modal masses of 1."""
 
-    Attributes
-    ----------
-    nodes : array (n, 3), places of the mesh's nodes in link axes [m]
-    numbers : array of int (m,), numbers of the modes among all flexible ones, from 1
-    omega : array (m,), angular frequencies [rad/s]
-    modes : array (m, n, 3), displacements of the nodes [1/sqrt(kg)]
-    participation : array (m, 4), shares of a mode's kinetic energy in each of `buckler.mbs.modal.solid.MOTIONS`
-    mass : float [kg]
-    centre : array (3,), centre of mass in link axes [m]
-    plane : PlanarModel, model of the link in the plane of motion
-    """
-
-    nodes: Array
-    numbers: Array
-    omega: Array
-    modes: Array
-    participation: Array
-    mass: float
-    centre: Array
-    plane: PlanarModel
+    nodes: Array  # places of the mesh's nodes in link axes [m], (n, 3)
+    numbers: Array  # numbers of the modes among all flexible ones, from 1, (m,)
+    omega: Array  # angular frequencies [rad/s], (m,)
+    modes: Array  # displacements of the nodes [1/sqrt(kg)], (m, n, 3)
+    participation: Array  # shares of a mode's kinetic energy in each of `solid.MOTIONS`, (m, 4)
+    mass: float  # [kg]
+    centre: Array  # centre of mass in link axes [m], (3,)
+    plane: PlanarModel  # model of the link in the plane of motion
 
     @property
     def kinds(self) -> list[str]:

@@ -57,20 +57,12 @@ class Failure(NamedTuple):
 
 
 class Norm(StrEnum):
-    """Norm of the difference between a signal and the exact one; it bounds the error of some readings.
+    """Norm of the difference between a signal and the exact one; it bounds the error of some readings."""
 
-    Attributes
-    ----------
-    RMS : root of the mean square over time; bounds the error of means
-    PEAK : largest magnitude; bounds the error of the largest value
-    IMPULSE : largest magnitude over time of the integral from t = 0; bounds the error of an impulse
-    ONSET : largest shift of the times at which a contact closes, divided by the duration of the run
-    """
-
-    RMS = "rms"
-    PEAK = "peak"
-    IMPULSE = "impulse"
-    ONSET = "onset"
+    RMS = "rms"  # root of the mean square over time; bounds the error of means
+    PEAK = "peak"  # largest magnitude; bounds the error of the largest value
+    IMPULSE = "impulse"  # largest magnitude over time of the integral from t = 0; bounds the error of an impulse
+    ONSET = "onset"  # largest shift of the times at which a contact closes, divided by the duration of the run
 
 
 Key = tuple[str, Norm]

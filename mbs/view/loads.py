@@ -88,8 +88,7 @@ def draw_drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
     if drive.target not in sheet.mechanism.points:
         yield from draw_turn(sheet.upright_frame(sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
-    guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
-    tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), scale=u)
+    tail, tip = place_along(((-1.6, 1.2), (1.6, 1.2)), sheet.mechanism.guide(drive.target).along, scale=u)
     yield from draw_arrow(sheet.upright_frame(drive.target), "drive", tail, tip, 0.8 * u)
 
 
@@ -103,7 +102,7 @@ def draw_gear(sheet: Sheet, _name: str, gear: Gear) -> Iterator[Mark]:
     """Yield the pitch circles of two gears; coaxial gears have none and get two circles of the size of a symbol."""
     apart = distance(sheet.mechanism, gear.first, gear.second)
     radii = (1.5 * sheet.unit, 2.0 * sheet.unit)
-    if apart:  # ratio: turns of the second gear per turn of the first
+    if apart:  # ratio: turns of the second gear per turn of the first, negative with outer teeth on both
         to_pitch_point = gear.ratio * apart / (gear.ratio - 1)  # from the first centre towards the second, see `Gear.rows`
         radii = (abs(to_pitch_point), abs(apart - to_pitch_point))
     yield _circle(sheet, gear.first, radii[0])
@@ -114,13 +113,13 @@ def draw_rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     """Yield the pitch circle of a pinion and a piece of the pitch line of its rack."""
     yield _circle(sheet, rack.first, rack.radius)
     pinion_point, rack_body = place(rack.first).point, place(rack.second).body
-    # 2 radii to either side of the pitch point, which lies on the right of the pinion
+    # 2 radii to either side of the pitch point, which lies to the right of the direction `along`, seen from the pinion's centre
     pitch_line = place_along(((-2.0, -1.0), (2.0, -1.0)), rack.along, rack.radius, sheet.place_on(rack_body, pinion_point))
     yield Outline(sheet.body_frame(rack_body), "coupling", pitch_line)
 
 
 def draw_belt(sheet: Sheet, _name: str, belt: Belt) -> Iterator[Mark]:
-    """Yield two pulleys and the two spans of belt between them."""
+    """Yield two pulleys and the two spans of belt between them, between diameters across the centre line: no exact tangents."""
     yield _circle(sheet, belt.first, belt.radius)
     yield _circle(sheet, belt.second, belt.other_radius)
     ends = [sheet.frame_at(*place(at)) for at in (belt.first, belt.second)]

@@ -6,7 +6,6 @@ A frame is a system of axes that moves with a body; a picture shows one time. Fr
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import singledispatch
 from math import pi
 from typing import Any
 
@@ -15,10 +14,11 @@ from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 
-from ..elements import Body, Link, Modal, Strut
+from ..elements import Link, Modal, Strut
 from ..elements.beam import Flexible
-from ..geometry import Array
+from ..geometry import Array, rotate, rotate_left
 from ..mechanism import Mechanism
+from ..modal.planar import ModalHistory
 from ..record.record import Record, select
 from .drawing import MIDDLE, Disc, FrameSource, Label, Mark, Outline, Sheet, Span, StripMark, arc_points
 from .symbols import draw_marks
@@ -55,19 +55,16 @@ class Band:
         return self.modulus * self.width * self.thickness * self.axial
 
 
-@singledispatch
-def bent_line(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
+def bent_line(record: Record, source: Record, link: Link) -> Bent | None:
     """Return the bent line of a flexible link at the times of `record`, with strains of `source`; None for other links."""
-    return None
-
-
-@bent_line.register
-def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
-    motion = record.links.get(link.name)
-    if motion is not None:
-        return _strip(motion, source.links[link.name], source.time, record.time)
-    stress_free = body.curve(record.mechanism.length(link.name))
-    return _repeat_start(record, link, stress_free.places(np.linspace(0.0, 1.0, INTERVALS + 1)))
+    body, motion = link.body, record.links.get(link.name)
+    if isinstance(body, Strut):
+        return _strut(record, link)
+    if not isinstance(body, Flexible | Modal):
+        return None
+    if motion is None:
+        return _repeat_start(record, link)
+    return _modal(motion) if isinstance(body, Modal) else _strip(motion, source.links[link.name], source.time, record.time)
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
@@ -97,43 +94,37 @@ def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
     return line, interpolate(bending), interpolate(axial)
 
 
-@bent_line.register
-def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
-    motion = record.links.get(link.name)
-    if motion is None:
-        return _repeat_start(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
+def _modal(motion: ModalHistory) -> Bent:
+    """Compute the line of a modal link, which is straight without stress, and its bending."""
     line = motion.line()
     undeformed = motion.model.line[:, 0]  # abscissas in the floating frame
-    c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]  # of the floating frame's angle
-    x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
-    deflection = c * y - s * x
+    deflection = rotate(-motion.q[:, 2:3], line - motion.q[:, None, :2])[..., 1]  # in the floating frame (x, y, angle)
     bending = np.gradient(np.gradient(deflection, undeformed, axis=1), undeformed, axis=1)
     bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided second differences are inaccurate
     return line, bending, np.zeros_like(bending)  # no axial strain: the line alone does not give it
 
 
-def _repeat_start(record: Record, link: Link, local: Array) -> Bent:
-    """Return the bent line of a link that was not recorded: `local` (stations, 2), in axes of the link, at t = 0, unstrained."""
+def _repeat_start(record: Record, link: Link) -> Bent:
+    """Return the bent line of a strip or modal link that was not recorded: that at t = 0, unstrained."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
-    along = (end - start) / np.hypot(*(end - start))
-    line = start + local[:, :1] * along + local[:, 1:] * np.array([-along[1], along[0]])
-    line = np.tile(line, (len(record.time), 1, 1))
+    chord = float(np.hypot(*(end - start)))
+    along, fractions = (end - start) / chord, np.linspace(0.0, 1.0, INTERVALS + 1)
+    x, y = link.body.curve(chord).places(fractions).T if isinstance(link.body, Flexible) else (chord * fractions, 0 * fractions)
+    line = np.tile(start + np.outer(x, along) + np.outer(y, rotate_left(along)), (len(record.time), 1, 1))
     return line, np.zeros(line.shape[:2]), np.zeros(line.shape[:2])
 
 
-@bent_line.register
-def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
-    # The elastica between the ends. The model does not know the side of the bend: drawn is the left.
+def _strut(record: Record, link: Link) -> Bent:
+    """Compute the elastica between the ends of a strut, bent to the left: the model does not know the side."""
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start
     span = np.hypot(*chord.T)
     along = chord / np.maximum(span, 1e-300)[:, None]
-    left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     stretch = np.maximum(span / length, 1.0)[:, None]  # only a span above the length stretches the strut
     arc = np.linspace(0.0, 1.0, STATIONS)
     x, y, theta = pinned.shape(np.maximum(1 - span / length, 0.0)[:, None], arc)
-    line = start[:, None] + length * ((stretch * x)[..., None] * along[:, None] + y[..., None] * left[:, None])
+    line = start[:, None] + length * ((stretch * x)[..., None] * along[:, None] + y[..., None] * rotate_left(along)[:, None])
     return line, np.gradient(theta, arc, axis=1) / length, (stretch - 1) * np.ones(STATIONS)
 
 
@@ -218,7 +209,8 @@ def make_movie(record: Record, times: Array | None = None) -> Movie:
         return still(record.mechanism)
     if times is None:
         starts = {name: record.mechanism.link(name).start for name in record.links}
-        turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
+        angles = [motion.turn(starts[name])[0] for name, motion in record.links.items()]  # [rad], without their rates
+        turns = [np.abs(np.diff(angle)).sum() / (2 * pi) for angle in angles]
         intervals = int(np.clip(180 * max(turns, default=0.0), 240, 1440))
         times = np.linspace(record.time[0], record.time[-1], intervals + 1)
     return _movie(record.at(times), record)
@@ -245,17 +237,19 @@ def _movie(record: Record, source: Record) -> Movie:
     """Make the movie of `record`, at the times of the pictures; `source` is the same motion at the times of the solver."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
-    marks = tuple(draw_marks(sheet))
+    marks = tuple(draw_marks(sheet))  # it adds the frames that marks need to `sheet.frames`
     sources = sheet.frames | {point: FrameSource(point) for point in mechanism.points}
     frames = {name: _frame(record, frame) for name, frame in sources.items()}
     bands = {}
     for link in mechanism.links:
-        bent = bent_line(link.body, record, source, link)
+        bent = bent_line(record, source, link)
         if bent is not None:
             section, (points, _, _) = link.body.section, bent
             middle = points[:, points.shape[1] // 2]
             bands[link.name] = Band(*bent, section.thickness, section.width, section.material.modulus)
-            frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
+            frames[MIDDLE + link.name] = np.column_stack(
+                [middle, np.zeros(len(middle))]
+            )  # of the link's name, which stays upright
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
 
@@ -266,5 +260,6 @@ def _frame(record: Record, frame: FrameSource) -> Array:
     place, _velocity = record.point(frame.reference)
     angle, _rate = record.turn(frame.reference)
     if frame.pin:  # `place` is the centre of the bush, from which the pin is drawn at an enlarged distance
-        place = place + frame.factor * (record.point(frame.pin)[0] - place)
+        pin, _velocity = record.point(frame.pin)
+        place = place + frame.factor * (pin - place)
     return np.column_stack([place, angle if frame.turns else np.zeros_like(angle)])

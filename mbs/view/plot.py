@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 MOST_FRAMES = 120
-"""Largest number of pictures of an animation."""
+"""Largest number of pictures of an animation: 20 a second at the default duration of 6 s, chosen."""
 
 
 def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool = True) -> Axes:
@@ -182,7 +182,7 @@ def animate(movie: Movie, path: str | Path, seconds: float = 6.0, width: float =
 def plot_fit(fit: Any) -> Figure:
     """Draw measured and fitted signals, their differences, and profiles of the likelihood; see `Fit.plot`."""
     pairs = zip(fit.experiments, fit.predicted, strict=True)
-    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:12]  # more are not drawn
+    rows = [(each, predicted, name) for each, predicted in pairs for name in each.signals][:12]  # 12 rows at most: chosen
     count = len(rows) + ceil(len(fit.profiles) / 2)
     figure, axes = subplots(count, 2, height=20.0 + 45.0 * count, squeeze=False)
     for (each, predicted, name), (left, right) in zip(rows, axes, strict=False):
@@ -203,7 +203,7 @@ def plot_fit(fit: Any) -> Figure:
 
 
 MARKERS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v"}
-"""Markers of critical points, by their kind."""
+"""Markers of critical points, by kind; a fold is the limit point of a path of periodic motions, whose period may double."""
 
 
 def plot_path(path: Any, link: str, point: str, axis: str | None = None, ax: Any = None) -> Axes:
@@ -220,7 +220,7 @@ def plot_path(path: Any, link: str, point: str, axis: str | None = None, ax: Any
         for curve, stable in _pieces(branch, places[:, column]):
             ax.plot(*curve, "C0-" if stable else "C3--", label="stable" if stable else "unstable")
         for critical, place in zip(branch.points, critical_places, strict=True):
-            kind, parameter = critical.kind, critical.rest.parameter
+            kind, parameter = critical.kind, critical.rest.parameter  # `rest` is the state, also of a periodic motion
             ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=kind)
     # `path.ordinate` is a text before the axis: "amplitude of " for periodic motions
     ax.set(xlabel=path.abscissa, ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
