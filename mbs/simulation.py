@@ -243,9 +243,10 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
     """Make the result of a run: signals, energies, checks; `complete` adds the error estimate before the checks."""
     record = run.record
     status, message = run.failure or (Status.OK, "")
+    traits = {name: signal.trait for name, signal in run.signals.items()}
     result = Result(
         status, message, record.time, signals=run.values, units=run.units, work=run.work, energy=run.ledger if ledger else {},
-        shapes=shapes_at(record, times) if len(times) else {}, provenance=_provenance(run), film=Film(record), traits=run.traits,
+        shapes=shapes_at(record, times) if len(times) else {}, provenance=_provenance(run), film=Film(record), traits=traits,
     )  # fmt: skip
     if complete is not None:
         result = complete(result)

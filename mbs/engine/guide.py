@@ -68,9 +68,15 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")
         else:
             scene.readers[name, "reaction"] = partial(_compute_reaction_under_strut, guide)
-        if isinstance(guide.friction, GuideFriction):  # of prescribed size
-            _add_friction(scene, guide, guide.friction)
-        elif guide.friction is not None:
+        friction = guide.friction
+        if isinstance(friction, GuideFriction):  # of prescribed size: a native element of the engine on the block's coordinate
+            scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(
+                markerNumbers=[scene.ground, scene.coordinate_marker(guide.point, 0)],
+                dynamicFrictionForce=friction.dynamic, staticFrictionOffsetForce=friction.static_offset,
+                viscousFrictionFactor=friction.viscous, exponentialDecayStatic=friction.stribeck,
+                frictionProportionalZone=friction.regularisation,
+            ))  # fmt: skip
+        elif friction is not None:
             _add_reaction_friction(scene, name, guide)
 
 
@@ -99,16 +105,6 @@ def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -
     pull *= (tension / np.hypot(*pull.T))[:, None]
     ax, ay = guide.along
     return (ay * pull[:, 0] - ax * pull[:, 1] - _compute_weight(mechanism, guide))[:, None]
-
-
-def _add_friction(scene: EngineScene, guide: Guide, friction: GuideFriction) -> None:
-    """Add friction of prescribed size on the coordinate of a block, by a native element of the engine."""
-    markers = [scene.ground, scene.coordinate_marker(guide.point, 0)]
-    scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(
-        markerNumbers=markers, dynamicFrictionForce=friction.dynamic, staticFrictionOffsetForce=friction.static_offset,
-        viscousFrictionFactor=friction.viscous, exponentialDecayStatic=friction.stribeck,
-        frictionProportionalZone=friction.regularisation,
-    ))  # fmt: skip
 
 
 class ReactionFriction:

@@ -180,12 +180,9 @@ def add_drives(scene: EngineScene, drives: dict[str, Drive]) -> None:
             position, speed = (watch(scene, what, lambda _system, t, _item, _offset, f=f: f(t)) for f in functions)
             item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=position, offsetUserFunction_t=speed)
         scene.constraints[name] = int(scene.system.AddObject(item))
-        scene.readers[name, "effort"] = partial(_read_effort, scene, name)
-
-
-def _read_effort(scene: EngineScene, name: str, run: History, _record: Record) -> Array:
-    """Return the force or torque of a drive's constraint on the driven body: its multiplier with opposite sign, (times, 1)."""
-    return -run.multipliers[:, scene.multiplier_indices(name)]
+        # the force or torque on the driven body is the constraint's multiplier with opposite sign, (times, 1)
+        indices = partial(scene.multiplier_indices, name)  # known in the assembled system
+        scene.readers[name, "effort"] = lambda run, _record, get=indices: -run.multipliers[:, get()]  # type: ignore[misc]
 
 
 def _compute_effort(drive: Drive, _run: History, record: Record) -> Array:

@@ -87,7 +87,6 @@ def _make_static_settings(scene: EngineScene) -> exu.SimulationSettings:
     settings.solution.file.write = False
     static = settings.staticSolver
     static.verboseMode = 0
-    static.numberOfLoadSteps = 1
     static.useLoadFactor = False
     static.adaptiveStep = False
     # tolerances of the residual: over its first value; in N and N m. Ten times larger ones change a load by a relative 1e-7

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..elements.link import make_motion_signals
-from ..elements.signal import Kind, Signal, Trait
+from ..elements.signal import Kind, Signal
 from ..geometry import Array
 from ..laws import BristleLaw
 from ..mechanism import Mechanism
@@ -206,8 +206,3 @@ class Run:
     def units(self) -> dict[str, str]:
         """Units of the signals."""
         return {name: signal.unit for name, signal in self.signals.items()}
-
-    @property
-    def traits(self) -> dict[str, Trait]:
-        """Kind, vector, rate, scale and period of the signals."""
-        return {name: signal.trait for name, signal in self.signals.items()}

@@ -199,7 +199,7 @@ def predict_data(ended: Run, experiment: Experiment, time_zero: float) -> dict[s
             raise WrongReadingError(str(unknown(name, list(values))))
         if (given := experiment.units.get(name)) and parse_unit(given).dimension != parse_unit(units[name]).dimension:
             raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
-        rate = ended.traits[name].rate  # name of the signal that is the time derivative, as `A.vx` for `A.x`
+        rate = ended.signals[name].rate  # name of the signal that is the time derivative, as `A.vx` for `A.x`
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
         predicted[name] = between(time, values[name], slopes, times)
     return predicted | {text: read_number(text, time, values, units, Smooth).value for text in experiment.readings}
