@@ -27,7 +27,6 @@ from buckler.mbs import (
 )
 from buckler.mbs.functions import Table
 from buckler.mbs.statics.problem import Problem, Rest, loads_of
-from buckler.mbs.statics.spectrum import Tangent, spectrum
 
 
 def strip(section, ends):
@@ -180,18 +179,3 @@ def test_a_law_with_a_kink_at_rest_has_no_frequency(gap, force, known):
     assert (found.status == "OK") is known and ("kink" in found.message) is not known
     assert not known or found.hertz[0] == pytest.approx((400.0 / 0.5) ** 0.5 / (2 * np.pi), rel=1e-9)
     assert known or found.errors[0] > 1.0
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.1], ids=["undamped", "damped"])
-def test_the_shift_of_a_spectrum_is_that_of_its_last_modes(monkeypatch, damping):
-    """No shift suits, and the last one that was tried is returned with its modes."""
-    tried = []
-
-    def lowest(*args):
-        tried.append(args[-1])
-        return 1e4 * args[-1]
-
-    monkeypatch.setattr("buckler.mbs.statics.spectrum._lowest", lowest)
-    one = np.eye(2)
-    found = spectrum(Tangent(one, damping * one, np.diag([1.0, 4.0]), one, one, one))
-    assert found.shift == tried[-1]
