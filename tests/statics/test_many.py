@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section, equilibrium, frequencies
+from buckler.mbs import Cable, Link, Mechanism, Modal, Revolute, Rigid, Section, Weld, equilibrium, frequencies
+from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.scene import CompiledScene
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
@@ -94,6 +95,14 @@ def test_the_extent_of_two_bars_in_line_is_twice_their_length(length):
     mechanism = Mechanism(points, bars, [Revolute("O", "ground", "a"), Revolute("A", "a", "b")])
     extents = Problem(CompiledScene.of(mechanism)).extents
     assert sorted(extents) == [1.0, 1.0, *4 * [2 * length]]
+
+
+def test_coordinates_of_modes_have_the_extents_of_their_units_and_are_no_angles():
+    body = Modal(Section(0.02, 0.002), BarModes(bending=2, axial=1), damping=0.01)
+    scene = CompiledScene.of(Mechanism({"A": (0, 0), "B": (0.5, 0)}, [Link("s", "A", "B", body)], [Weld("A", "s", "ground")]))
+    modes = slice(3, scene.size)
+    assert np.array_equal(Problem(scene).extents[modes], scene.units[modes])
+    assert np.flatnonzero(scene.is_angle).tolist() == [2]
 
 
 @pytest.mark.slow
