@@ -1,11 +1,41 @@
-"""A block that strikes a spring with a damper that only pushes: a period and its derivative, integrated piece by piece.
+"""A block on a slide and its periodic motions: closed forms, and a period and its derivative, integrated piece by piece.
 
-Where the block touches, its acceleration jumps from a to a - s c d', s the side: dP/dx jumps by 1 + (0, -s c d') (s, 0)^T/d'
-(saltation); where it is let go the force is zero already and nothing jumps.
+A spring with a damper that only pushes is struck. Where the block touches, its acceleration jumps from a to a - s c d', s the
+side: dP/dx jumps by 1 + (0, -s c d') (s, 0)^T/d' (saltation); where it is let go the force is zero already and nothing jumps.
 """
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from buckler import mbs
+from buckler.mbs.statics.cycles import Periodic
+
+
+def block(*loads, stops=(), along=(1, 0)):
+    """A block of 1 kg on a slide, along x by default; its spring's other end is far, at S."""
+    return mbs.Mechanism(
+        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
+        [mbs.Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
+    )  # fmt: skip
+
+
+def start_at(motion, made, y):
+    """A motion of a block that begins at a place and a speed, and the index of the coordinate that moves."""
+    start = Periodic(**{**vars(motion), "q": motion.q.copy(), "v": motion.v.copy()})
+    moving = int(np.argmax(np.abs(motion.v).max(axis=0)))
+    start.q[0, moving] += y[0] - motion.point("block", "P")[0, np.argmax(np.abs(made.joints[0].along))]
+    start.v[0, moving] = y[1]
+    return start, moving
+
+
+def hill(delta, epsilon):
+    """Trace of the monodromy matrix of x'' + (delta + epsilon cos t) x = 0 over 2 pi, by Hill's determinant."""
+    a, q, n = 4 * delta, -2 * epsilon, np.arange(-4000, 4001)
+    side = q / ((2.0 * n) ** 2 - a)
+    before, whole = 1.0, 1.0
+    for one, other in zip(side[1:], side[:-1], strict=True):
+        before, whole = whole, whole - one * other * before
+    return 2 * (1 - 2 * whole * np.sin(np.pi * np.sqrt(complex(a)) / 2) ** 2).real
 
 
 def struck(y, period, free, tangent, law, side=1.0, face=0.0):

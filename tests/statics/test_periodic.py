@@ -2,21 +2,13 @@
 
 import numpy as np
 import pytest
-from returned_states import returned
+from returned_states import block, hill, returned, start_at
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from buckler import mbs
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.statics.cycles import Periodic, describe_change
-
-
-def block(*loads, stops=(), along=(1, 0)):
-    """A block of 1 kg on a slide, along x by default; its spring's other end is far, at S."""
-    return mbs.Mechanism(
-        {"P": (0, 0), "Q": (0, 0.1), "S": (10, 0)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
-        [mbs.Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
-    )  # fmt: skip
+from buckler.mbs.statics.cycles import describe_change
 
 
 def monodromy(right, state, period):
@@ -49,16 +41,6 @@ def test_a_damped_oscillator_swings_as_in_closed_form():
     assert (np.abs(np.sort_complex(found.multipliers) - np.sort_complex(exact)) <= 2 * found.errors + 1e-9).all()
     assert found.point("block", "P")[0, 0] == pytest.approx(response.real, rel=1e-7)
     assert found.amplitude("block", "P")[0] == pytest.approx(abs(response), rel=1e-6)
-
-
-def hill(delta, epsilon):
-    """Trace of the monodromy matrix of x'' + (delta + epsilon cos t) x = 0 over 2 pi, by Hill's determinant."""
-    a, q, n = 4 * delta, -2 * epsilon, np.arange(-4000, 4001)
-    side = q / ((2.0 * n) ** 2 - a)
-    before, whole = 1.0, 1.0
-    for one, other in zip(side[1:], side[:-1], strict=True):
-        before, whole = whole, whole - one * other * before
-    return 2 * (1 - 2 * whole * np.sin(np.pi * np.sqrt(complex(a)) / 2) ** 2).real
 
 
 @pytest.mark.parametrize("point", [(0.2, 0.1), (0.27, 0.2), (1.1, 0.3), (1.03, 0.5), (-0.05, 0.5), (-0.05, 0.2)])
@@ -94,10 +76,7 @@ def test_duffings_three_motions_at_one_frequency(which, stable):
     for _ in range(5):  # Newton's method on an own integration
         end, matrix = monodromy(duffing, y, period)
         y = y - np.linalg.solve(matrix - np.eye(2), end - y)
-    near = mbs.periodic(made, period)
-    near = Periodic(**{**vars(near), "q": near.q.copy(), "v": near.v.copy()})
-    moving = int(np.argmax(np.abs(near.v).max(axis=0)))
-    near.q[0, moving], near.v[0, moving] = y + 1e-3
+    near, moving = start_at(mbs.periodic(made, period), made, y + 1e-3)
     found = mbs.periodic(made, period, start=near)
     assert [found.q[0, moving], found.v[0, moving]] == pytest.approx(y, abs=1e-7)
     assert found.multipliers == pytest.approx(multipliers(matrix), abs=1e-6)
@@ -151,16 +130,6 @@ def test_a_pendulum_keeps_the_period_of_its_swing():
     assert found.stable
 
 
-def at(motion, made, y):
-    """A motion that begins where a block is, and as quick."""
-    start = Periodic(**{**vars(motion), "q": motion.q.copy(), "v": motion.v.copy()})
-    moving = int(np.argmax(np.abs(motion.v).max(axis=0)))
-    place = motion.point("block", "P")[0]
-    start.q[0, moving] += y[0] - place[np.argmax(np.abs(made.joints[0].along))]
-    start.v[0, moving] = y[1]
-    return start, moving
-
-
 @pytest.mark.slow
 def test_a_block_that_strikes_a_stop_each_period():
     gap, law, period = 0.02, KelvinVoigt(40.0, 0.3), 2 * np.pi / 5
@@ -206,7 +175,7 @@ def test_a_ball_that_bounces_each_period(stiffness):
     y, exact = returned(
         y, period, lambda t, x, v: shake * np.sin(speed * t) - 9.81, lambda t, x, v: (0.0, 0.0), law, -1.0, -0.05
     )  # fmt: skip
-    start, moving = at(mbs.periodic(made, period), made, y)
+    start, moving = start_at(mbs.periodic(made, period), made, y)
     found = mbs.periodic(made, period, start=start)
     assert [found.point("block", "P")[0, 1], found.v[0, moving]] == pytest.approx(y, abs=1e-8)
     assert np.abs(np.sort_complex(found.multipliers) - np.sort_complex(exact)).max() <= min(3 * found.errors.max() + 1e-8, 1e-6)

@@ -2,24 +2,15 @@
 
 import numpy as np
 import pytest
-from returned_states import returned
+from returned_states import block, hill, returned, start_at
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
 from buckler import mbs
 from buckler.mbs.functions import Components, Expression
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.statics.cycles import Periodic
 
 TURN = 2 * np.pi
-
-
-def block(*loads, along=(1.0, 0.0), stops=()):
-    """A block of 1 kg on a slide; S is far along x."""
-    return mbs.Mechanism(
-        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
-        [mbs.Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
-    )  # fmt: skip
 
 
 def duffing_run(x, v, speed):
@@ -74,16 +65,6 @@ def test_a_number_of_the_mechanism_changes_a_motion():
     exact = np.abs(1.5 / (found.parameter - 16.0 + 2.4j))
     assert (found.parameter[0], found.parameter[-1]) == (25.0, 40.0)
     assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-6)
-
-
-def hill(delta, epsilon):
-    """Trace of the monodromy matrix of x'' + (delta + epsilon cos t) x = 0 over 2 pi, by Hill's determinant."""
-    a, q, n = 4 * delta, -2 * epsilon, np.arange(-4000, 4001)
-    side = q / ((2.0 * n) ** 2 - a)
-    before, whole = 1.0, 1.0
-    for one, other in zip(side[1:], side[:-1], strict=True):
-        before, whole = whole, whole - one * other * before
-    return 2 * (1 - 2 * whole * np.sin(np.pi * np.sqrt(complex(a)) / 2) ** 2).real
 
 
 def test_mathieus_tongues_begin_and_end_where_hills_determinant_says():
@@ -144,14 +125,11 @@ def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
         mbs.Force("P", lambda t: (0.0, shake * np.sin(speed * t))), mbs.Force("P", (0.0, -gravity)), along=(0.0, 1.0),
         stops=[mbs.Stop("P", at=0.0, law=law, along=(0, 1))],
     )  # fmt: skip
-    resting = mbs.periodic(made, period)
     phase = np.arccos(gravity * period / 2 * lag / (shake / speed))
     flown, up = period - phase / speed, gravity * period / 2
     low = shake / speed**2 * np.sin(phase)
-    start = Periodic(**{**vars(resting), "q": resting.q.copy(), "v": resting.v.copy()})
-    moving = int(np.argmax(np.abs(resting.v).max(axis=0)))
-    start.q[0, moving] += up * flown - gravity * flown**2 / 2 + low - resting.point("block", "P")[0, 1]
-    start.v[0, moving] = up - gravity * flown - shake / speed
+    y = [up * flown - gravity * flown**2 / 2 + low, up - gravity * flown - shake / speed]
+    start, moving = start_at(mbs.periodic(made, period), made, y)
     found = mbs.response(made, period, to=1.4, load="force.P", start=start)
     mean, swing = lag, 2 * (1 + e * e) / np.pi / (1 + e) ** 2
     assert found.status == "OK"

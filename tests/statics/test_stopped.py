@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from returned_states import block
 from stopping import stop_at
 
 from buckler import mbs
@@ -22,16 +23,10 @@ def column(*loads):
     )  # fmt: skip
 
 
-def block():
-    """A block of 1 kg on a spring of 25 N/m that a force shakes at 4 rad/s."""
-    return mbs.Mechanism(
-        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
-        [mbs.Slider("P", "block", "ground", along=(1.0, 0.0))],
-        loads=[
-            mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.6),
-            mbs.Force("P", Components((Expression("1.5*cos(4*t)"), 0.0))),
-        ],
-    )  # fmt: skip
+SHAKEN = block(
+    mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.6), mbs.Force("P", Components((Expression("1.5*cos(4*t)"), 0.0)))
+)
+"""A spring of 25 N/m, shaken at 4 rad/s."""
 
 
 def stopped(monkeypatch, look, by, call):
@@ -86,16 +81,16 @@ def test_frequencies_without_a_refinement_have_no_error(monkeypatch):
 def test_a_periodic_motion_is_kept_without_its_finer_steps(monkeypatch, by):
     exact = abs(1.5 / (25.0 - 16.0 + 2.4j))
     looks = stop_at(monkeypatch, 0)
-    mbs.periodic(block(), pi / 2)
-    found = stopped(monkeypatch, next(looks) - 2, by, lambda: mbs.periodic(block(), pi / 2))
+    mbs.periodic(SHAKEN, pi / 2)
+    found = stopped(monkeypatch, next(looks) - 2, by, lambda: mbs.periodic(SHAKEN, pi / 2))
     assert found.amplitude("block", "P")[0] == pytest.approx(exact, rel=1e-5)
-    none = stopped(monkeypatch, 1, by, lambda: mbs.periodic(block(), pi / 2))
+    none = stopped(monkeypatch, 1, by, lambda: mbs.periodic(SHAKEN, pi / 2))
     assert "no periodic motion was found yet" in none.message and not len(none.time)
 
 
 @pytest.mark.parametrize("by", ["timeout", "Ctrl-C"])
 def test_a_response_keeps_the_motions_that_it_found(monkeypatch, by):
-    found = stopped(monkeypatch, 120, by, lambda: mbs.response(block(), pi / 2, to=40.0, parameter="loads.0.stiffness"))
+    found = stopped(monkeypatch, 120, by, lambda: mbs.response(SHAKEN, pi / 2, to=40.0, parameter="loads.0.stiffness"))
     assert 1 < len(found.parameter) and 25.0 < found.parameter[-1] < 40.0
     exact = np.abs(1.5 / (found.parameter - 16.0 + 2.4j))
     assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-5)
@@ -123,5 +118,5 @@ def test_a_periodic_motion_whose_refinement_fails_says_that_its_error_is_unknown
         return search(shooting, *args)
 
     monkeypatch.setattr(Shooting, "search", fail_if_fine)
-    found = mbs.periodic(block(), pi / 2)
+    found = mbs.periodic(SHAKEN, pi / 2)
     assert found.status == "INACCURATE" and "its error is not known" in found.message
