@@ -176,18 +176,3 @@ def kinked():
     return mechanism, times[-1], {
         "C.x": lambda t: free + follows(t), "drive.force": lambda t: m * rises[piece(t)] + k * (place(t) - follows(t)),
     }  # fmt: skip
-
-
-def boxed():
-    """A block under a constant force and a box of 0.4 ms beside it."""
-    m, pull, box = 1.0, 5.0, 500.0
-    mechanism = Mechanism(
-        {"A": (0, 0), "B": (0.1, 0)}, [Link("block", "A", "B", Rigid.of(mass=m, inertia=1e-3))],
-        [Slider("A", "block", "ground", along=(1, 0))], loads=[Force("A", lambda t: (pull + box * (0.2 <= t < 0.2004), 0.0))],
-    )  # fmt: skip
-
-    def kicked(t):
-        inside = np.clip(t - 0.2, 0.0, 4e-4)
-        return box * (inside**2 / 2 + inside * np.maximum(t - 0.2004, 0.0)) / m
-
-    return mechanism, 1.0, {"A.x": lambda t: pull * t**2 / (2 * m) + kicked(t)}

@@ -1,14 +1,13 @@
 """Pendulums and blocks, each with its signals in closed form or by another integrator."""
 
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 import simulations
 from moved import solved
 from simulations import BAR, FEATHER, MASS, SPAN, exact_swing, pendulum_frequency
 
-from buckler.mbs import Force, Guide, GuideFriction, Link, Mechanism, Spring, States, Stop
-from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs import Force, Guide, GuideFriction, Link, Mechanism, States
 
 
 def pendulum():
@@ -34,28 +33,6 @@ def block(**more):
         points={"A": (0, 0), "B": (0.1, 0)} | more.pop("points", {}), links=[Link("bar", "A", "B", FEATHER)],
         guides=[Guide("A", "bar", (1, 0), 0.5, more.pop("friction", None)), Guide("B", "bar", (1, 0))], **more,
     )  # fmt: skip
-
-
-def oscillator():
-    """A block on a spring, let go stretched: a cosine."""
-    stiffness, stretch = 80.0, 0.05
-    mechanism = block(points={"F": (-0.3, 0)}, loads=[Spring("A", "ground:F", stiffness, free_length=0.3 - stretch)])
-    w = sqrt(stiffness / MASS)
-    (spring,) = (name for name in mechanism.elements() if "spring" in name)
-    return mechanism, 1.2, {
-        "A.x": lambda t: stretch * np.cos(w * t) - stretch, "A.vx": lambda t: -w * stretch * np.sin(w * t),
-        f"{spring}.force": lambda t: stiffness * stretch * np.cos(w * t),
-    }  # fmt: skip
-
-
-def bouncer():
-    """A block that falls on an undamped stop: parabolas and sines."""
-    stiffness, gap, pull = 2e4, 0.02, 20.0
-    mechanism = block(stops=[Stop("A", at=gap, law=KelvinVoigt(stiffness, 0.0))], gravity=(pull, 0))
-    y = solved(lambda _t, y: [y[1], pull - stiffness / MASS * max(y[0] - gap, 0.0)], 0.3, [0, 0], 1e-4)
-    return mechanism, 0.3, {
-        "A.x": lambda t: y(t)[0], "A.contact_force": lambda t: stiffness * np.maximum(y(t)[0] - gap, 0.0),
-    }  # fmt: skip
 
 
 def braked():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs.accuracy.difference import Difference
-from buckler.mbs.accuracy.impacts import Impacts, compare_impacts, levy, match_times
+from buckler.mbs.accuracy.impacts import Impacts, compare_impacts
 from buckler.mbs.accuracy.trajectory import RESTING, SMALL, Trajectory
 from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import find_sign_changes
@@ -138,20 +138,6 @@ def test_a_ringing_is_resolved_where_no_whole_period_of_it_has_long_steps():
         assert Trajectory(time, {"f.mean": mean}, 1.0).unresolved == unresolved
 
 
-def test_a_touch_that_one_of_two_runs_nearly_has_counts_by_its_force():
-    """0.5 mm and 2 mm apart at the closest: a third run could be 1 mm deep; no touch that both have counts so."""
-    time = np.linspace(0, END, 2001)
-
-    def run(gap):
-        depth = np.where(time < 1.0, 1e-2 * np.sin(2 * np.pi * time) - 9e-3 - gap, -1.0) + 1e-3 * (time >= 1.0)
-        return made(time, c=(np.zeros_like(time), "N", Kind.CONTACT, "", "", 0.0, 0.0, "", NONE, depth, lambda d: 1e4 * d))
-
-    missed = Difference(near := run(1.5e-3), far := run(3e-3))._possible_contact_force(near.signals["c"], far.signals["c"])
-    assert missed.max() == pytest.approx(10.0) and missed[0] == missed[-1] == 0.0
-    a, b = run(0.5e-3), run(0.4e-3)
-    assert not Difference(a, b)._possible_contact_force(a.signals["c"], b.signals["c"]).any()
-
-
 # --- trains of blows --------------------------------------------------------------------------------------------------
 
 
@@ -215,17 +201,6 @@ def test_a_blow_that_only_one_run_has_is_wholly_off():
     time, force = train(1)
     none = contact_norms((time, force), (time, 0 * force))
     assert set(none.values()) == {1.0}
-
-
-def test_levys_distance_of_a_shift_is_the_shift():
-    time = np.linspace(0, 1, 1001)
-    early, late = (np.clip(time - at, 0.0, 0.01) for at in (0.3, 0.32))  # impulses of pushes of 10 ms
-    assert levy((time, early), (time, late), 1.0, 1.0) == pytest.approx(0.02, rel=0.1)
-
-
-def test_mutual_nearest_times_do_not_cross():
-    i, j = match_times(np.array([0.1, 0.2, 0.21, 0.9]), np.array([0.11, 0.205, 0.5]))
-    assert (i.tolist(), j.tolist()) == ([0, 1], [0, 1])
 
 
 def test_errors_without_a_limit_are_computed_when_they_are_read_and_then_released():

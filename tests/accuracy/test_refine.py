@@ -216,12 +216,6 @@ def test_a_snap_that_comes_later_parts_no_runs():
 # --- what is demanded -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("wrong", ["speeds", [], ["x"], 3])
-def test_an_accuracy_of_nothing_is_refused(wrong):
-    with pytest.raises(ValueError, match="'places', 'forces', or a list"):
-        Asked(1e-3, wrong)
-
-
 def trajectory_of(**signals):
     found = {name.replace("_", "."): Signal(name.replace("_", "."), *rest) for name, rest in signals.items()}
     return Trajectory(TIME, found, 1.0)

@@ -1,11 +1,8 @@
 """A run held against the other solver: they agree, a flipped sign is caught, what cannot be compared says so."""
 
-import re
 from dataclasses import replace
 from math import isnan
-from pathlib import Path
 
-import numpy as np
 import pytest
 
 pytest.importorskip("numba")
@@ -22,7 +19,6 @@ from buckler.mbs import (
     Section,
     Spring,
     simulate,
-    simulation,
 )
 from buckler.mbs.accuracy import second_opinion
 from buckler.mbs.accuracy.demand import USUAL_ERROR, CheckedRun
@@ -35,7 +31,6 @@ from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral import recording, registry
 from buckler.mbs.view.verdicts import verdicts
 
-README = Path(__file__).parents[2] / "README.md"
 PENDULUM = Mechanism(
     {"O": (0.0, 0.0), "A": (1.0, 0.0)},
     [Link("rod", "O", "A", Rigid(Section(0.02, 0.005)))],
@@ -141,20 +136,3 @@ def test_nothing_is_compared_unasked():
     result = simulate(PENDULUM, 0.1)
     assert isnan(result.verified)
     assert "SOLVERS" not in {row.name for row in verdicts(result)}
-
-
-def test_the_slider_crank_of_the_readme_moves_alike_without_a_compiler(monkeypatch):
-    block = re.search(r"^```python\n(.*?)^result = ", README.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[1]
-    names = {}
-    exec(block, names)
-    runs = [simulate(names["mechanism"], 5.0)]
-    monkeypatch.setattr(simulation, "has_compiler", lambda: False)
-    runs.append(simulate(names["mechanism"], 5.0))
-    assert [run.provenance["solver"].split(":")[0] for run in runs] == ["Spectral", "Exudyn"]
-    times = np.linspace(0.0, 5.0, 501)
-    for name in ("B.x", "coupler.deflection"):
-        ours, theirs = (run.at(name, times) for run in runs)
-        allowed = sum(run.error[name] for run in runs) * np.ptp(theirs)
-        assert np.sqrt(np.mean((ours - theirs) ** 2)) <= allowed, name
-    pushes = [run.reading("impulse(B.contact_force)") for run in runs]
-    assert abs(pushes[0].value - pushes[1].value) <= sum(push.error for push in pushes)
