@@ -9,8 +9,7 @@ import pytest
 pytest.importorskip("skfem")
 
 import meshio
-from meshed import LENGTH, STEEL, TALL, THIN, WIDE
-from scipy.spatial import Delaunay
+from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, BarModes, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
@@ -79,7 +78,8 @@ def test_every_kind_of_cell_gives_the_same_bar(kind):
     assert solid.mass.sum() == pytest.approx(7850 * LENGTH * WIDE * THIN, rel=1e-12)
     assert abs(solid.stiffness @ rigid_motions(solid.nodes)).max() < 1e-12 * abs(solid.stiffness).max()
     omega, _ = free_modes(solid, 3)
-    np.testing.assert_allclose(omega[:3] / (2 * pi), [859.8, 2360.6, 3299.1], rtol=0.04 if kind.startswith("tet") else 0.03)
+    flat, tall = (Modal(section, BarModes(2, 0)).frequencies(LENGTH) for section in (FLAT, TALL))  # Timoshenko's
+    np.testing.assert_allclose(omega[:3] / (2 * pi), [*flat, tall[0]], rtol=0.04 if kind.startswith("tet") else 0.03)
 
 
 @pytest.mark.parametrize("kind", CURVED)
@@ -134,38 +134,6 @@ def test_a_twisted_cell_is_named_with_file_and_number(kind, order, cell, tmp_pat
     cells[cell, : len(order)] = cells[cell, order]
     with pytest.raises(ValueError, match=rf"mesh '.*twisted.vtu': inverted cells = 1, the first is number {cell + 1}: must be 0"):
         read_mesh(written(tmp_path / "twisted.vtu", kind, points, cells))
-
-
-def drawn_mesh(seed):
-    """A box of simplices between nodes drawn by chance, one of which was pulled somewhere."""
-    chance, dim = np.random.default_rng(seed), 2 + seed % 2
-    size = np.array([0.2, 0.02, 0.01][:dim])
-    grid = np.meshgrid(*(np.linspace(0, s, n) for s, n in zip(size, (10, 5, 4), strict=False)), indexing="ij")
-    points = np.stack(grid, axis=-1).reshape(-1, dim)
-    inside = np.flatnonzero(((points > 0) & (points < size)).all(axis=1))
-    points[inside] += chance.normal(size=(len(inside), dim)) * 3e-4
-    cells = Delaunay(points).simplices
-    volumes = np.abs(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]))
-    cells = cells[volumes > 1e-6 * volumes.max()]
-    points[chance.choice(inside)] += chance.normal(size=dim) * np.array([8e-3, 2e-3, 1.5e-3])[:dim] * chance.uniform(0.2, 1.5)
-    return np.clip(points, 0, size), cells, float(size.prod())
-
-
-def test_inverted_cells_are_told_from_sound_ones():
-    """Cells that lie over each other have more volume together than their box: no such mesh passes, and no other is refused."""
-    seen = []
-    for seed in range(60):
-        points, cells, whole = drawn_mesh(seed)
-        dim = points.shape[1]
-        volume = np.abs(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]])).sum() / (2 if dim == 2 else 6)
-        try:
-            grid_of("triangle" if dim == 2 else "tetra", np.pad(points, ((0, 0), (0, 3 - dim))), cells)
-            refused = False
-        except ValueError as error:
-            refused = "inverted cells = " in str(error)
-        assert refused == (volume > whole * (1 + 1e-6)), seed
-        seen.append(refused)
-    assert 15 < sum(seen) < 45
 
 
 # --- planar meshes --------------------------------------------------------------------------------------------------
