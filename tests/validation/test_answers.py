@@ -13,11 +13,10 @@ from exact.siconos import FOURBAR, SLIDER_CRANK, controlled
 from buckler.mbs import Exudyn, Rigid, path
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.simulation import SOLVERS
-from buckler.mbs.spectral import registry
 from buckler.studies.extremes.case import Verdict
 from buckler.studies.kit.drawn import Draw
 
-from . import drops, errors, nonsmooth, published, solvers, stability
+from . import errors, nonsmooth, published, solvers, stability
 from .known import Answer, Known, relate, solve, tabulate
 from .questions import QUESTIONS, list_known
 
@@ -82,30 +81,6 @@ def test_andrews_mechanism_has_the_published_start():
     points = problems.andrews().points
     assert points["E"] == pytest.approx((-0.020960022346354336, 0.0012951691937066864), abs=1e-9)
     assert points["D"] == pytest.approx((-0.010472393888814626, 0.02535778853027525), abs=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("name", "asked", "printed"),
-    [("CarvalhoMartins", 0.3, 0.3040), ("CarvalhoMartins", 0.7, 0.7000), ("LeeWang", 0.3, 0.7390), ("LeeWang", 0.7, 0.8693)],
-)
-def test_an_impact_delivers_the_restitution_of_the_page(name, asked, printed):
-    """Numbers of docs/theory-contact.md."""
-    assert drops.strike(getattr(drops.laws, name)(drops.STIFFNESS, asked)).found == pytest.approx(printed, abs=5e-4)
-
-
-def test_another_restitution_than_that_of_the_law_is_silent(monkeypatch):
-    law = drops.laws.Flores(drops.STIFFNESS, 0.5)
-    monkeypatch.setattr(drops, "delivered", lambda *_: 0.51)
-    assert drops.strike(law).verdict is Verdict.SILENT
-
-
-@pytest.mark.parametrize(("kind", "name"), [("Spring", "stiffness"), ("Torque", "value")])
-def test_a_sign_flipped_in_one_solver_is_a_contradiction(monkeypatch, kind, name):
-    """Run Andrews' mechanism with the sign of its spring or torque changed in the compiled solver alone."""
-    right = registry.ELEMENTS[kind]
-    flip = lambda b, key, load: right(b, key, replace(load, **{name: -getattr(load, name)}))  # noqa: E731
-    monkeypatch.setitem(registry.ELEMENTS, kind, flip)
-    assert solvers.compare(Draw("Andrews", problems.andrews(), 0.005)).ratio > 1
 
 
 def test_a_force_with_another_sign_is_a_contradiction(monkeypatch):
