@@ -1,6 +1,4 @@
-"""The published quartic and the fast law: their errors against 40-digit integrals, their costs, their ranges."""
-
-import time
+"""The published quartic and the fast law: their errors against 40-digit integrals, their ranges."""
 
 import numpy as np
 import pytest
@@ -78,21 +76,3 @@ def test_shortening_out_of_range_is_named(function, wrong):
     for shortening in (wrong, np.append(U, wrong), np.array(wrong)):
         with pytest.raises(ValueError, match=r"shortening = .* is outside 0 to 1 \(end shortening/L\)"):
             function(shortening)
-
-
-def median_cost_ratio(first, second, argument, calls, runs=5):
-    """Ratio of the median processor times, the two runs taken in turn so that a busy machine slows both."""
-    seconds = np.empty((runs, 2))
-    for run in seconds:
-        for i, function in enumerate((first, second)):
-            start = time.thread_time()
-            for _ in range(calls):
-                function(argument)
-            run[i] = time.thread_time() - start
-    return float(np.divide(*np.median(seconds, axis=0)))
-
-
-@pytest.mark.parametrize("argument, calls, bound", [(np.random.default_rng(3).random(50_000), 1, 1 / 20), (0.3, 1000, 1 / 5)])
-def test_the_fast_law_is_a_fraction_of_the_elliptic_integrals_it_stands_in_for(argument, calls, bound):
-    """Some 1/230 for arrays, 1/19 for a float; how many quartics it costs hangs on the processor: 2 to 3.5."""
-    assert median_cost_ratio(law.fast, pinned.load, argument, calls) < bound
