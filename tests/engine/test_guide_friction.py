@@ -81,11 +81,6 @@ def test_ladder_slips_by_the_closed_form(law, mu):
     assert result.energy_balance < 1e-5
 
 
-def test_newton_takes_few_iterations_near_the_wedge():
-    result = fine(mbs.simulate(ladder(Coulomb(1.5, 1e-9)), 20.0))
-    assert result.work["newton_iterations"] < 8 * result.work["steps"]
-
-
 @pytest.mark.parametrize("angle", [0.2, -0.2])
 def test_slider_stays_at_rest_and_its_force_is_between_the_limits(angle):
     """Sticking force = the pull; the limit mu_s N is the interval that statics leave; no drift at all once at rest."""

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from multiprocessing import get_context
 
 import numpy as np
@@ -84,16 +85,10 @@ def chaotic():
     return run()
 
 
-def test_members_do_not_depend_on_who_runs_them(chaotic):
-    with ThreadPoolExecutor(1) as one:
-        again = run(executor=one)
-    assert np.array_equal(again.values, chaotic.values)
-
-
-def test_another_process_runs_the_same(chaotic):
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        again = run(executor=pool)
-    assert np.array_equal(again.values, chaotic.values)
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, partial(ProcessPoolExecutor, mp_context=get_context("spawn"))])
+def test_members_do_not_depend_on_who_runs_them(chaotic, pool):
+    with pool(1) as executor:
+        assert np.array_equal(run(executor=executor).values, chaotic.values)
 
 
 def test_means_have_the_errors_of_independent_members(chaotic):

@@ -104,15 +104,8 @@ def test_a_stiffness_in_the_unit_of_its_exponent_is_a_plain_number():
 
 
 def test_laws_that_allow_a_dead_stop_accept_zero():
-    for law in (
-        laws.HuntCrossley,
-        laws.LankaraniNikravesh,
-        laws.HerbertMcWhannell,
-        laws.LeeWang,
-        laws.ZhiyingQishao,
-        laws.CarvalhoMartins,
-    ):
-        assert laws.delivered(law(1e9, 0.0)) > 0.0  # none of them delivers it
+    for name in ("HuntCrossley", "LankaraniNikravesh", "HerbertMcWhannell", "LeeWang", "ZhiyingQishao", "CarvalhoMartins"):
+        assert laws.delivered(getattr(laws, name)(1e9, 0.0)) > 0.0  # none of them delivers it
 
 
 def test_a_law_that_makes_energy_is_refused():

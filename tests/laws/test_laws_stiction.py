@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from buckler.mbs.laws import BristleLaw, LuGre, Stiction
+from buckler.mbs.laws import LuGre, Stiction
 
 LAW = Stiction(0.3, 0.2, 0.01, bristle_stiffness=1e4, bristle_damping=5.0, viscous=0.1)
 SPEEDS = np.linspace(-0.1, 0.1, 41)
-
-
-def test_it_is_a_bristle_law():
-    assert isinstance(LAW, BristleLaw)
 
 
 def test_stuck_bristle_is_a_spring_and_does_not_forget():

@@ -221,16 +221,6 @@ def test_a_touch_within_a_step_is_seen_and_its_jump_is_on_both_sides_of_its_onse
     assert force[first] > 0.5 * force.max() and run.record.time[first] - run.record.time[first - 1] < 1e-6
 
 
-@pytest.mark.parametrize("asked", [1e-2, 1e-4, 1e-6])
-def test_smooth_motion_is_delivered_and_told(asked) -> None:
-    """A pendulum's angle against another integrator: within what was asked and told, and for little more than that."""
-    found = simulate(PENDULUM, 2.0, asked, solver=Spectral(method="implicit"))
-    exact = exact_swing(LEVEL, found.time)[0] - LEVEL
-    delivered = np.linalg.norm(found["bar.angle"] - exact) / np.linalg.norm(exact)
-    assert found.ok and delivered <= asked
-    assert found.work["runs"] <= 3
-
-
 @pytest.mark.parametrize("tolerance", [2e-5, 1.67e-5, 1.47e-5])
 def test_a_strip_that_leaves_its_stop_does_so_at_its_time(tolerance) -> None:
     """The stop's force falls from its whole to nothing within a step of many of its time constants; a false moment of leaving
