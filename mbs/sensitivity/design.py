@@ -3,7 +3,7 @@
 The free numbers are scaled to the unit cube: a point x of it has one coordinate, 0 to 1, for each number.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
@@ -121,9 +121,18 @@ def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]
 
 def _answer(search: Search, starts: Sequence[Array]) -> Design:
     """Search a design; while a finer run of the design violates a constraint, correct readings by this run and search again."""
-    _until_enough(search, lambda: search.descend_from_starts(starts))
     fine: dict[Point, Array] = {}  # readings of the best point by a finer run, before and after corrections
+    best: Point | None = None
     for _ in range(3):  # the search, and two corrected ones at most; then the best design is returned
+        try:
+            if best is None:
+                search.descend_from_starts(starts)
+            else:
+                search.descend(np.array(best))
+        except EnoughError:  # the budget of runs is used up or, with nothing to minimise, constraints are met
+            pass
+        except USER_STOPS as stop:  # the time limit, or Ctrl-C
+            search.stopped = str(stop)
         best = search.find_best()
         if best is None:
             no_run = f"no start leads to a run that ends; narrow the ranges. The first: {search.failed}"
@@ -134,20 +143,9 @@ def _answer(search: Search, starts: Sequence[Array]) -> Design:
         if not search.list_violated(fine[best]) or search.stopped or search.runs >= search.budget:
             break
         search.offset = fine[best] - search.cache[best]  # the cache has readings without an offset
-        _until_enough(search, lambda start=best: search.descend(np.array(start)))  # type: ignore[misc]
     # of least violation or, without violation, of the least reading
     best = min(fine, key=lambda point: search.merit(fine[point]))
     return _design(search, best, fine[best])
-
-
-def _until_enough(search: Search, step: Callable[[], object]) -> None:
-    """Take a step of a search until it ends or is ended by one of two exceptions."""
-    try:
-        step()
-    except EnoughError:  # the budget of runs is used up or, with nothing to minimise, constraints are met
-        pass
-    except USER_STOPS as stop:  # the time limit, or Ctrl-C
-        search.stopped = str(stop)
 
 
 def _design(search: Search, point: Point, fine: Array) -> Design:
