@@ -34,7 +34,7 @@ def find_suspicions(run: Run, result: Result) -> Iterator[str]:
     """Yield the faults that checks find in a run and its result, in words; one if it is of `FIRST`, none if the run failed."""
     if not result.status.finished:
         return
-    of_first = (fault for check in FIRST for fault in check(run, result))
-    of_others = (fault for check in CHECKS[len(FIRST) :] for fault in check(run, result))
-    fault = next(of_first, None)
-    yield from of_others if fault is None else [fault]
+    if fault := next((fault for check in FIRST for fault in check(run, result)), ""):
+        yield fault
+    else:
+        yield from (fault for check in CHECKS[len(FIRST) :] for fault in check(run, result))
