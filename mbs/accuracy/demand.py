@@ -5,8 +5,6 @@ end shortenings of strips have none: they vibrate, and a shift of an impact by m
 Errors are relative to `run.sizes`, see `trajectory`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -48,7 +46,7 @@ class DeflectionLimits(NamedTuple):
     peak: float  # limit of a term at any time, over the strip's largest deflection: least limit of any other signal
 
     @classmethod
-    def of(cls, limits: Mapping[Key, float], run: Trajectory) -> DeflectionLimits:
+    def of(cls, limits: Mapping[Key, float], run: Trajectory) -> "DeflectionLimits":
         """Return the limits that follow from those of signals."""
         rms = peak = inf
         for (name, norm), limit in limits.items():

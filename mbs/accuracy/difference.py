@@ -11,8 +11,6 @@ coincide; kinks of drives stay where they are. Then forces and rates are compare
 by impact, see `impacts`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
@@ -36,12 +34,14 @@ class Difference:
     of `Trajectory` in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
     """
 
-    def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: Grid | None = None) -> None:
+    def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: "Grid | None" = None) -> None:
         self.end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
         self.a, self.b, self.sizes = a.until(self.end), b.until(self.end), dict(b.sizes)
         self.keys = [(name, norm) for name, signal in b.signals.items() if name in a.signals for norm in norms_of(signal)]
         matched = np.array([[0.0, self.end], [0.0, self.end]])  # start and end alone: times of both runs are the same
         self.grid = grid or Grid(self.a.time, self.b.time, matched)
+        self._kinks = tuple(t for t in b.kinks if t < self.end)  # [s], of jumps and kinks of drives and loads, the same in both
+        self._aligned = dict[tuple[float, ...], tuple[Grid, Array]]()  # grids and masks of `_align`, by kinks
         self._found = dict[Key, float]()
 
     def norms(self, keys: Iterable[Key] | None = None) -> tuple[dict[Key, float], dict[Key, float]]:
@@ -56,8 +56,11 @@ class Difference:
     def _compare(self, keys: list[Key]) -> dict[Key, float]:
         """Return norms in the signals' units."""
         signals = {name: self.b.signals[name] for name, _ in keys}
-        has_continuous = any(signal.kind in CONTINUOUS for signal in signals.values())
-        norms = self._compare_continuous() if has_continuous else {}
+        norms = dict[Key, float]()
+        if any(signal.kind in CONTINUOUS for signal in signals.values()):
+            for names, difference in self._continuous:  # all of them at once
+                norms |= self._means_and_peaks(names, difference, self.grid.weights)
+            del self._continuous  # frees memory: it is mostly used once more; `places` would compute it again
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         normal = {name for name, _ in jumping if is_normal_force(signals[name])}
         by_impact = [name for name, norm in jumping if name in normal and norm is not Norm.RMS]
@@ -77,14 +80,6 @@ class Difference:
         signals = self.b.signals
         return list(self._subtract([n for n in signals if signals[n].kind in CONTINUOUS and n in self.a.signals], self.grid))
 
-    def _compare_continuous(self) -> dict[Key, float]:
-        """Return all norms of all continuous signals, and free the memory of the differences, which are mostly used once more."""
-        norms = dict[Key, float]()
-        for names, difference in self._continuous:
-            norms |= self._means_and_peaks(names, difference, self.grid.weights)
-        del self._continuous  # `places` would compute them again
-        return norms
-
     def places(self) -> Iterator[tuple[list[str], Array]]:
         """Yield places of both runs in groups: names, and differences over their sizes, (places, times)."""
         for names, difference in self._continuous:
@@ -93,7 +88,7 @@ class Difference:
                 found = [names[k] for k in some]
                 yield found, np.abs(difference[some]) / np.array([[self.sizes[name, Norm.RMS]] for name in found])
 
-    def _subtract(self, names: Iterable[str], grid: Grid) -> Iterator[tuple[list[str], Array]]:
+    def _subtract(self, names: Iterable[str], grid: "Grid") -> Iterator[tuple[list[str], Array]]:
         """Yield names and run a less run b, in groups alike in smoothness and in which runs recorded the rates."""
         a, b, groups = self.a.signals, self.b.signals, dict[tuple[bool, bool, bool], list[str]]()
         for name in names:
@@ -111,27 +106,12 @@ class Difference:
         by_norm = {Norm.RMS: means.tolist(), Norm.PEAK: peaks.tolist()}
         return {(name, norm): value for norm, values in by_norm.items() for name, value in zip(names, values, strict=True)}
 
-    @cached_property
-    def _kinks(self) -> list[float]:
-        """Times [s] of jumps and kinks of drives and loads, which are the same in both runs."""
-        return [t for t in self.b.kinks if t < self.end]
-
-    def _align(self, kinks: Sequence[float]) -> tuple[Grid, Array]:
+    def _align(self, kinks: Sequence[float]) -> "tuple[Grid, Array]":
         """Return a grid on which contact events and `kinks` coincide, and a mask of times, True next to a jump in either run."""
         events = self._match_events(kinks)
         grid, (jumps_a, jumps_b) = Grid(self.a.time, self.b.time, events), np.hstack([events[:, 1:-1], [self._kinks] * 2])
         is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
         return grid, is_next_in_a | _is_next_to_jump(grid.times_b, self.b.time, jumps_b)
-
-    @cached_property
-    def _grid_of_contacts(self) -> tuple[Grid, Array]:
-        """Grid and mask for contacts: only contact events coincide."""
-        return self._align([])
-
-    @cached_property
-    def _grid_of_drives(self) -> tuple[Grid, Array]:
-        """Grid and mask for all else: kinks coincide, too."""
-        return self._align(self._kinks) if self._kinks else self._grid_of_contacts
 
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that events coincide, and without the times next to jumps.
@@ -142,7 +122,10 @@ class Difference:
         for name in names:
             groups.setdefault(self.b.signals[name].kind in (Kind.CONTACT, Kind.FRICTION), []).append(name)
         for is_of_contact, group in groups.items():
-            grid, is_next_to_jump = self._grid_of_contacts if is_of_contact else self._grid_of_drives
+            kinks = () if is_of_contact else self._kinks
+            if kinks not in self._aligned:
+                self._aligned[kinks] = self._align(kinks)
+            grid, is_next_to_jump = self._aligned[kinks]
             for some, difference in self._subtract(group, grid):
                 difference[:, is_next_to_jump] = 0.0
                 found |= self._means_and_peaks(some, difference, grid.weights)

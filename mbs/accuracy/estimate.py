@@ -53,11 +53,6 @@ def estimate_gains(
     return gains
 
 
-def estimate_errors(differences: Mapping[Key, float], gains: Mapping[Key, float]) -> dict[Key, float]:
-    """Estimate errors of the finer run of a pair."""
-    return {key: max(LEAST_ERROR, value / (gains[key] - 1)) for key, value in differences.items()}
-
-
 class Separation:
     """Largest difference of all places at each time: once divided by their ranges, once by the errors allowed in RMS."""
 

@@ -5,10 +5,8 @@ distance of two increasing functions of time (P. Levy, Theorie de l'addition des
 It hardly changes where one impact is resolved as two. Peaks are compared by the highest force that the other run has nearby.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -38,7 +36,7 @@ class Impacts:
     end: float  # [s]
 
     @classmethod
-    def of(cls, time: Array, force: Array, end: float) -> Impacts:
+    def of(cls, time: Array, force: Array, end: float) -> Self:
         """Find the impacts of a force >= 0 up to an end [s].
 
         Two contacts are one impact if less than a tenth of the duration of the first lies between them: the tenth is chosen, as

@@ -24,7 +24,7 @@ from ..record.run import Run
 from .damping import estimate_damping_errors
 from .demand import BALANCE, USUAL_ERROR, CheckedRun, DeflectionLimits, Demand, find_worst
 from .difference import Difference
-from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_errors, estimate_gains
+from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_gains
 from .levels import Level, Levels, Runner
 from .trajectory import Trajectory, compute_energies, find_drive_period
 
@@ -223,7 +223,8 @@ class _Refinement:
 
         gains = estimate_gains(differences, pair.before, (pair.ratio, pair.ratio_before), orders)
         by_damping = estimate_damping_errors(run, differences) if self.levels.are_radau else {}
-        return {key: error + by_damping.get(key, 0.0) for key, error in estimate_errors(differences, gains).items()}
+        errors = {key: max(LEAST_ERROR, difference / (gains[key] - 1)) for key, difference in differences.items()}
+        return {key: error + by_damping.get(key, 0.0) for key, error in errors.items()}
 
     def finish(self, pair: _Pair) -> CheckedRun:
         """Return the finer run with the errors of its signals, energies and energy balance."""

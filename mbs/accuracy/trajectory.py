@@ -6,8 +6,6 @@ the largest component of its vector. No size is below `SMALL` times the largest 
 for energies, which is the energy that goes through the mechanism.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -48,7 +46,7 @@ class Trajectory:
     strip_forces: frozenset[str] = frozenset()  # names of the signals of the forces along strips with mass
 
     @classmethod
-    def of(cls, run: Run) -> Trajectory:
+    def of(cls, run: Run) -> "Trajectory":
         """Return a run's signals as functions of time, without counts and without forces that no equation determines."""
         scene, end, links = Scene.of(run.record.mechanism), float(run.record.time[-1]), run.record.mechanism.links
         found = {name: signal for name, signal in run.signals.items() if signal.kind not in (Kind.COUNT, Kind.UNDETERMINED)}
@@ -111,7 +109,7 @@ class Trajectory:
             found[name, norm] = float(size)
         return found
 
-    def until(self, end: float) -> Trajectory:
+    def until(self, end: float) -> "Trajectory":
         """Return the run up to a time [s], and three samples more, from which slopes at the end are computed."""
         count = int(np.searchsorted(self.time, end)) + 3
         if count >= len(self.time):
