@@ -94,7 +94,10 @@ class Task:
         scene, start, channels = member
         formulas = formulas_of(self.readings)  # by text: `abs(rocker.ax)` of the reading `max(abs(rocker.ax))`
         sums = Accumulator.over(self.edges, len(formulas))
-        interpolates = needs_interpolation(scene, self.solver)
+        # Implicit steps of joints with clearance pass over the peaks of impacts. Explicit steps do not: they are stable only if
+        # several lie in each impact. A strip is so stiff along its line that errors of an interpolated shape make large forces
+        has_journals = bool((scene.tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
+        interpolates = has_journals and not len(scene.tables.strips) and not is_explicit(scene, self.solver)
         before: Output | None = None
 
         def accumulate(part: Output) -> None:
@@ -109,17 +112,6 @@ class Task:
         state = start._replace(q=start.q + self.members.draw_offset(scene, k))
         _last_row, failure, _counts = integrate(scene, self.duration, self.solver, state=state, take=accumulate)
         return values_of(self.readings, formulas, sums), failure
-
-
-def needs_interpolation(scene: CompiledScene, solver: Spectral) -> bool:
-    """Return True if states are interpolated in steps: implicit steps of joints with clearance pass over the peaks of impacts.
-
-    Explicit steps do not: they are stable only if several lie in each impact. With strips nothing is interpolated: a strip is so
-    stiff along its line that small errors of its shape make large forces.
-    """
-    tables = scene.tables
-    has_journals = bool((tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
-    return not is_explicit(scene, solver) and not len(tables.strips) and has_journals
 
 
 def add_states(scene: CompiledScene, before: Output | None, part: Output) -> Output:

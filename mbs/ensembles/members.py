@@ -4,13 +4,11 @@ A number varies by a list of values or by a distribution. A cell is a mechanism 
 Without lists, each mechanism is a cell.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -42,7 +40,7 @@ class Members:
     seed: int
 
     @classmethod
-    def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Members:
+    def draw(cls, mechanisms: Sequence[Mechanism], members: int, vary: Mapping[str, Any], seed: int) -> Self:
         """Draw the numbers of all members; each cell has `members` of them.
 
         `vary` maps a path to a list of values or to a frozen distribution of `scipy.stats`. Quantiles of distributions are the

@@ -8,14 +8,12 @@ variation(signal)            total variation: sum of the magnitudes of its chang
 + - * / ** abs sqrt sin cos  of statistics and of numbers; of signals within a statistic, as max(abs(rocker.ax)).
 """
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -52,7 +50,7 @@ class StatisticReading:
     tree: ast.expr
 
     @classmethod
-    def of(cls, text: str) -> StatisticReading:
+    def of(cls, text: str) -> Self:
         """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic."""
         try:
             names_with_dots = dict.fromkeys(TOKEN.findall(text))  # each is taken for a signal until a run has its own

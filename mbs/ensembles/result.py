@@ -4,8 +4,6 @@ Numbers vary by a list of values or by a distribution, and are named by their pa
 members with one mechanism and one value of each list.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -116,7 +114,7 @@ class Ensemble:
             found.append(Cell(self.members.mechanism_index(first), numbers, mean, self.error(reading, cell), len(values)))
         return found
 
-    def map(self, x: str, y: str, reading: str, ax: Axes | None = None) -> Axes:
+    def map(self, x: str, y: str, reading: str, ax: "Axes | None" = None) -> "Axes":
         """Draw the mean of a reading over two numbers that vary by lists; further lists are averaged."""
         if {x, y} - set(self.members.grid):
             lists = ", ".join(self.members.grid) or "none"
@@ -134,7 +132,7 @@ class Ensemble:
         ax.ticklabel_format(scilimits=(-3, 4))
         return ax
 
-    def histogram(self, reading: str, bins: int = 40, ax: Axes | None = None) -> Axes:
+    def histogram(self, reading: str, bins: int = 40, ax: "Axes | None" = None) -> "Axes":
         """Draw the distribution of a reading over members and windows, with the 95 % confidence interval of its mean."""
         ax = ax or _make_axes()
         ax.hist(self.of(reading).ravel(), bins=bins, color="0.7")
@@ -144,7 +142,7 @@ class Ensemble:
         ax.legend()
         return ax
 
-    def section(self, x: str, y: str, ax: Axes | None = None) -> Axes:
+    def section(self, x: str, y: str, ax: "Axes | None" = None) -> "Axes":
         """Draw a Poincaré section: two readings at the ends of all windows, such as `end(B.x)` and `end(B.vx)`."""
         ax = ax or _make_axes()
         ax.plot(self.of(x).ravel(), self.of(y).ravel(), ".", ms=1)
@@ -160,7 +158,7 @@ class Ensemble:
             **{name: self.values[..., k].ravel() for k, name in enumerate(self.readings)},
         }  # fmt: skip
 
-    def frame(self) -> DataFrame:
+    def frame(self) -> "DataFrame":
         """Return all values as a data frame, with a row for each member and window."""
         import pandas as pd
 
@@ -185,7 +183,7 @@ class Ensemble:
         incomplete.replace(target)
         return target
 
-    def resume(self, path: str | Path) -> Ensemble:
+    def resume(self, path: str | Path) -> "Ensemble":
         """Read the members that an interrupted run has saved; raise a ValueError if the file is of another ensemble."""
         with np.load(path) as saved:
             own = {"readings": self.readings, "edges": self.edges, "numbers": self.members.numbers, "seed": self.members.seed}
@@ -196,7 +194,7 @@ class Ensemble:
         return self
 
 
-def _make_axes() -> Axes:
+def _make_axes() -> "Axes":
     from matplotlib.pyplot import subplots
 
     return subplots(layout="constrained")[1]
