@@ -4,12 +4,10 @@ A document is the content of a file: nested mappings and sequences. Its table `p
 formulas.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from ..declare import Declaration, declarations
 from ..documents.document import PARAMETERS, change, get, resolve
@@ -105,7 +103,7 @@ class Family:
     units: dict[str, str]
 
     @classmethod
-    def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Family:
+    def of(cls, source: Source, names: Iterable[str], arguments: Mapping[str, float] | None = None) -> Self:
         """Make a family by paths of numbers, or by names of a function's arguments.
 
         `arguments` are those with which a function makes the given mechanism. Those in `names` vary, and are the `values`.

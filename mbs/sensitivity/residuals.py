@@ -3,11 +3,9 @@
 A residual is a predicted less a measured value, over the standard deviation of the measurement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -63,9 +61,7 @@ class FitProblem:
     cached: tuple[Array, list[dict[str, Any]]] | None = None
 
     @classmethod
-    def of(
-        cls, mechanism: Source, experiments: list[Experiment], free: Mapping[str, Bounds], solver: Spectral | None
-    ) -> FitProblem:
+    def of(cls, mechanism: Source, experiments: list[Experiment], free: Mapping[str, Bounds], solver: Spectral | None) -> Self:
         """Check the input and scale the free numbers to the cube."""
         if not free:
             raise ValueError("free: no number; give {path: (low, high)}")
