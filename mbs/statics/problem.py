@@ -69,12 +69,9 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0  # of the constraint, as given
-
-    @property
-    def label(self) -> str:
-        """Label of the parameter in drawings."""
-        return f"travel of {self.scene.row_names[self.row]} [rad or m]" if self.row >= 0 else "factor of the loads"
+        self.value, self.label = 0.0, "factor of the loads"  # of the constraint, as given; in drawings
+        if self.row >= 0:
+            self.value, self.label = self.scene.tables.values[self.row], f"travel of {self.scene.row_names[self.row]} [rad or m]"
 
     @property
     def extents(self) -> Array:

@@ -22,11 +22,7 @@ class Varied(Problem):
             raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {value!r}")
         self.current = float(value)
         super().__init__(CompiledScene.of(mechanism, degree), initial=self.current)
-
-    @property
-    def label(self) -> str:
-        """Label of the number in drawings."""
-        return f"{self.name} [SI]"
+        self.label = f"{self.name} [SI]"
 
     def set_parameter(self, parameter: float) -> None:
         """Make the scene with a value of the number."""
@@ -53,7 +49,9 @@ class Varied(Problem):
 class Paced(Problem):
     """Equations over the frequency of a motion [Hz]; time runs faster in all functions, by the factor parameter/`initial`."""
 
-    label = "frequency [Hz]"  # of the parameter in drawings
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.label = "frequency [Hz]"
 
     def set_parameter(self, parameter: float) -> None:
         """Set the frequency [Hz]."""
