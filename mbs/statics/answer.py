@@ -40,26 +40,16 @@ class Ending(StrEnum):
     """Status of a result of the statics; any status but OK has a message that says what to do."""
 
     OK = "OK"
-    FREE_MOTION = "FREE_MOTION"
-    """No equilibrium: a load pushes along a motion that nothing resists."""
-    OPEN_CONTACT = "OPEN_CONTACT"
-    """No equilibrium: contacts that could resist the motion stay open."""
-    NOT_REACHED = "NOT_REACHED"
-    """Newton's method failed before the full load, see the message, or found no periodic motion."""
-    UNSTABLE = "UNSTABLE"
-    """Forces balance, but a small motion grows."""
-    INACCURATE = "INACCURATE"
-    """The result has a larger error than required."""
-    SINGULAR = "SINGULAR"
-    """A path cannot be followed further."""
-    TOO_MANY_STEPS = "TOO_MANY_STEPS"
-    """A path did not reach its end, or a search for a periodic motion needed too many steps."""
-    SLACK = "SLACK"
-    """A rope would have to push."""
-    TIMED_OUT = "TIMED_OUT"
-    """The time limit was over; the answer is the best so far."""
-    INTERRUPTED = "INTERRUPTED"
-    """Ctrl-C ended the call; the best so far is the `result` of the exception."""
+    FREE_MOTION = "FREE_MOTION"  # no equilibrium: a load pushes along a motion that nothing resists
+    OPEN_CONTACT = "OPEN_CONTACT"  # no equilibrium: contacts that could resist the motion stay open
+    NOT_REACHED = "NOT_REACHED"  # Newton's method failed before the full load, see the message, or found no periodic motion
+    UNSTABLE = "UNSTABLE"  # forces balance, but a small motion grows
+    INACCURATE = "INACCURATE"  # the result has a larger error than required
+    SINGULAR = "SINGULAR"  # a path cannot be followed further
+    TOO_MANY_STEPS = "TOO_MANY_STEPS"  # a path did not reach its end, or a search for a periodic motion needed too many steps
+    SLACK = "SLACK"  # a rope would have to push
+    TIMED_OUT = "TIMED_OUT"  # the time limit was over; the answer is the best so far
+    INTERRUPTED = "INTERRUPTED"  # Ctrl-C ended the call; the best so far is the `result` of the exception
 
 
 @dataclass(frozen=True)
