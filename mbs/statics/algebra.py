@@ -32,15 +32,12 @@ Matrix: TypeAlias = Array | csr_array
 
 def solve(matrix: Matrix, right: Array) -> Array:
     """Solve linear equations, by least squares if the matrix is singular; return nan for invalid entries."""
-    try:
-        with np.errstate(all="ignore"):
-            out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
+    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError, SingularError):
+        out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
         largest_residual, largest = np.abs(matrix @ out - right).max(initial=0.0), np.abs(right).max(initial=1e-300)
         # a residual is about EPS times the condition number: 1e-6 allows one of 5e9, as near a limit point
         if np.isfinite(out).all() and largest_residual <= 1e-6 * largest:
             return np.asarray(out)
-    except (np.linalg.LinAlgError, SingularError):
-        pass
     if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
     return least_squares(matrix, right, 1e-12)  # smaller singular values, over the largest, are rounding
