@@ -22,8 +22,6 @@ GROWTH = 14.0
 """Time integral of the growth rate after which a strip must have bent: a disturbance has grown by e^14, a million times."""
 AXIAL = 0.5
 """Axial strain over relative end shortening, above which a strip is not buckled: bending shortens it less than axial strain."""
-COMPRESSED = 0.01
-"""Compression over the Euler load below which no strip is checked: chosen. Ends that move let a strip buckle below this load."""
 
 
 def _strips(run: Run) -> list[Link]:
@@ -32,13 +30,7 @@ def _strips(run: Run) -> list[Link]:
 
 @check("UNBUCKLED", _strips, "no beam and no cable")
 def check_buckled(run: Run, result: Result) -> Iterator[str]:
-    """Check that a strip that is shortened, or compressed for long, has bent."""
-    yield from _straight_strips(run, result)
-    yield from _overloaded_strips(run, result)
-
-
-def _straight_strips(run: Run, result: Result) -> Iterator[str]:
-    """Find strips that are much shorter than their stress-free length by axial strain, without buckling."""
+    """Check that a strip that is much shorter than without stress, or compressed for long, has bent."""
     for link in _strips(run):
         shortening = result.signals[f"{link.name}.end_shortening"] / run.record.links[link.name].length
         strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
@@ -46,6 +38,7 @@ def _straight_strips(run: Run, result: Result) -> Iterator[str]:
         if unbuckled.any():
             k = int(np.argmax(unbuckled))
             yield f"at t = {result.time[k]:.4g} s '{link.name}' is {shortening[k]:.2g} of its length short, unbent"
+    yield from _overloaded_strips(run, result)
 
 
 def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
@@ -58,7 +51,8 @@ def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
         forces[name] = recent_mean(time, result.signals[f"{name}.axial_force"], period / 4)  # without axial vibrations
         deflection = result.signals[f"{name}.deflection"]
         is_unbent = np.abs(deflection - deflection[0]) < 1e-3 * length  # false for an arch that has snapped through
-        compressed[name] = (-forces[name] > COMPRESSED * section.euler_load(length)) & is_unbent
+        is_compressed = -forces[name] > 0.01 * section.euler_load(length)  # chosen: ends that move let it buckle below this load
+        compressed[name] = is_compressed & is_unbent
     if len(time) < 3 or not any(_may_grow(link, time, -forces[link.name] * compressed[link.name]) for link in strips):
         return
     samples = np.flatnonzero(np.any(list(compressed.values()), axis=0))
