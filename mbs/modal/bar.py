@@ -1,8 +1,8 @@
 """Free modes of a uniform bar in the plane by beam theory, for modal links with `BarModes`.
 
 The method is that of Ritz (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
-exponentially. The polynomials are orthonormal, so that the mass matrix is the unit matrix if stiffnesses are divided by the mass
-(in `timoshenko` the polynomials are divided by the root of their inertia).
+exponentially. The polynomials are orthonormal. So the mass matrix is the unit matrix if stiffnesses are divided by the mass per
+length, or in `timoshenko` the polynomials by the square roots of their inertias.
 """
 
 from typing import Any

@@ -143,7 +143,7 @@ class Sheet:
         self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
 
     def frame_at(self, body: str, point: str) -> str:
-        """Return the frame of a point on a body, or on any link if the record has no motion of the body, such as a strut."""
+        """Return the frame of a point on a body; if the body, as a strut, has no recorded motion, on any link with the point."""
         has_motion = body == GROUND or body in self.record.links
         return self.frame_of(f"{body}:{point}" if has_motion else point)
 

@@ -7,14 +7,14 @@ A frame is a system of axes that moves with a body; a picture shows one time. Fr
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 
-from ..elements import Link, Modal, Strut
+from ..elements import Link
 from ..elements.beam import Flexible
 from ..geometry import Array, rotate, rotate_left
 from ..mechanism import Mechanism
@@ -58,13 +58,13 @@ class Band:
 def bent_line(record: Record, source: Record, link: Link) -> Bent | None:
     """Return the bent line of a flexible link at the times of `record`, with strains of `source`; None for other links."""
     body, motion = link.body, record.links.get(link.name)
-    if isinstance(body, Strut):
+    if body.massless:
         return _strut(record, link)
-    if not isinstance(body, Flexible | Modal):
+    if not body.flexible:
         return None
     if motion is None:
         return _repeat_start(record, link)
-    return _modal(motion) if isinstance(body, Modal) else _strip(motion, source.links[link.name], source.time, record.time)
+    return _strip(motion, source.links[link.name], source.time, record.time) if body.meshed else _modal(motion)
 
 
 def _strip(motion: Any, recorded: object, time: Array, times: Array) -> Bent:
@@ -109,7 +109,9 @@ def _repeat_start(record: Record, link: Link) -> Bent:
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     chord = float(np.hypot(*(end - start)))
     along, fractions = (end - start) / chord, np.linspace(0.0, 1.0, INTERVALS + 1)
-    x, y = link.body.curve(chord).places(fractions).T if isinstance(link.body, Flexible) else (chord * fractions, 0 * fractions)
+    x, y = chord * fractions, np.zeros_like(fractions)  # a modal link is straight
+    if link.body.meshed:
+        x, y = cast(Flexible, link.body).curve(chord).places(fractions).T
     line = np.tile(start + np.outer(x, along) + np.outer(y, rotate_left(along)), (len(record.time), 1, 1))
     return line, np.zeros(line.shape[:2]), np.zeros(line.shape[:2])
 
