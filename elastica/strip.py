@@ -47,12 +47,20 @@ MOST_CORRECTION = 0.3
 
 @dataclass(frozen=True)
 class Load:
-    """Dead loads and displacements of the end, all in proportion to the load factor; their numbers lie in -1e6 to 1e6."""
+    """Dead loads and displacements of the end, all in proportion to the load factor; their numbers lie in -1e6 to 1e6.
 
-    end: tuple[float, float] = (0.0, 0.0)  # force F L^2/(E I) on the end s = 1, in the directions that its support leaves free
-    moment: float = 0.0  # M L/(E I) on the end s = 1, anticlockwise positive, if the support leaves the rotation free
-    inner: tuple[float, float] = (0.0, 0.0)  # force F L^2/(E I) on the point `Strip.at`
-    move: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the end over L in x, y, and rotation [rad], as far as prescribed
+    Attributes
+    ----------
+    end : (float, float), F L^2/(E I), force on the end s = 1, in the directions that its support leaves free
+    moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive, if the support leaves the rotation free
+    inner : (float, float), F L^2/(E I), force on the point `Strip.at`
+    move : (float, float, float), displacement over L in x and y, and rotation, rad, of the end s = 1 as far as prescribed
+    """
+
+    end: tuple[float, float] = (0.0, 0.0)
+    moment: float = 0.0
+    inner: tuple[float, float] = (0.0, 0.0)
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name, size, unit in (("end", 2, "F L^2/(E I)"), ("inner", 2, "F L^2/(E I)"), ("move", 3, "over L and rad")):
@@ -66,20 +74,31 @@ class Load:
 class StripEquilibrium:
     """One equilibrium of a `Strip`, at the collocation points; the point `at` occurs twice, once for each piece.
 
-    Arrays are (2 nodes,), normalised as in this module.
+    Attributes
+    ----------
+    factor : float, load factor
+    s : array (nodes,), stress-free arc length over L
+    x, y : array (nodes,), centreline over L from (0, 0)
+    theta : array (nodes,), rotation of the cross-section, rad; the tangent angle where shear is infinite
+    moment : array (nodes,), bending moment M L/(E I)
+    force : array (nodes, 2), n = (nx, ny), F L^2/(E I): force of the part beyond s on the part before it
+    inner : (float, float), x and y of the point `Strip.at`
+    end : (float, float, float), x, y and theta at s = 1
+    residual : float, largest defect of equation (4) and of the end conditions between the collocation points
+    unknowns : array, solution of Newton's method; a start for the next solution
     """
 
-    factor: float  # load factor
-    s: Array  # stress-free arc length
-    x: Array  # centreline from (0, 0)
+    factor: float
+    s: Array
+    x: Array
     y: Array
-    theta: Array  # rotation of the cross-section [rad]; the tangent angle where shear is infinite
-    moment: Array  # bending moment
-    force: Array  # n = (nx, ny), force of the part beyond s on the part before it, (2 nodes, 2)
-    inner: tuple[float, float]  # x and y of the point `Strip.at`
-    end: tuple[float, float, float]  # x, y and theta at s = 1
-    residual: float  # largest defect of equation (4) and of the end conditions between the collocation points
-    unknowns: Array  # solution of Newton's method, a start for the next one
+    theta: Array
+    moment: Array
+    force: Array
+    inner: tuple[float, float]
+    end: tuple[float, float, float]
+    residual: float
+    unknowns: Array
 
 
 @dataclass(frozen=True)
@@ -88,15 +107,25 @@ class Strip:
 
     A straight inextensible strip between two fixed ends has no unique axial force: give it a finite axial stiffness or a bow. An
     attribute outside its range raises a ValueError.
+
+    Attributes
+    ----------
+    start : "clamped" or "pinned", support at s = 0
+    end : support at s = 1: "free", "rail" (fixed in x), "roller" (fixed in y), "guided" (x free), "pinned" or "clamped"
+    angle : stress-free tangent angle, rad, as a function of s over L; smooth on either side of `at`; None is a straight strip
+    axial : float, E A L^2/(E I), positive; infinite for an inextensible strip
+    shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
+    at : float, arc length over L of the inner load, 0.01 to 0.99
+    nodes : int, collocation points of each of the two pieces, 4 to 200
     """
 
-    start: str = "clamped"  # or "pinned": support at s = 0
-    end: str = "free"  # support at s = 1, or "rail" (fixed in x), "roller" (fixed in y), "guided" (x free), "pinned", "clamped"
-    angle: Angle | None = None  # stress-free tangent angle, smooth on either side of `at`; None is a straight strip
-    axial: float = inf  # E A L^2/(E I), positive; infinite for an inextensible strip
-    shear: float = inf  # G A L^2/(E I), positive; infinite for an unshearable strip
-    at: float = 0.5  # arc length over L of the inner load, 0.01 to 0.99
-    nodes: int = 32  # collocation points of each of the two pieces, 4 to 200
+    start: str = "clamped"
+    end: str = "free"
+    angle: Angle | None = None
+    axial: float = inf
+    shear: float = inf
+    at: float = 0.5
+    nodes: int = 32
 
     def __post_init__(self) -> None:
         require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
