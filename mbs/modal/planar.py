@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry import Array, cross, rotate, rotate_left
+from ..geometry import Array, rotate, rotate_left
 
 STATIONS = ("start", "end", "middle")
 """Cross-sections at the two joints and half-way between them, in the order of `PlanarModel.shapes`."""
@@ -64,10 +64,13 @@ class PlanarModel:
 
     def kinetic(self, q: Array, q_t: Array) -> Array:
         """Compute the kinetic energy [J], shape (times,)."""
-        theta_t = q_t[:, 2]
-        gyration = np.einsum("ti,ij,tj->t", q[:, 3:], self.gyration, q_t[:, 3:])
-        rotary = theta_t * (self._spin_momentum(q, q_t) + gyration)  # inertia theta_t^2 + 2 theta_t gyration
-        return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + rotary + (q_t[:, 3:] ** 2).sum(axis=1))
+        modal, modal_t, theta_t = q[:, 3:], q_t[:, 3:], q_t[:, 2]  # `inertia` is that of the deformed link
+        inertia = (
+            self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
+        )  # of the deformed link
+        gyration = np.einsum("ti,ij,tj->t", modal, self.gyration, modal_t)
+        rotary = theta_t * (inertia * theta_t + 2 * gyration)
+        return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + rotary + (modal_t**2).sum(axis=1))
 
     def strain(self, q: Array) -> Array:
         """Compute the strain energy [J], shape (times,)."""
@@ -76,17 +79,6 @@ class PlanarModel:
     def damping_power(self, q_t: Array) -> Array:
         """Compute the power lost to modal damping [W], shape (times,)."""
         return q_t[:, 3:] ** 2 @ (2 * self.damping * self.frequency)
-
-    def momentum(self, q: Array, q_t: Array) -> tuple[Array, Array]:
-        """Compute linear momentum [N s], (times, 2), and angular momentum about the origin [N m s], (times,)."""
-        linear = self.mass * q_t[:, :2]
-        return linear, cross(q[:, :2], linear) + self._spin_momentum(q, q_t)
-
-    def _spin_momentum(self, q: Array, q_t: Array) -> Array:
-        """Compute the angular momentum about the frame's origin, (inertia + 2 radial q + q gram q) theta_t + q gyration q_t."""
-        modal = q[:, 3:]
-        inertia = self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
-        return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", modal, self.gyration, q_t[:, 3:])
 
     def motion(self, station: str, q: Array, q_t: Array, q_tt: Array) -> FrameMotion:
         """Compute the motion of a station."""
