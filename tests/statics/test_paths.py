@@ -20,14 +20,10 @@ from buckler.mbs import (
     Section,
     Spring,
     Stop,
-    Torque,
     TorsionSpring,
-    Weld,
     path,
 )
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.spectral.scene import CompiledScene
-from buckler.mbs.statics.problem import Problem, loads_of
 
 EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 
@@ -43,15 +39,6 @@ def columns(*names, load=1.0):
         guides.append(Guide(f"B{name}", name))
         loads.append(Force(f"B{name}", (-load, 0)))
     return Mechanism(points, links, joints, guides, loads=loads)
-
-
-def test_all_branches_of_a_column_leave_to_both_sides():
-    found = path(columns("a"), to=1.05 * EULER, branches=True)
-    ends = sorted(each.point("a", "Ma")[-1, 1] for each in found.branches)
-    assert len(ends) == 2
-    assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
-    assert all(each.stable[-1] for each in found.branches)
-    assert not found.stable[-1]
 
 
 def test_branches_that_no_point_distinguishes_are_named():
@@ -302,17 +289,3 @@ def test_a_thickness_is_followed_to_where_the_column_buckles():
 def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
     with pytest.raises(ValueError, match=said):
         path(columns("a"), **asked)
-
-
-def test_parameters_under_a_torque_have_a_rounding_error():
-    """Its size is that under a force at the arm of the longest link."""
-    strip, lever = Link("strip", "A", "B", Beam(Section(0.01, 0.001))), Link("lever", "B", "C", Rigid(Section(0.01, 0.001)))
-    points = {"A": (0, 0), "B": (0.3, 0), "C": (0.3, 0.1)}
-
-    def rounding(load):
-        welded = Mechanism(points, [strip, lever], [Weld("A", "ground", "strip"), Weld("B", "strip", "lever")], loads=[load])
-        scene = CompiledScene.of(welded, 6)
-        problem = Problem(scene, loads_of(scene))
-        return problem.rounding(problem.start(0.0))
-
-    assert rounding(Torque("lever", 0.3)) == pytest.approx(rounding(Force("C", (1.0, 0.0))))
