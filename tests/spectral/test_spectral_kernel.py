@@ -124,19 +124,6 @@ def _mass_slope(s, w, q, a, out):
 
 
 @numba.njit(error_model="numpy")
-def _mass_times(s, q, a, out):
-    kernel.multiply_mass(s, q, a, out)
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_mass_times_accelerations(name: str) -> None:
-    scene, out = SCENES[name], np.zeros(SCENES[name].size)
-    q, a, _ = state(scene, 7, 1e-2)
-    _mass_times(scene.tables, q, a, out)
-    assert apart(out, scene.mass_at(q) @ a) < 1e-13
-
-
-@numba.njit(error_model="numpy")
 def _of_laws(s, depths, rates, bristle):
     """Normal forces of law 0 and friction coefficients of law 1, the rates the speeds of both."""
     normal = [normal_force(s, 0, depths[i], rates[i], 0.1) for i in range(len(depths))]
