@@ -6,7 +6,7 @@ from simulations import BAR, block
 
 from buckler import mbs
 from buckler.mbs import Torque as Moment
-from buckler.mbs.functions import Components, Expression, Table, kinks
+from buckler.mbs.functions import Components, Table
 from buckler.mbs.scene.scene import Scene
 
 SPEED = Table((0.0, 0.123, 0.3, 0.55), (0.0, 8.0, 8.0, 3.0))
@@ -23,13 +23,6 @@ def angle(t):
         return 4.0 * 0.123 + 8.0 * (t - 0.123)
     late = min(t, 0.55) - 0.3
     return 4.0 * 0.123 + 8.0 * 0.177 + 8.0 * late - 20.0 * late**2 / 2 + 3.0 * max(0.0, t - 0.55)
-
-
-def test_functions_of_time_know_their_kinks():
-    assert kinks(SPEED) == kinks(SPEED.integral()) == SPEED.times
-    assert kinks(Table((0.0, 1.0, 3.0), (0, 1, 0), smooth=True)) == (0.0, 3.0)
-    assert kinks(Components((SPEED, 1.0))) == SPEED.times and kinks(Expression("t")) == () == kinks(abs)
-    assert MOTION.kinks(1.0) == (0.123, 0.3, 0.55) and MOTION.kinks(0.3) == (0.123,)
 
 
 def test_the_travel_of_a_table_of_speeds_is_exact():
