@@ -8,7 +8,7 @@ import numpy as np
 
 from ..elements import strut
 from ..elements.guide import Guide, GuideFriction
-from ..geometry import Array
+from ..geometry import Array, cross
 from ..laws import BristleLaw
 from ..laws.friction import as_bristle_law
 from ..laws.journal import BRISTLE, MEMORY, SINCE, SLIDING
@@ -101,10 +101,9 @@ def _compute_reaction_under_strut(guide: Guide, _run: History, record: Record) -
     tension = np.array([law.force(float(e), float(v)) for e, v in zip(elongation, rate, strict=True)])
     other = link.end if guide.point == link.start else link.start
     (far, _), (near, _) = record.point(other), record.point(guide.point)
-    pull = far - near
-    pull *= (tension / np.hypot(*pull.T))[:, None]
-    ax, ay = guide.along
-    return (ay * pull[:, 0] - ax * pull[:, 1] - _compute_weight(mechanism, guide))[:, None]
+    chord = far - near  # from the block
+    pull = tension / np.hypot(*chord.T) * cross(np.array(guide.along), chord)  # to the guide's left
+    return (-pull - _compute_weight(mechanism, guide))[:, None]
 
 
 class ReactionFriction:

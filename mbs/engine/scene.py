@@ -19,8 +19,6 @@ from . import System
 from .forces import StopContact, StrutSpring
 from .placed import EngineBody, EngineStates, History, WithMemory
 
-Reader = Callable[[History, Record], Array]
-"""Function that computes a channel of an element, (times, columns), from the history and the record of a run."""
 SPARSE_FROM = 40
 """Number of coordinates from which the engine's sparse solver is faster than the dense one."""
 
@@ -43,7 +41,8 @@ class EngineScene:
     initial_multipliers_lack_friction: bool = False
     notes: list[str] = field(default_factory=list)  # sentences for the result
     stopped: Failure | None = None  # first failure of a user's function
-    readers: dict[tuple[str, str], Reader] = field(default_factory=dict)  # by element and channel, in the order of computation
+    # functions that compute a channel (times, columns), by element and channel, in the order of computation
+    readers: dict[tuple[str, str], Callable[[History, Record], Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}

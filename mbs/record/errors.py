@@ -105,30 +105,20 @@ class Errors(Mapping[Any, float]):
     >>> errors = Errors(0.01, {("B.x", Norm.RMS): 0.01, ("B.x", Norm.PEAK): 0.02})
     >>> errors["B.x"], errors["B.x", "peak"], errors.motion
     (0.01, 0.02, 0.01)
-
-    Attributes
-    ----------
-    motion : float, largest error of all places in the norm RMS; nan without an estimate
-    signals : mapping of (str, Norm) to float
-        Relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals
-        over their own norm. Empty without an estimate.
-    sizes : mapping of (str, Norm) to float, ranges, throughput and norms to which the errors are relative
-        In the signal's unit, times 1 s for `IMPULSE`; for `ONSET` the duration [s].
-    kind : str, origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
-    until : float, time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
-    drive_period : float, period of revolution of the drive [s], for means over periods; 0 if no drive has a constant speed
-    unresolved : tuple of str, forces `F` that vibrate too fast for the steps, which resolve only their running means `F.mean`
-    notes : tuple of str, remarks on the errors, in sentences
     """
 
-    motion: float = nan
+    motion: float = nan  # largest error of all places in the norm RMS; nan without an estimate
+    # relative errors: of places over their range, of energies (`energy.kinetic`, ...) over the throughput, of other signals over
+    # their own norm; empty without an estimate
     signals: Mapping[Key, float] = field(default_factory=dict)
+    # ranges, throughput and norms to which the errors are relative, in the signal's unit; for `IMPULSE` that times 1 s, for
+    # `ONSET` the duration [s]
     sizes: Mapping[Key, float] = field(default_factory=dict)
-    kind: str = ""
-    until: float = nan
-    drive_period: float = 0.0
-    unresolved: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    kind: str = ""  # origin of the estimate, in words: the difference of two runs, see `mbs.accuracy`
+    until: float = nan  # time [s] up to which the errors hold; beyond it a chaotic motion is one of many possible trajectories
+    drive_period: float = 0.0  # period of revolution of the drive [s], for means over periods; 0 if no drive has a constant speed
+    unresolved: tuple[str, ...] = ()  # forces `F` that vibrate too fast for the steps, which resolve their running means `F.mean`
+    notes: tuple[str, ...] = ()  # remarks on the errors, in sentences
 
     @property
     def known(self) -> bool:
