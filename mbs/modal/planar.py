@@ -18,14 +18,13 @@ STATIONS = ("start", "end", "middle")
 
 
 class FrameMotion(NamedTuple):
-    """Motion of a cross-section: position, velocity, acceleration (times, 2); its angle, with angular rates (times,)."""
+    """Motion of a cross-section: position, velocity, acceleration (times, 2); its angle and angular rate (times,)."""
 
     position: Array
     velocity: Array
     acceleration: Array
     angle: Array
     spin: Array
-    spin_rate: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +91,6 @@ class PlanarModel:
             q_tt[:, :2] + rotate(q[:, 2], arm_tt + 2 * spin * rotate_left(arm_t) + spin_t * rotate_left(arm) - spin**2 * arm),
             q[:, 2] + q[:, 3:] @ shape[2],
             q_t[:, 2] + q_t[:, 3:] @ shape[2],
-            q_tt[:, 2] + q_tt[:, 3:] @ shape[2],
         )
 
 
