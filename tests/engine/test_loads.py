@@ -131,28 +131,6 @@ def test_newton_and_euler_hold_of_every_load():
     np.testing.assert_allclose(INERTIA * motion.q_tt[:, 2], moment, atol=1e-8 * np.abs(moment).max())
 
 
-def test_power_of_a_load_is_what_its_energies_say():
-    """Virtual work: the power on the bodies is minus that stored and taken, plus that given, to rounding."""
-    from buckler.mbs.engine.solve import run_once
-
-    motor = mbs.Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0)
-    spring = mbs.Spring("A", "ground:O", 90.0, 2.0, free_length=0.1)
-    torsion = mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3)
-    record = run_once(crank(motor, spring, torsion), 0.5, tight(500), None, None).record
-    stretch, rate, _ = spring.stretch(record)
-    twist, spin = torsion.state(record)
-    voltage, speed = 12 * np.cos(3 * record.time), record.turn("crank:O")[1]
-    current = motor.current(voltage, speed)
-    electric = motor.effective(voltage) * current - motor.resistance * current**2
-    for load, power in (
-        (spring, -90.0 * stretch * rate - spring.dissipated_power(stretch, rate)),
-        (torsion, -2.0 * twist * spin - torsion.dissipated_power(twist, spin)),
-        (motor, electric - motor.rubbing(speed) * motor.gear * speed),
-    ):
-        found = sum(push.power(record) for push in load.pushes("", record))
-        np.testing.assert_allclose(found, power, atol=1e-12 * np.abs(found).max())
-
-
 def test_a_force_that_follows_its_link_turns_it_evenly():
     """Square to the crank at its tip it is a constant torque: angle = F r t^2/2 I, beyond a turn."""
     reach = math.hypot(*TIP)
