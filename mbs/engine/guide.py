@@ -178,8 +178,7 @@ def _add_reaction_friction(scene: EngineScene, name: str, guide: Guide) -> None:
         raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
     friction = ReactionFriction(scene, name, guide)
     scene.add_with_memory(friction, [name])
-    has_bristle = friction.updates_memory
-    if not has_bristle:  # friction acts at t = 0 already; a bristle is undeflected then, and has none
+    if not friction.updates_memory:  # without a bristle friction acts at t = 0 already; a bristle is undeflected then
         scene.initial_multipliers_lack_friction = True
     force = watch(scene, f"the friction law of the guide of '{guide.point}'", friction)
     add_coordinate_force(scene, scene.coordinate_marker(guide.point, 0), force)

@@ -135,10 +135,11 @@ def _integrals(model: PlanarModel) -> dict[str, Any]:
     and `radial` of X . phi_i.
     """
     m, about_z = len(model), np.diag([0.0, 0.0, 1.0])
+    container: Any = exu.MatrixContainer  # its stubs lack the argument
     return {
-        "massMatrixReduced": _make_container(np.eye(m)),
-        "stiffnessMatrixReduced": _make_container(np.diag(model.stiffness)),
-        "dampingMatrixReduced": _make_container(np.diag(2 * model.damping * model.frequency)),  # ratios, rad/s
+        "massMatrixReduced": container(np.eye(m)),
+        "stiffnessMatrixReduced": container(np.diag(model.stiffness)),
+        "dampingMatrixReduced": container(np.diag(2 * model.damping * model.frequency)),  # ratios, rad/s
         "mass": model.mass,
         "inertia": model.inertia * np.eye(3),  # the engine does not use it about x and y
         "centerOfMass": [0.0, 0.0, 0.0],
@@ -162,10 +163,3 @@ def _virtual_points(model: PlanarModel) -> dict[str, Any]:
         "outputVariableModeBasis": [],
         "outputVariableTypeModeBasis": 0,
     }
-
-
-def _make_container(matrix: Array) -> Any:
-    """Convert a matrix to the engine's type."""
-    container = exu.MatrixContainer()
-    container.SetWithDenseMatrix(matrix, useDenseMatrix=True)
-    return container
