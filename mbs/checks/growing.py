@@ -26,8 +26,8 @@ class Growth:
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Compute the growth rate [1/s] of each strip's bending at sample k, from the strips' tensions [N] by name."""
         q = self._pose(k, forces)
-        parameter = 1.0  # without effect: this problem varies no load and no constraint
-        rest = self.problem.start(parameter)._replace(q=q)  # a pose without velocity, in general no equilibrium
+        # a pose without velocity, in general no equilibrium; its parameter is without effect, as the problem varies no load
+        rest = self.problem.start(1.0)._replace(q=q)
         tangent = self.problem.linearise(rest._replace(multipliers=self.problem.compute_multipliers(rest)))
         if tangent.definite:  # no small motion grows
             return dict.fromkeys(forces, 0.0)

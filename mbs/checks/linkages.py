@@ -10,7 +10,6 @@ from ..kinematics.determined import Follower, UnclosedError
 from ..record.record import Record
 from ..record.result import Result
 from ..record.run import Run
-from ..scene.linkage import Linkage
 from ..scene.scene import Scene
 from .check import check
 
@@ -40,13 +39,10 @@ def _places(record: Record, indices: Iterable[int]) -> Array:
     return places
 
 
-def _determined_linkages(run: Run) -> list[Linkage]:
-    """Return the linkage of a run if its drives alone decide the motion."""
-    scene = Scene.of(run.record.mechanism)
-    return [scene.linkage] if scene.is_determined else []
-
-
-@check("BRANCH", _determined_linkages, "not a linkage of which the drives alone decide the motion")
+@check(
+    "BRANCH", lambda run: Scene.of(run.record.mechanism).is_determined,
+    "not a linkage of which the drives alone decide the motion",
+)  # fmt: skip
 def check_dead_centres(run: Run, _result: Result) -> Iterator[str]:
     """Check that the linkage passes no dead centre, beyond which it may move in another assembly.
 

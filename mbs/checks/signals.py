@@ -68,11 +68,10 @@ def check_directions(run: Run, result: Result) -> Iterator[str]:
                 yield f"'{name}' {fault} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
 
 
-def _depths(run: Run) -> Iterator[DepthLimit]:
-    """Yield the depths of contacts that elements limit."""
-    mechanism = run.record.mechanism
-    for name, element in Scene.of(mechanism).elements.items():
-        yield from element.depths(name, mechanism)
+def _depths(run: Run) -> list[DepthLimit]:
+    """Return the depths of contacts that elements limit."""
+    elements = Scene.of(run.record.mechanism).elements.items()
+    return [depth for name, element in elements for depth in element.depths(name, run.record.mechanism)]
 
 
 @check("PENETRATION", _depths, "no stop and no joint with clearance")

@@ -27,7 +27,7 @@ def explain_not_applicable(run: Run, result: Result) -> dict[str, str]:
     """Return the checks that do not apply to a run, with the reasons in words; none for a failed run."""
     if not result.status.finished:
         return {}
-    return {check.name: check.reason for check in CHECKS if not check.applies(run)}
+    return {check.name: check.reason for check in CHECKS if not check.subjects(run)}
 
 
 def find_suspicions(run: Run, result: Result) -> Iterator[str]:
