@@ -28,8 +28,6 @@ from .estimate import LAST_WINDOWS, LEAST_ERROR, WINDOWS, Separation, estimate_g
 from .levels import Level, Levels, Runner
 from .trajectory import Trajectory, compute_energies, find_drive_period
 
-CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
-"""Failures that finer steps may cure."""
 Norms = tuple[dict[Key, float], dict[Key, float]]
 """Relative norms, and the sizes to which they are relative."""
 
@@ -102,11 +100,12 @@ class _Refinement:
     def run_first(self) -> _Trial:
         """Make the coarsest run that does not fail; report the failure of the fourth."""
         level = self.levels.first()
+        cured = Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR  # finer steps may cure these
         for _ in range(3):
             try:
                 return self.make(level, self.duration)
             except _FailedError as failed:
-                if failed.run.failure is None or failed.run.failure.status not in CURED:
+                if failed.run.failure is None or failed.run.failure.status not in cured:
                     raise
                 level = self.levels.finer(level, self.levels.ratio)
         return self.make(level, self.duration)

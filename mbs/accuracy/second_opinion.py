@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from ..elements.signal import Kind
-from ..record.errors import Errors, Key, Norm
+from ..record.errors import Errors, Norm
 from ..record.result import Result
 from ..record.run import Run
 from ..scene.scene import Scene
@@ -71,12 +71,10 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     may_be_chaotic = rattles or min(ends, default=inf) < trajectory_a.time[-1]
     until = min([Separation(Difference(trajectory_a, trajectory_b), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _sizes = Difference(trajectory_a, trajectory_b, until).norms()  # relative differences, by signal and norm
-
-    def allow(key: Key) -> float:
-        """Return the allowed difference of a signal."""
-        return max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) if known else USUAL_ERROR
-
-    worst = find_worst({key: allow(key) for key in compared}, apart)
+    allowed = dict.fromkeys(compared, USUAL_ERROR)
+    if known:
+        allowed = {key: max(least, errors_a.signals.get(key, 0.0) + errors_b.signals.get(key, 0.0)) for key in compared}
+    worst = find_worst(allowed, apart)
     of_places = [apart[n, norm] for n, norm in apart if norm is Norm.RMS and trajectory_b.signals[n].kind is Kind.PLACE]
     return max(of_places, default=0.0), worst
 
