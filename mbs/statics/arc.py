@@ -97,14 +97,11 @@ class Arc:
 
     def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
         """Locate a corner by bisection on the direction, up to an arc; return the state just behind it, None without a corner."""
-
-        def at(arc: float) -> Rest:
-            """Return the state on the straight line: nearly an equilibrium, as arcs are short."""
-            return self._rest(self.problem.vector(rest) + arc * direction)
+        start = self.problem.vector(rest)  # states on the straight line are nearly equilibria, as arcs are short
 
         def is_behind(arc: float) -> bool:
             """Return True if the tangent has turned, or that of the coordinates alone, as a large change of p may hide theirs."""
-            after = self.direction(at(arc), direction)
+            after = self.direction(self._rest(start + arc * direction), direction)
             return float(self.metric * direction @ after) < np.cos(CORNER) or self.turns(direction, after, far)
 
         if not is_behind(far):
@@ -113,7 +110,7 @@ class Arc:
         for _ in range(30):  # to a billionth of the arc
             middle = 0.5 * (near + far)
             near, far = (near, middle) if is_behind(middle) else (middle, far)
-        return at(far)  # from which Newton's method finds the path behind the corner
+        return self._rest(start + far * direction)  # from which Newton's method finds the path behind the corner
 
     def _rest(self, vector: Array) -> Rest:
         """Split a vector (q, lambda, p) into a state."""
