@@ -8,7 +8,6 @@ import numpy as np
 from ..geometry import Array
 from ..mechanism import Mechanism
 from ..progress import watch
-from ..spectral.run import RunState
 from ..validate import positive, whole
 from .answer import FIRST_STEP, KEYS, MAX_STEP, Route, check_path, explain_end, parameters_at
 from .curve import KINDS, ResponseCurve
@@ -95,20 +94,16 @@ def response(
     curve = ResponseCurve(shooting, problem, float(to), keeps_degree=degree is not None)
     curve.set_parameter(problem.initial)
     try:
-        return _follow(curve, shooting.search(shooting.advance(state, settle)).state, int(steps), step, longest)
+        first = shooting.search(shooting.advance(state, settle)).state
+        orbits, criticals, ended = curve.follow(first, int(steps), step, longest)
+        parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
+        errors = {KEYS[kind]: np.array([critical.error for critical in criticals if critical.kind == kind]) for kind in KINDS}
+        motions = [curve.make_motion(orbit) for orbit in orbits]
+        status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
+        return Response(*status, ended, curve.shooting.scene, parameters, q, criticals, errors, curve.problem.label, motions)
     except SEARCH_STOPS as error:
         no_states = np.empty((0, shooting.scene.size))
         # "singular", as no step was possible; the cause is in the status and message
         return Response(*failure_of(error), "singular", shooting.scene, parameter=np.empty(0), q=no_states, points=[])
     finally:
         curve.set_parameter(problem.initial)  # so that the scene of the result is the mechanism as given
-
-
-def _follow(curve: ResponseCurve, first: RunState, steps: int, step: float, longest: float) -> Response:
-    """Follow a curve from the state of its first motion, and make the result."""
-    orbits, criticals, ended = curve.follow(first, steps, step, longest)
-    parameters, q = np.array([orbit.parameter for orbit in orbits]), np.array([orbit.found.state.q for orbit in orbits])
-    errors = {KEYS[kind]: np.array([critical.error for critical in criticals if critical.kind == kind]) for kind in KINDS}
-    motions = [curve.make_motion(orbit) for orbit in orbits]
-    status = explain_end(ended, parameters[-1], curve.start, curve.to, len(orbits) - 1)
-    return Response(*status, ended, curve.shooting.scene, parameters, q, criticals, errors, curve.problem.label, motions)
