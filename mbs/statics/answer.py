@@ -109,7 +109,7 @@ def explain_end(ended: str, last: float, start: float, to: float, steps: int) ->
     return endings[ended]
 
 
-def list_omissions(mechanism: Mechanism, friction_remark: str) -> list[str]:
+def list_omissions(mechanism: Mechanism, friction_remark: str = "friction may hold it elsewhere") -> list[str]:
     """List effects that the statics leave out: dry friction, with a remark on it, and the modes that modal links leave out."""
     rubbing = [element.friction_at for element in Scene.of(mechanism).elements.values() if element.friction_at]
     modal = [link.name for link in mechanism.links if link.body.linear]  # only modal links are linear

@@ -28,8 +28,6 @@ TARGET_MOVE = 0.1
 """Change of the pose for which tau of the next implicit step is chosen, in units of the coordinates."""
 STEPS = 6000
 """Most implicit steps: along a stiff curved contact they are short."""
-FRICTION = "friction may hold it elsewhere"
-"""Remark on equilibria of mechanisms with dry friction, which the statics leave out."""
 
 
 class RunsAwayError(StaticsError):
@@ -257,7 +255,7 @@ def _answer(problem: Problem, rest: Rest, error: float, message: str) -> Equilib
         size = f"{error:.1e} of the longest link" if error < np.inf else "not known"  # no refinement has succeeded
         notes.append(f"its error is {size}{hint}")
     problem.set_parameter(1.0)  # also in the scene of a higher degree, which is that of the result
-    notes += list_omissions(problem.scene.mechanism, FRICTION)
+    notes += list_omissions(problem.scene.mechanism)
     return Equilibrium(status, "; ".join(notes), problem.scene, *rest, growth == 0.0, growth, neutral, error)
 
 
@@ -274,6 +272,6 @@ def _make_failure(problem: Problem, error: BaseException, load: float) -> Equili
         status = Ending.SLACK
     elif isinstance(error, USER_STOPS):
         message = "no equilibrium was found yet"
-    message = "; ".join([message, *list_omissions(scene.mechanism, FRICTION)])
+    message = "; ".join([message, *list_omissions(scene.mechanism)])
     q, multipliers = np.full(scene.size, np.nan), np.full(len(scene.row_names), np.nan)
     return Equilibrium(status, message, scene, q, multipliers, load, stable=False, growth=np.nan, neutral=(), error=np.inf)
