@@ -138,7 +138,6 @@ def ensemble(
 
     Parameters
     ----------
-    mechanism : Mechanism or sequence of Mechanism
     duration : float [s]
     members : int
         Number of members for each mechanism and each combination of listed values.
