@@ -193,7 +193,7 @@ class Neighbours(NamedTuple):
         """
         has_degree_to_lower = solver.degree is not None and solver.degree > DEGREE_STEP
         coarse_solver = scale_tolerances(solver, WIDER, -DEGREE_STEP if has_degree_to_lower else 0)
-        slopes: dict[str, Array] = {}
+        slopes, reason = dict[str, Array](), ""
         try:
             coarse_unchanged = self.read(coarse_solver)
             for name in self.scales:
@@ -201,8 +201,8 @@ class Neighbours(NamedTuple):
                 coarse = self.slopes(name, coarse_solver, WIDER * width, coarse_unchanged)
                 slopes[name] = np.array([*fine, *coarse])
         except USER_STOPS as stop:
-            return slopes, str(stop)
-        return slopes, ""
+            reason = str(stop)
+        return slopes, reason
 
     def slopes(self, name: str, solver: Spectral, width: float, start: Readings) -> list[Array]:
         """Compute the one-sided derivatives from below and from above by a number, each (readings,); nan where a run fails."""

@@ -15,7 +15,7 @@ from ..solvers import Controlled, Spectral
 from ..spectral.recording import record_of
 from ..spectral.run import integrate
 from ..spectral.scene import DEGREE, CompiledScene
-from ..validate import as_tuple, short
+from ..validate import as_tuple
 from .curve import Smooth
 from .reading import RunFailedError, check_reading, compute_frequency, parse_frequency, read_number
 
@@ -64,9 +64,8 @@ def read(readings: Mapping[str, Reading], mechanism: Mechanism, duration: float 
         elif number := parse_frequency(reading):
             value, error = compute_frequency(mechanism, number)
             found.append((value, "Hz", error))
-        elif duration is None:
-            raise ValueError(f"{short(reading)}: is read off a run; give a duration")
         else:
+            assert duration is not None  # `readings_of` has checked that there is one
             ended = ended or run(mechanism, duration, solver, texts)
             # by cubics, so that the reading is a smooth function of the mechanism's numbers
             value, unit = read_number(reading, ended.record.time, ended.values, ended.units, Smooth)
