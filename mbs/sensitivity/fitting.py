@@ -104,7 +104,9 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Fit numbers of a mechanism to experiments.
 
-    Raise a ValueError on wrong input, before anything runs, and a RunFailedError if no start leads to a run that ends.
+    Intervals: D. M. Bates, D. G. Watts, Nonlinear regression analysis, Wiley 1988, doi 10.1002/9780470316757. Profiles:
+    A. Raue et al., Bioinformatics 25 (2009) 1923, doi 10.1093/bioinformatics/btp358. Raise a ValueError on wrong input, before
+    anything runs, and a RunFailedError if no start leads to a run that ends.
 
     Parameters
     ----------
@@ -122,12 +124,6 @@ def fit(
         Numbers whose interval is found by the profile likelihood: at nine values of each, all other numbers are fitted again.
     timeout, progress
         Limit of time [s], after which the best fit so far is returned; `progress` shows the state, by default in terminals.
-
-    References
-    ----------
-    D. M. Bates, D. G. Watts, Nonlinear regression analysis and its applications, Wiley 1988, doi 10.1002/9780470316757.
-    A. Raue et al., Structural and practical identifiability analysis of partially observed dynamical models by exploiting the
-    profile likelihood, Bioinformatics 25 (2009) 1923, doi 10.1093/bioinformatics/btp358.
     """
     require_compiler()
     whole("starts", starts, 1, 10**9)
