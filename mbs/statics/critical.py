@@ -18,9 +18,6 @@ from .arc import Arc, Step
 from .problem import Problem, Rest, StaticsError
 from .spectrum import Spectrum, spectrum
 
-FEW = 1
-"""Number of eigenvalues above zero that are computed with many coordinates (`SPARSE_COORDINATES`): the next to pass zero."""
-
 
 class TangentState(NamedTuple):
     """Stability of an equilibrium: spectrum of K and M alone, and spectrum with damping."""
@@ -39,8 +36,8 @@ class TangentState(NamedTuple):
         return int(((values.real > threshold * rounding) & (np.abs(values.imag) > rounding)).sum())
 
 
-def state_at(problem: Problem, rest: Rest, count: int = FEW) -> TangentState:
-    """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero."""
+def state_at(problem: Problem, rest: Rest, count: int = 1) -> TangentState:
+    """Compute the stability of an equilibrium; with many unknowns only `count` eigenvalues above zero, the next to pass it."""
     tangent = problem.linearise(rest)
     undamped = spectrum(replace(tangent, damping=0.0 * tangent.damping), problem.shift, count)
     problem.shift = undamped.shift  # by which `spectrum` inverts K + shift M: the next state begins with it
@@ -162,7 +159,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
 
         def eigenvalue(rest: Rest, momentum: Array = momentum) -> float:
             """Return the eigenvalue mu whose shape is most like that of the pair."""
-            found = state_at(arc.problem, rest, len(momenta) + FEW).undamped
+            found = state_at(arc.problem, rest, len(momenta) + 1).undamped
             mass = arc.problem.scene.mass_at(rest.q, sparse=len(rest.q) >= SPARSE_COORDINATES)
             size = np.sqrt(np.einsum("ij,ij->j", found.shapes.real, mass @ found.shapes.real))
             most_alike = np.argmax(np.abs(momentum @ found.shapes.real) / size)
@@ -181,7 +178,7 @@ def _branchings(arc: Arc, step: Step, momenta: Array, limits: list[Critical]) ->
     starts = np.flatnonzero(gaps >= 1e-5 * step.arc) + 1  # chosen: nearer roots are one multiple branching
     for group in np.split(np.arange(len(rests)), starts):
         rest, count = rests[group[0]], len(group)
-        spectrum_at = state_at(arc.problem, rest, count + FEW).undamped
+        spectrum_at = state_at(arc.problem, rest, count + 1).undamped
         nearest = np.argsort(np.abs(spectrum_at.values))[:count]
         found.append(Critical("branching", rest, count, np.real(spectrum_at.shapes[:, nearest])))
     return found
