@@ -24,9 +24,6 @@ from .trajectory import TINY, Trajectory
 MASS_RATIO = 2.0
 """Assumed ratio M/m of the mechanism's mass to the lighter mass at the ends of a link: the least possible one. All errors
 increase with the ratio, so that none is overestimated by this choice."""
-SAMPLES_BEFORE = 3
-"""Number of earlier samples whose largest deviation from the running mean counts as the amplitude. Steps that matter are T/4 or
-longer: one of T/4 damps by 1 %. Three of them cover a whole period 2 pi/w = T/sqrt(2), and so its largest deviation."""
 
 
 def radau(angle: Array) -> Array:
@@ -38,10 +35,12 @@ def radau(angle: Array) -> Array:
 def compute_lost_force(run: Trajectory, forces: Collection[str]) -> Array:
     """Compute the amplitude [N] that damping removed up to each sample, (times,), from the one of `forces` that lost most."""
     largest = np.zeros(len(run.time))
+    # The amplitude is the largest deviation from the running mean at a sample and the three before. Steps that matter are T/4 or
+    # longer: one of T/4 damps by 1 %. Three of them cover a whole period 2 pi/w = T/sqrt(2), and so its largest deviation
     for mean in run.signals.values():
         if mean.source in forces:  # the signal is a running mean, and its `source` the force that is averaged
-            deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (SAMPLES_BEFORE, 0))
-            amplitude = np.lib.stride_tricks.sliding_window_view(deviation, SAMPLES_BEFORE + 1).max(axis=1)
+            deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (3, 0))
+            amplitude = np.lib.stride_tricks.sliding_window_view(deviation, 4).max(axis=1)
             share_lost = 1 - radau(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)  # in each step
             largest = np.maximum(largest, np.append(0.0, np.cumsum(share_lost * amplitude[:-1])))
     return largest
