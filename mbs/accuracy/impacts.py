@@ -49,13 +49,13 @@ class Impacts:
         if not len(edges):
             return cls(time, force, impulse, ImpactTable(*np.empty((5, 0))), end)
         first = edges[::2]  # first sample of each contact
-        after = np.minimum(edges[1::2], len(time) - 1)  # first sample after it, also after a contact that the end cuts
+        after = np.minimum(edges[1::2], len(time) - 1)  # first sample after the contact, at most the last sample
         before = np.maximum(first - 1, 0)
         gap = time[before[1:]] - time[after[:-1]]  # time [s] of zero force between two impacts
         is_distinct = gap > 0.1 * (time[after] - time[first])[:-1]
         is_first, is_last = np.append(True, is_distinct), np.append(is_distinct, True)
         first, before, after = first[is_first], before[is_first], after[is_last]
-        beyond = after + 1  # the sample `after` is still in contact where the run ends in contact
+        beyond = after + 1  # spans include the sample `after`, which is in contact where the run ends in contact
         peaks = _find_maxima(force, first, beyond)
         vertices = _find_maxima(_find_vertices(time, force), first, beyond)
         table = ImpactTable(time[first], time[after], impulse[after] - impulse[before], peaks, vertices - peaks)
@@ -70,7 +70,8 @@ class Impacts:
 
 def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     """Compute relative differences of two contact forces: impulse, peak, onsets. Run b, the finer level, gives the sizes."""
-    # onsets and peaks are compared of impacts above a thousandth of the largest; more would ignore small ones, less match noise
+    # Onsets and peaks: only impacts with more than a thousandth of the largest impulse are compared. A larger fraction would
+    # ignore small impacts, a smaller one would match noise.
     least = 1e-3 * max(each.table.impulse.max(initial=0.0) for each in (a, b))
     impacts_a, impacts_b = (ImpactTable(*(field[table.impulse > least] for field in table)) for table in (a.table, b.table))
     count_a, count_b = len(impacts_a.onset), len(impacts_b.onset)
@@ -80,7 +81,7 @@ def compare_impacts(a: Impacts, b: Impacts) -> dict[Norm, float]:
     i, j = match_times(impacts_a.onset, impacts_b.onset)
     shift = float(np.abs(impacts_a.onset[i] - impacts_b.onset[j]).max(initial=0.0))
     peak = _compare_peaks(impacts_a, impacts_b, b.find_highest(impacts_a, shift), a.find_highest(impacts_b, shift))
-    mean_interval = b.end / count_b
+    mean_interval = b.end / count_b  # [s], of the impacts that are compared
     impulse = levy((a.time, a.impulse), (b.time, b.impulse), b.end, mean_interval)
     return {Norm.IMPULSE: impulse, Norm.PEAK: peak, Norm.ONSET: shift / b.end}
 
@@ -92,11 +93,12 @@ def _compare_peaks(a: ImpactTable, b: ImpactTable, highest_b: Array, highest_a: 
     of a peak is its height above this force of the other run, or 0. The peaks of one impact may agree by chance. So no peak of b
     is known better than the relative scatter s of all peaks:
 
-        s^2 = sum (excess/F)^2 F^4 / sum peak_b^4,    F = force of b at the impact.
+        s^2 = sum (excess/F)^2 F^4 / sum peak_b^4.
 
-    The first sum is over the impacts of a and those of b that a has, too. The weights F^4 let small peaks count little. Each
-    peak of b has an upper and a lower bound, by the scatter, its excess and the vertex between its samples. The peaks of a, the
-    coarser run, only raise the largest upper bound.
+    F is the force of b: `highest_b` at an impact of a, the peak at an impact of b. The first sum is over the impacts of a and
+    those of b that a has, too. The weights F^4 let small peaks count little. The scatter and the vertex between samples raise the
+    upper bound and lower the lower bound of each peak of b. Where the excess of b is larger than the scatter, it replaces the
+    scatter in the lower bound. The peaks of a, the coarser run, only raise the largest upper bound.
     """
     excess_a, excess_b = np.maximum(0.0, a.peak - highest_b), np.maximum(0.0, b.peak - highest_a)
     is_in_both = highest_a > 0  # for the impacts of b; for those of a `highest_b` is 0 if b does not have them
@@ -140,8 +142,8 @@ def levy(a: tuple[Array, Array], b: tuple[Array, Array], end: float, unit: float
 
     J_a(t) and J_b(t) are the impulses up to t, given with their times; J is J_b(end). `unit` is the mean time between impacts
     [s]. The inequalities are tested at the samples of a. The result is at most 1. The least e is found by bisection of its
-    logarithm. A time that meets the inequalities at an e meets them at all larger ones. So only the times that failed at the
-    largest e that is too small are tested further.
+    logarithm. A time that meets the inequalities at an e meets them at all larger ones. If an e is too small, only the times
+    that failed at that e are tested further.
     """
     (time_a, impulse_a), (time_b, impulse_b) = a, b
     grid = np.append(time_a[time_a < end], end)

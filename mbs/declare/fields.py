@@ -73,7 +73,7 @@ def flag(*, doc: str = "", default: object = MISSING) -> Any:
 
 
 def names(*, doc: str = "", default: object = MISSING) -> Any:
-    """Declare that the field names something: its value is one name, as of a point or a link."""
+    """Declare a name, as of a point or a link: the field names one thing."""
     return field(Name(), doc, default)
 
 

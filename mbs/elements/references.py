@@ -16,6 +16,7 @@ class UnknownError(ValueError):
 
     def field_of(self, element: Element) -> str:
         """Return the field of an element that holds the unknown name, alone or in a point reference; '' if none does."""
+        # every text is split like a point reference: `place` accepts any text
         texts = {key: value for key in declarations(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
 

@@ -94,8 +94,9 @@ class Task:
         scene, start, channels = member
         formulas = formulas_of(self.readings)  # by text: `abs(rocker.ax)` of the reading `max(abs(rocker.ax))`
         sums = Accumulator.over(self.edges, len(formulas))
-        # Implicit steps of joints with clearance pass over the peaks of impacts. Explicit steps do not: they are stable only if
-        # several lie in each impact. A strip is so stiff along its line that errors of an interpolated shape make large forces
+        # Implicit steps of joints with clearance pass over the peaks of impacts, so states within steps are interpolated.
+        # Explicit steps need no interpolation: they are stable only if several lie in each impact. Strips are not interpolated:
+        # they are so stiff along their line that errors of an interpolated shape make large forces.
         has_journals = bool((scene.tables.forces[:, Forces.KIND] == ForceKind.JOURNAL).any())
         interpolates = has_journals and not len(scene.tables.strips) and not is_explicit(scene, self.solver)
         before: Output | None = None
@@ -188,14 +189,14 @@ def ensemble(
 
 def _try_first(task: Task) -> dict[str, str]:
     """Run the first member for a short time and return the units of readings; raise a ValueError if one or a path is wrong."""
-    duration = 1e-4 * task.duration  # wrong names are found at the first rows of a run of any duration
+    duration = 1e-4 * task.duration  # chosen: the first rows of a run of any duration show wrong names
     trial = replace(task, duration=duration, edges=np.array([0.0, duration]))
     units: dict[str, str] = {}
     try:
         scene, start, channels = trial.prepare(0, {})
-        trial.integrate(0, (scene, start, channels))
+        trial.integrate(0, (scene, start, channels))  # evaluates the readings, keeps no rows of the run
         parts: list[Output] = []
-        integrate(scene, duration, task.solver, state=start, take=parts.append)
+        integrate(scene, duration, task.solver, state=start, take=parts.append)  # keeps rows, of which signals give units
         if parts:
             units = {name: signal.unit for name, signal in collect(record_of(scene, parts[0])).items()}
     except np.linalg.LinAlgError:  # a ValueError, but no mistake in the call: the run of this member will report it

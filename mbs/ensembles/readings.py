@@ -23,7 +23,7 @@ from ..sensitivity.reading import POINTWISE, TOKEN, parse_reading, unit_of_formu
 from ..spectral.statistics import Accumulator, Statistic, add_rows
 
 NO_TIMES = np.empty(0)
-"""Times for `value_of`, which needs them for functions over a run alone; there is none in an ensemble's formulas."""
+"""Empty array of times: `value_of` uses times only in functions over a whole run, which it never evaluates for ensembles."""
 Reduction = Callable[[Array, Array], Array]
 """Function from accumulated sums (windows, kinds of sum) and lengths of windows [s] to a statistic, (windows,)."""
 STATISTICS: dict[str, Reduction] = {
@@ -39,7 +39,7 @@ STATISTICS: dict[str, Reduction] = {
 }
 """Statistics by name."""
 ALLOWED: dict[str, tuple[Any, int]] = dict.fromkeys((*STATISTICS, *POINTWISE), (None, 1))
-"""Functions that the parser accepts: usage for messages, here none, and number of arguments."""
+"""Functions that the parser accepts, by name: a pair of usage in messages (None: without usage) and number of arguments (1)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class StatisticReading:
     def of(cls, text: str) -> Self:
         """Parse a formula; raise a ValueError if it is not valid, or has a signal outside of a statistic."""
         try:
-            names_with_dots = dict.fromkeys(TOKEN.findall(text))  # each is taken for a signal until a run has its own
+            names_with_dots = dict.fromkeys(TOKEN.findall(text))  # taken for signals: no run tells its signals yet
             tree, signals = parse_reading(text, names_with_dots, ALLOWED)
             for node in ast.walk(tree):
                 if isinstance(node, ast.Name):  # _0, _1, ... stand for signals
@@ -71,7 +71,7 @@ class StatisticReading:
 
     def unit(self, units: Mapping[str, str]) -> str:
         """Return the unit of the reading from those of signals; '' if it is not known."""
-        known = all(name in units for name in self.signals)  # a curve of the user's has no unit
+        known = all(name in units for name in self.signals)  # the user's curves, functions given as signals, have no unit
         return unit_of_formula(self.tree, units) if known else ""
 
     def value(self, sums: Array, order: Sequence[str], lengths: Array) -> Array:

@@ -65,7 +65,8 @@ def _reduce_cached(modal: Modal, length: float, _stamp: int) -> ReducedModel:  #
             raise ValueError(f"mesh '{mesh.path}': distance of its joints = {span:.9g} m: {expected}")
     else:
         grid = bar_grid(length, section.thickness, section.width, mesh.elements)
-    return reduce_solid(assemble(grid, length, section.material, section.width), modal)  # width: thickness of planar meshes
+    # a planar mesh has the width of the section as its thickness
+    return reduce_solid(assemble(grid, length, section.material, section.width), modal)
 
 
 def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
@@ -96,7 +97,7 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
     at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in sections])
     axis_x, axis_modes = _sample_axis(solid, modes, joint_modes=at_stations[:2, :, :2])
     arms, shapes = (solid.nodes - solid.centre)[:, :2], modes[..., :2]  # X and phi_k
-    mass_shapes = np.array([solid.mass @ shape for shape in shapes])
+    mass_shapes = np.array([solid.mass @ shape for shape in shapes])  # `mass` (nodes, nodes) [kg] is the same for x and y
     mass_shapes = mass_shapes.reshape(-1, *arms.shape)  # (k, nodes, 2), also for k = 0
     products = np.einsum("kn,ln->kl", shapes[..., 0], mass_shapes[..., 1])  # integrals of phi_kx phi_ly dm
     return PlanarModel(
@@ -113,7 +114,7 @@ def _make_planar(solid: Solid, sections: list[tuple[Array, Array]], modes: Array
 
 def _all_modes(solid: Solid, choice: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
     """Compute the modes among which the user chooses: all Craig-Bampton modes, or free modes up to the highest number."""
-    # `most`: the eigensolver, ARPACK, does not find all modes of a matrix; it is asked for all but 2
+    # The eigensolver, ARPACK, finds at most n - 1 modes of n coordinates. The limit `most` leaves out 2, which is chosen.
     if isinstance(choice, CraigBampton):
         most = solid.dim * (len(solid.nodes) - sum(map(len, interfaces))) - 2
         if choice.fixed > most:
@@ -142,14 +143,15 @@ def _choose(modal: Modal, is_planar: Array, omega: Array, rigid: int) -> tuple[A
         chosen = np.flatnonzero(is_planar)
         return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)  # `Modal` allows no list here
     counted = np.flatnonzero(is_planar) if choice.counting == "in-plane" else np.arange(len(is_planar))
-    skipped = rigid if choice.counting == "free" else 0
-    numbers, most = np.array(choice.numbers) - skipped, len(counted) + skipped
+    skipped = rigid if choice.counting == "free" else 0  # the user's numbers up to this one are rigid motions
+    numbers, most = np.array(choice.numbers) - skipped, len(counted) + skipped  # `most` is the largest number the user may give
+    is_flexible = numbers > 0
     if numbers.max() > len(counted):
         where = f"with counting = {choice.counting!r} on this mesh"
         raise ValueError(f"numbers = {choice.numbers!r}: must lie in [1, {most}] {where}")
-    chosen = counted[numbers[numbers > 0] - 1]
+    chosen = counted[numbers[is_flexible] - 1]
     if isinstance(modal.damping, tuple):  # one ratio for each of the user's numbers, also of rigid modes
-        return chosen, np.array(modal.damping, dtype=float)[numbers > 0]
+        return chosen, np.array(modal.damping, dtype=float)[is_flexible]
     return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
 
 

@@ -21,7 +21,9 @@ QUESTIONS = {
     "ACCURACY": "Is the error at most the one asked for, or without one, that allowed by convention?",
     "SOLVERS": "Does the other solver say the same?",
 }
-"""Questions that the checks answer. The message of a check begins with the name of the check, such as `ENERGY: `."""
+"""Questions that the checks answer. The message of a check begins with the name of the check, such as `ENERGY: `.
+
+The errors allowed by convention are listed in `accuracy.demand`."""
 ORDER = ("failed", "no complaint", "not applicable", "not run")
 """Verdicts in the order in which pages show them."""
 NOT_APPLICABLE = "not_applicable"
@@ -46,7 +48,8 @@ def verdicts(result: Result) -> list[CheckVerdict]:
         name, _, message = reason.partition(": ") if re.match(NAME, reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(message)
     rows, not_applicable = [], result.provenance.get(NOT_APPLICABLE, {})
-    for name, question in (dict.fromkeys(reasons, "") | QUESTIONS).items():  # failed checks first; OTHER has no question
+    # failed checks first, in the order of the message; OTHER has no question
+    for name, question in (dict.fromkeys(reasons, "") | QUESTIONS).items():
         if name == "SOLVERS" and isnan(result.verified):  # no difference from the other solver: it did not run
             continue
         verdict, message = "no complaint", ""

@@ -1,6 +1,6 @@
 """Work of `error-against-run-time`: a job that several codes do at several settings, its references, the measure of its error.
 
-The runs of one code are a series; the module `error_against_run_time` describes `engine`, `once` and `known`.
+The runs of one code are a series, see `ENGINE`, `ONCE` and `KNOWN`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,11 +18,13 @@ Run = Callable[[], Array]
 Runs = dict[tuple[str, str], Run]
 """Runs by series and setting."""
 ENGINE = "engine"
+"""Series of runs on Exudyn with settings found by hand."""
 ONCE = "once"
+"""Series of single runs of the compiled solver; for the buckled strip, of statics of Buckler's beams on Exudyn."""
 KNOWN = "known"
-"""Names of the series."""
+"""Series of runs that are asked for an accuracy; such a run reports an estimate of its error."""
 STEPS = 100_000_000
-"""Largest number of steps of a run: fine runs take more than the default."""
+"""Largest number of steps in one run, chosen: fine runs take more than the default."""
 
 
 class HandSetting(NamedTuple):
@@ -35,10 +37,10 @@ class HandSetting(NamedTuple):
 
 
 class AdaptiveSetting(NamedTuple):
-    """Setting of a run with error control: tolerance, and degree or number of elements of the strips, 0 without strips."""
+    """Setting of a run with error control: tolerance and, if there are flexible strips, their resolution."""
 
     tolerance: float
-    resolution: int = 0
+    resolution: int = 0  # elements of a strip (Exudyn) or degree of its polynomials (compiled solver); 0 without strips
 
     @property
     def name(self) -> str:
@@ -73,7 +75,7 @@ class ComparedMotion:
         return {(ONCE, setting.name): partial(self.run_compiled, *setting) for setting in settings}
 
     def accurate_runs(self, *accuracies: float) -> Runs:
-        """Make the series `known`, whose settings are named by the accuracy."""
+        """Make the series `known`, whose settings are named by the accuracy, the largest relative error allowed."""
         return {(KNOWN, power(x)): partial(self.simulate, accuracy=x, of=self.signals) for x in accuracies}
 
 
@@ -91,7 +93,10 @@ class Work:
     motion: ComparedMotion | None = None  # motion that Buckler simulates; None for statics
 
     def difference(self, found: Array, exact: Array) -> float:
-        """Compute the difference of two results, largest relative one or root mean square over the scale; nan for failed runs."""
+        """Compute the difference of two results: the largest relative one, or the root mean square over the scale.
+
+        The difference is nan if a result has a nan, as a motion has after the end of a failed run.
+        """
         if self.largest:
             return float(np.abs(found / exact - 1).max())
         return _root_mean_square(found - exact) / (self.scale or _root_mean_square(exact - exact[0]))
@@ -103,7 +108,7 @@ def _root_mean_square(x: Array) -> float:
 
 
 def power(value: float) -> str:
-    """Write 1e-05 as 1e-5."""
+    """Write a number with one significant digit, all that the settings have: 1e-5, not 1e-05."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 

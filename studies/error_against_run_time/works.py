@@ -5,8 +5,10 @@ problem of the element's theory, for a chain of bars the solution of Lagrange's 
 runs of the compiled solver are compared with a fine run of the engine, and vice versa. Whether these are fine enough is part of
 the result, as the difference of the two.
 
-`hand` lists the settings of the series `engine`, from coarse to fine, `once` those of the compiled solver, and `fine` those of
-the two references; all are chosen. `tuned` is the setting of `engine` with whose time other times are compared.
+The series are `engine` (set by hand), `once` (one run of the compiled solver; statics of Buckler's beams for the buckled strip)
+and `known` (runs that report an error estimate and are asked for an accuracy, given to `accurate_runs`).
+`hand` and `once` list the settings of these series from coarse to fine, `fine` has those of the two references. Settings and
+accuracies are chosen for each work. `tuned` is the setting of `engine` with whose time other times are compared.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -190,7 +192,7 @@ def rattling(
 
     def run_engine(tolerance: float, elements: int) -> Array:
         """Compute the paths [m], (times, 4)."""
-        solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=work.STEPS))
+        solver = mbs.Exudyn(mbs.Controlled(tolerance, max_steps=work.STEPS))  # fine runs take more steps than the default
         return replace(motion, mechanism=build(elements or None)).simulate(solver=solver)
 
     runs: Runs = {(ENGINE, setting.name): partial(run_engine, *setting) for setting in hand}

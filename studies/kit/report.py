@@ -33,7 +33,7 @@ class Metric:
     """Number that answers the question of a study; `published` and `exact` are known values of it."""
 
     value: float
-    unit: str  # of all but `error`; "1" for a number without unit
+    unit: str  # of value, published, exact and absolute; "1" for a number without unit
     published: float | None = None
     exact: float | None = None
     error: float | None = None  # relative, estimated by the study; by default the difference from `exact`, if that is not zero
@@ -121,7 +121,8 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     for name, m in metrics.items():
         unit, factor = ("MPa", 1e-6) if m.unit == "Pa" else (m.unit, 1)
         value, published, exact = (None if x is None else factor * x for x in (m.value, m.published, m.exact))
-        absolute = None if m.absolute is None else f"± {round(factor * m.absolute, 300):.2g} {unit}"  # 0 for a denormal
+        # an absolute error below 1e-300, such as a denormal number, is printed as 0
+        absolute = None if m.absolute is None else f"± {round(factor * m.absolute, 300):.2g} {unit}"
         error = absolute if m.error is None else relative(m.error)
         rows.append((name, value, unit, published, exact, error))
     headers = ("metric", "value", "unit", "published", "exact", "relative error")
@@ -154,7 +155,10 @@ def _commit() -> str | None:
 
 
 def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_allowed: bool = False) -> str:
-    """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last."""
+    """Remove the files of an earlier run; write signals.npz, figures, pages and metrics.json; return the text of the last.
+
+    `is_allowed` is True if the user accepts failed checks; status and message stay.
+    """
     writers: dict[str, Callable[[IO[bytes]], object]] = {}
     if result.signals:
         signals: dict[str, Any] = dict(result.signals)
@@ -171,7 +175,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], is_a
             with atomic(folder / name) as file:
                 writer(file)
     content: dict[str, Any] = {"status": result.status, "message": result.message}
-    content |= {"trusted": True} if is_allowed else {}  # the user accepts failed checks; status and message stay
+    content |= {"trusted": True} if is_allowed else {}
     content["metrics"] = {name: metric.plain() for name, metric in result.metrics.items()}
     content |= {"tables": [asdict(table) for table in result.tables], "work": result.work}
     text = to_json(content | {"provenance": collect_provenance(result.parameters), "files": list(writers)})
@@ -224,7 +228,7 @@ class Progress:
     """Display of the progress of a long run on stderr; a study's `run` gets it as `progress`."""
 
     def __init__(self, quiet: bool = False, cases_a_process: float = 1.0) -> None:
-        self.quiet, self.cases_a_process = quiet, cases_a_process  # more than 1 in a sweep
+        self.quiet, self.cases_a_process = quiet, cases_a_process  # cases a worker process runs: above 1 only in a sweep
 
     def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
         """Yield the items, and show a bar with their number after some time."""

@@ -44,7 +44,7 @@ COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 
 @dataclass(frozen=True)
 class Parameters(PlayParameters):
-    """Parameters of the study."""
+    """Parameters of the study; bars, joints, contact, drive and modes have theirs in `bars.PlayParameters`."""
 
     rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
@@ -55,7 +55,7 @@ class Parameters(PlayParameters):
     seed: int = integer(0, 0, 2**31 - 1, "seed of the crank's offset at the start, normal, some 1e-9 rad", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over a tenth of the clearance", "numerics")
-    members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
+    members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; figures show the first", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
     def agree(self) -> None:
@@ -114,7 +114,7 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
 
 
 def read(result: mbs.Result, ideal: mbs.Result, settle: float) -> dict[str, Metric]:
-    """Compute the numbers of a run from `settle` [s] on; nan where the run ended before."""
+    """Compute the numbers of a run from `settle` [s] on, but count contacts and balance energy from 0 on; nan without data."""
     signals, late = result.signals, result.time >= settle
     found = {}
 
@@ -131,6 +131,7 @@ def read(result: mbs.Result, ideal: mbs.Result, settle: float) -> dict[str, Metr
         found[f"rms_ax_{link}"] = Metric(curve(signals[f"{link}.ax"]).rms(), "m/s^2")
         found[f"rms_vx_error_{link}"] = Metric(curve(difference).rms(), "m/s")
     deepest = max((curve(signals[f"{joint}.penetration"]).max() for joint in loose_joints(result)), default=0.0)
+    # the signal counts the contacts up to each time, from 0 on
     contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in loose_joints(result))
     found |= {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
     return found | {"energy_balance": Metric(result.energy_balance, "1")}

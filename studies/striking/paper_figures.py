@@ -2,9 +2,9 @@
 
 Each figure shows the force on the stop over time, in several turns from crank angle 0, by several models (`impact.MODELS`).
 `stitched` is the model of the paper: closed forms of three modes of motion, joined one after another. The beam has by default a
-bow of 1 % of its length, which is one explanation of the measured forces. Each model has the stop with which it strikes
-with 27 N at 1.25 rad/s; all other numbers are predictions. In Fig. 6 the crank speeds up. At its top speed only a light slider
-rests on the stop. The paper does not give the mass, so `ramp_mass` is chosen.
+bow of 1 % of its length, which is one explanation of the measured forces. The stop of each model is calibrated so that the model
+strikes with the published 27 N at 1.25 rad/s. All other numbers are predictions. In Fig. 6 the crank speeds up. At its top speed
+only a light slider rests on the stop. The paper does not give the mass, so `ramp_mass` is chosen.
 Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
@@ -24,13 +24,13 @@ from .slider_crank import REFERENCE_VOLTAGE
 
 
 class Printed(NamedTuple):
-    """Figure of the paper: caption, ends of its axes [s, N], crank speed [rad/s], published force [N]."""
+    """Figure of the paper, with the ends of its axes."""
 
     caption: str
-    until: float
-    force: float
-    speed: float | Ramp
-    published: float | None
+    until: float  # end of the time axis [s]
+    force: float  # end of the force axis [N]
+    speed: float | Ramp  # of the crank [rad/s]
+    published: float | None  # largest impact force [N]
 
 
 PRINTED = {
@@ -59,11 +59,12 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         case = replace(p, mass=p.ramp_mass) if number == "6" else p
         printed = PRINTED[number]
         try:
-            done = run_model(model, case, calibrate(model, case).stop_setting, printed.speed, printed.until)
+            stop = calibrate(model, case).stop_setting  # duration of an impact [s] (stitched) or stiffness of the stop [N/m]
+            done = run_model(model, case, stop, printed.speed, printed.until)
         except NotCalibratedError as error:
             return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
         whole, rest = divmod(done.angle[-1], 2 * pi)
-        turns = int(whole) + int(rest > 5 * pi / 6)  # the slider meets the paper's stop at 120 degrees
+        turns = int(whole) + int(rest > 5 * pi / 6)  # the impact begins at 120 degrees and is over at 150
         peaks = [read(done, turn).impact_peak for turn in range(turns)]
         key = f"fig{number}.{model}"
         runs[key] = done
