@@ -69,7 +69,9 @@ def assemble(
         raise _out_of_reach(of_length, {**points, **poses[0]})
     # an angle as an equation allows the opposite direction, too; if no pose has all given directions, `check_links` raises below
     directed = [pose for pose in poses if all(_has_direction(link, {**points, **pose}) for link in deciding)]
-    step = SAME_POSE * size  # both orders are of rounded numbers, so that equal poses are equal
+    # Poses are sorted by coordinates, and the nearest one is chosen by squares of distances. Both are rounded, so that equal
+    # poses have equal numbers. A change of a coordinate by `step` changes a square by about `step * size`.
+    step = SAME_POSE * size  # [m]
     # first comes the pose whose first differing point is highest, then farthest right
     candidates = sorted(directed or poses, key=lambda pose: [-round(x / step) for p in unknown for x in reversed(pose[p])])
     squares = [sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) for pose in candidates]
@@ -241,6 +243,7 @@ def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
 def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
     """Make the error for lengths that no pose has, from the pose with the least residual."""
     best = {link.name: abs(_vector(link, points)) for link in links}
+    # 1e-3 is chosen: the message names the links that are farther off, or all if none is
     wrong = [link for link in links if abs(best[link.name] - link.length) > 1e-3 * link.length] or links
     each = ", ".join(f"'{link.name}' {best[link.name]:.4g} m for {link.length:.4g} m" for link in wrong)
     return ValueError(f"links: out of reach, no pose has these lengths; at best {each}; a plain number is in m")

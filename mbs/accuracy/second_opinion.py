@@ -35,7 +35,7 @@ def verify_by_other_solver(result: Result, first: Run, duration: float, run: Run
     start = perf_counter()
     has_accuracy = result.asked > 0
     least = 0.1 * result.asked if has_accuracy else LEAST_ERROR  # difference that is always allowed: by convention a tenth
-    demand = Asked(result.asked) if has_accuracy else Usual()  # errors allowed: by that accuracy, or the constants of `demand`
+    demand = Asked(result.asked) if has_accuracy else Usual()  # allowed errors: by that accuracy, or by convention
     try:
         levels = LEVELS_BY_SOLVER[type(other)](first.record.mechanism, duration, other, place_error=demand.place_error)
         answer = refine(run, levels, demand)  # runs of ever finer levels, until the demand is met
@@ -68,6 +68,7 @@ def compare_solvers(a: Run, b: Run, errors_a: Errors, errors_b: Errors, least: f
     known = errors_a.known and errors_b.known
     ends = [errors.until for errors in (errors_a, errors_b) if errors.known]  # [s], to which the errors hold
     rattles = bool(Scene.of(a.record.mechanism).clearances)
+    # an error estimate that holds only up to an earlier time shows that its runs separated, as in chaotic motion
     may_be_chaotic = rattles or min(ends, default=inf) < trajectory_a.time[-1]
     until = min([Separation(Difference(trajectory_a, trajectory_b), limits).agree_until(), *ends]) if may_be_chaotic else inf
     apart, _sizes = Difference(trajectory_a, trajectory_b, until).norms()  # relative differences, by signal and norm

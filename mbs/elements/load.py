@@ -56,7 +56,8 @@ class Stateful(Load):
     """A load whose value is constant, or a function of time, motion and states.
 
     `signature` has the variables of a function without states, its unit and number of components. A force depends on the time t,
-    a torque on t, angle and speed. With states the function has the arguments `variables_with_states`, then the states.
+    a torque on t, angle and speed. With states, the arguments of the function are first the variables in the text
+    `variables_with_states`, such as 't, angle, speed', and then the states.
     """
 
     signature: ClassVar[Law]
@@ -142,7 +143,7 @@ class Stateful(Load):
         """Evaluate the load at `times` with motion and states of the samples, (times,) or (times, components)."""
         if not callable(self.value):
             return np.array([self.value] * len(times))
-        if self.states is None:
+        if self.states is None:  # then a force depends on the time alone, and takes none of the measures
             return sample(self.value, times, *self.measures(record)[: len(self.variables) - 1])
         states, _ = self._read_states(name, record)
         components = self.functions()[: self.signature.size]
@@ -157,7 +158,8 @@ class Stateful(Load):
 
     def user_functions(self, name: str, record: Recorded) -> Iterator[Called]:
         """Yield the functions, except those of time alone, with their arguments after the time, for the search of edges."""
-        variables = tuple(getattr(self.value, "variables", self.variables))  # a formula may have fewer than the load
+        # a formula may have fewer variables than the load; it ignores further arguments
+        variables = tuple(getattr(self.value, "variables", self.variables))
         is_of_time_alone = isinstance(self.value, Table) or variables == ("t",)
         if not callable(self.value) or (is_of_time_alone and self.states is None):
             return

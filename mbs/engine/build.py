@@ -1,4 +1,7 @@
-"""Assembly of an Exudyn system from a `Mechanism`: bodies, blocks, added masses, then all other elements."""
+"""Assembly of an Exudyn system from a `Mechanism`: bodies, blocks, added masses, then all other elements.
+
+`EngineScene.source` is the `mbs.scene.Scene` of the mechanism: elements, added masses (`burdens`) and start velocities.
+"""
 
 from collections.abc import Callable
 from itertools import chain

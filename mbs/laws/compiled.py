@@ -33,7 +33,7 @@ class Pointer(NamedTuple):
 def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
     """Compile a method of a law; its `self` becomes a named tuple of the numbers and compiled methods that it uses."""
     function = inspect.unwrap(getattr(type(law), name))
-    # a global with the name of an attribute of the law is in the list, too: its attribute is not used
+    # `co_names` has globals and attributes; a global with the name of an attribute adds a field to the tuple that is not used
     used = [attribute for attribute in function.__code__.co_names if hasattr(law, attribute)]
     values: list[Any] = []
     for attribute in used:
@@ -119,21 +119,25 @@ def _identify(function: object) -> Hashable:
 
 
 def _make_key(thing: object, depth: int) -> Hashable:
-    """Return the key of a thing that a function uses; `depth` is the number of functions and objects around it."""
+    """Return the key of a thing that a function uses; `depth` is the number of functions and objects around it.
+
+    A law, a built-in or compiled function and a module are their own keys. The key of a Python function has its code and the
+    values that it uses; the key of any other object has its attributes. Without a key, as for a list, raise a TypeError.
+    """
     if isinstance(thing, tuple):
         return tuple(_make_key(part, depth) for part in thing)
     if isinstance(thing, int | float | str | bool):
         return type(thing), repr(thing)
-    has_equality = type(thing).__hash__ is not object.__hash__  # laws and other frozen objects; lists, which have no hash, too
+    has_equality = type(thing).__hash__ is not object.__hash__  # true for frozen objects, as laws, and for lists
     has_key = has_equality or callable(thing) or isinstance(thing, types.ModuleType)
     if has_key and not isinstance(thing, types.FunctionType):
-        hash(thing)  # raises a TypeError for a list
-        return type(thing), thing  # its own key: by equality; built-in and compiled functions and modules by identity
+        hash(thing)  # raises a TypeError for a list, whose `__hash__` is None
+        return type(thing), thing  # laws are compared by equality, functions and modules by identity
     if depth == DEEPEST or not hasattr(thing, "__dict__"):
         raise TypeError("too many levels, or a value without attributes")
     if isinstance(thing, types.FunctionType):
         return thing.__code__, *(_make_key(part, depth + 1) for part in _values_used(thing))
-    return type(thing), *(_make_key(part, depth + 1) for part in thing.__dict__.items())  # a user's object: by its attributes
+    return type(thing), *(_make_key(part, depth + 1) for part in thing.__dict__.items())
 
 
 def _values_used(function: types.FunctionType) -> Sequence[object]:

@@ -2,7 +2,8 @@
 
 The method is that of Ritz (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
 exponentially. The polynomials are orthonormal. So the mass matrix is the unit matrix if stiffnesses are divided by the mass per
-length, or in `timoshenko` the polynomials by the square roots of their inertias.
+length. `timoshenko` instead divides the polynomials of the deflection by the square root of the mass per length, and those of the
+rotation by the square root of the rotary inertia per length.
 """
 
 from typing import Any
@@ -46,7 +47,7 @@ def bar_model(modal: Modal, modes: BarModes, length: float, degree: int | None =
         centre=np.array([length / 2, 0.0]), numbers=np.arange(1, m + 1),
         frequency=frequency, damping=np.broadcast_to(modal.ratios(frequency), m).astype(float),
         shapes=shapes[bar.stations],
-        radial=bar.x @ by_mass[:, 0],  # integrals of X . phi_i dm
+        radial=bar.x @ by_mass[:, 0],  # integrals of X . phi_i dm, with X = (x, 0) from the bar's middle [m]
         gram=np.einsum("pci,pcj->ij", shapes, by_mass),  # of phi_i . phi_j dm
         gyration=products - products.T,  # of phi_i x phi_j dm
         line=np.column_stack([bar.x[bar.line], np.zeros(LINE_POINTS)]), line_shapes=shapes[bar.line, :2],

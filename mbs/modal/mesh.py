@@ -167,8 +167,8 @@ def _check_connected(grid: Any, where: str) -> None:
 def _check_inverted(straight: Any, grid: Any, where: str) -> None:
     """Raise a ValueError for inverted cells: the determinant of the map from the reference cell changes sign or is 0 everywhere.
 
-    Cells that overlap a neighbour are inverted, too. A cell whose nodes are numbered in the mirrored order is not inverted: its
-    determinant is negative everywhere.
+    Cells that overlap a neighbour count as inverted, too. `_find_overlaps` finds them, as the determinant shows no overlap.
+    A cell whose nodes are numbered in the mirrored order is not inverted: its determinant is negative everywhere.
     """
     element, nodes = grid.elem(), grid.doflocs[:, grid.dofs.element_dofs]
     places = element.doflocs.T  # of the nodes in the reference cell
@@ -197,8 +197,9 @@ def _find_overlaps(grid: Any) -> Array:
     overlapping = pairs[:, (side[0] * side[1] > 0) & (np.abs(side).min(axis=0) > lowest)]
     count = grid.t.shape[1]  # of cells
     bad_faces, shared_faces = (np.bincount(cells.ravel(), minlength=count) for cells in (overlapping, pairs))
-    # of two overlapping cells the one is marked whose share of bad faces is larger, or both; it is a share and no count, as cells
-    # at the boundary have fewer shared faces
+    # Of two overlapping cells, the one with the larger share of bad faces is marked, or both if the shares are equal. A right
+    # cell has bad faces only where it meets a wrong cell; a wrong cell may overlap several right ones. Shares are compared, not
+    # counts, as cells at the boundary have fewer shared faces.
     first_share, second_share = (bad_faces / shared_faces.clip(1))[overlapping]
     is_marked = np.zeros(count, dtype=bool)
     is_marked[overlapping[0, first_share >= second_share]] = True

@@ -152,10 +152,11 @@ def _columns(above: list[list[str]], line: int) -> list[DataColumn]:
     """Read names and units from the lines above the numbers, `above`; number `line` is the last of them."""
     names, units = above[-1], [""] * len(above[-1])
     split = [_column(cell, "") for cell in names]
-    # the last line may have units, written `deg` or `[deg]`: a cell `[deg]` splits into the unit `deg` and no name
+    # The last line has units, and the line above it names, if its cells are units or empty and the first is a unit of time. The
+    # first column is the time; names such as `t` and `m` are units, too. `[deg]` splits into the unit `deg` and no name.
     texts = [column.heading if column.name else column.unit for column in split]
     are_units = len(above) > 1 and len(above[-2]) == len(names) and all(map(_is_unit, filter(None, texts)))
-    if are_units and texts[0] and parse_unit(texts[0]).dimension == parse_unit("s").dimension:  # of the first column, time
+    if are_units and texts[0] and parse_unit(texts[0]).dimension == parse_unit("s").dimension:
         names, units = above[-2], texts
     while names and not names[-1]:
         names = names[:-1]
@@ -232,9 +233,12 @@ def _find(columns: Sequence[DataColumn], name: str) -> DataColumn:
 
 
 def _factor(column: DataColumn, expected: str) -> float:
-    """Return the factor from a column's unit to SI; ValueError unless it is a unit, of the dimension of `expected` if not ''."""
+    """Return the factor from a column's unit to SI; `expected` is an SI unit of the same dimension, or '' for any dimension.
+
+    Raise a ValueError if the unit is unknown or has another dimension.
+    """
     unit_quantity = f"1 {column.unit}"
     try:
-        return parse_quantity(unit_quantity, expected) if expected else float(measured(unit_quantity))  # in SI
+        return parse_quantity(unit_quantity, expected) if expected else float(measured(unit_quantity))
     except ValueError as error:
         raise ValueError(f"{column.name} [{column.unit}]: {error}; write its unit in brackets behind its name") from None

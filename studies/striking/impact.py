@@ -57,7 +57,10 @@ class StrikeAssumptions(Gravity):
         return replace(mechanism, drives=(), loads=(*mechanism.loads, motor), velocities={"crank": float(first)})
 
     def extend_for_motor(self, duration: float) -> float:
-        """Return the duration of a run [s], longer with a motor: those that explain published forces are below 20 % slower."""
+        """Return the duration of a run [s], 20 % longer with a motor.
+
+        A motor that explains the published forces turns the crank less than 20 % more slowly than the drive.
+        """
         return duration * (1.2 if self.motor else 1.0)
 
     def describe(self) -> str:
@@ -191,17 +194,18 @@ def read(run: ModelRun, turn: int = 0) -> TurnReading:
 
 def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
     """Count the rebounds before `SETTLED_BY`; where the slider rests, find the onset of rest and the largest contact force."""
-    early = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # by the last sample before contact, as the onset is after it
+    # the onset of a contact lies between the last sample before it and its first sample; the earlier of them decides
+    early = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]
     if not len(early):
         return {}
-    (start, after), rebounds = early[-1], {"rebounds": len(early) - 1}
+    (start, after), fields = early[-1], {"rebounds": len(early) - 1}
     if not angle[start] < pi <= angle[after - 1]:
-        return rebounds
+        return fields
     first, last = np.radians((165.0, 195.0))  # 15 degrees to either side of the dead centre, chosen
     is_central = (angle >= max(angle[start], first)) & (angle <= last)
     settling_time = float(time[start] - time[contacts[0, 0]])
     largest = float(force[is_central].max())
-    return rebounds | {"rest_angle": float(angle[start]), "settling_time": settling_time, "contact_max": largest}
+    return fields | {"rest_angle": float(angle[start]), "settling_time": settling_time, "contact_max": largest}
 
 
 # A large shortening before the first contact counts as buckling, though a swing of the strip makes it, too.
