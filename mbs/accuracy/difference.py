@@ -31,7 +31,8 @@ class Difference:
     """Run a less run b, up to a time [s].
 
     Norms are relative to `sizes`, which has a size for each pair of signal and norm. Run b, the finer one, gives the sizes: those
-    of `Trajectory` in the norms RMS and PEAK. A size in another norm is set when the norm is computed.
+    of `Trajectory` in the norms RMS and PEAK. A size in another norm is set when the norm is computed. The argument `grid` may be
+    that of another difference with the same sample times and the same end; by default it is made here.
     """
 
     def __init__(self, a: Trajectory, b: Trajectory, until: float = np.inf, grid: "Grid | None" = None) -> None:
@@ -60,7 +61,7 @@ class Difference:
         if any(signal.kind in CONTINUOUS for signal in signals.values()):
             for names, difference in self._continuous:  # all of them at once
                 norms |= self._means_and_peaks(names, difference, self.grid.weights)
-            del self._continuous  # frees memory: it is mostly used once more; `places` would compute it again
+            del self._continuous  # frees memory: later calls seldom need the differences, and would compute them again
         jumping = [key for key in keys if signals[key[0]].kind not in CONTINUOUS]
         normal = {name for name, _ in jumping if is_normal_force(signals[name])}
         by_impact = [name for name, norm in jumping if name in normal and norm is not Norm.RMS]
@@ -91,7 +92,7 @@ class Difference:
     def _subtract(self, names: Iterable[str], grid: "Grid") -> Iterator[tuple[list[str], Array]]:
         """Yield names and run a less run b, in groups alike in smoothness and in which runs recorded the rates."""
         a, b, groups = self.a.signals, self.b.signals, dict[tuple[bool, bool, bool], list[str]]()
-        for name in names:
+        for name in names:  # `rate` names another signal; `smooth` chooses the `slopes` that replace rates not recorded
             groups.setdefault((a[name].rate in a, b[name].rate in b, b[name].trait.smooth), []).append(name)
         most = max(1, BLOCK // len(grid.times_a))
         for (has_rates_a, has_rates_b, smooth), group in groups.items():
@@ -109,14 +110,15 @@ class Difference:
     def _align(self, kinks: Sequence[float]) -> "tuple[Grid, Array]":
         """Return a grid on which contact events and `kinks` coincide, and a mask of times, True next to a jump in either run."""
         events = self._match_events(kinks)
-        grid, (jumps_a, jumps_b) = Grid(self.a.time, self.b.time, events), np.hstack([events[:, 1:-1], [self._kinks] * 2])
+        grid = Grid(self.a.time, self.b.time, events)
+        jumps_a, jumps_b = np.hstack([events[:, 1:-1], [self._kinks] * 2])  # kinks may occur twice, which does no harm
         is_next_in_a = _is_next_to_jump(grid.times_a, self.a.time, jumps_a)
         return grid, is_next_in_a | _is_next_to_jump(grid.times_b, self.b.time, jumps_b)
 
     def _compare_over_time(self, names: Iterable[str]) -> dict[Key, float]:
         """Compare signals that jump, with the times of b moved so that events coincide, and without the times next to jumps.
 
-        Contact and friction forces move with contact events alone: a kink during a contact does not end the force's shift.
+        For contact and friction forces only contact events coincide: a contact that is late in one run stays late after a kink.
         """
         found, groups = dict[Key, float](), dict[bool, list[str]]()
         for name in names:
@@ -206,13 +208,14 @@ def is_normal_force(signal: Signal) -> bool:
 
 
 def _is_next_to_jump(times: Array, samples: Array, jumps: Array) -> Array:
-    """Return a mask of times of a run, True from the sample before a jump to the sample after it, or for a jump at a sample."""
+    """Return a mask of times, True from the sample before a jump to the one after it, or only at the samples at a jump."""
     near = 1e-6 * float(samples[-1])  # chosen: a jump this near to a sample [s] is at the sample
     up_to_jump, from_jump = np.searchsorted(samples, jumps + near, side="right") - 1, np.searchsorted(samples, jumps - near)
-    # at a jump between two samples these are the two; at a jump at samples, the last and the first one of these
+    # for a jump between two samples these are the two; for a jump at samples, the last and the first of these samples
     neighbours = samples[np.clip([up_to_jump, from_jump], 0, len(samples) - 1)]
     first, last = np.sort(neighbours.min(axis=0)), np.sort(neighbours.max(axis=0))
-    begun, ended = np.searchsorted(first, times, side="right"), np.searchsorted(last, times)  # numbers of intervals so far
+    # numbers of intervals begun by a time, and ended before it; it lies in an interval if more have begun, also if they overlap
+    begun, ended = np.searchsorted(first, times, side="right"), np.searchsorted(last, times)
     return np.asarray(begun > ended)
 
 

@@ -79,8 +79,8 @@ def passes_singularity(linkage: Linkage, before: Course, after: Course) -> bool:
     """Return True if a singular pose, beyond which the motion is not determined, lies in a step of a linkage with redundant rows.
 
     Each end is a course of one time. In a singular pose the determinant of independent rows changes its sign. But the chosen rows
-    may become dependent where all rows together still have full rank, or where all rows allow one way on. So the pose counts as
-    singular only if a second branch, which meets the first there, is found.
+    may become dependent in a pose where all rows together still have full rank. All rows may be dependent in a pose from which
+    only one branch goes on. So the pose counts as singular only if a second branch, which meets the first there, is found.
     """
     rows = choose_independent_rows(before.jacobian[0])
     if np.prod([np.linalg.det(course.jacobian[0][rows]) for course in (before, after)]) > 0:
@@ -113,7 +113,8 @@ def explain_singularity(linkage: Linkage, q: Array, rows: Array) -> str:
     weights = np.linalg.svd(linkage.jacobian(q)[rows])[0][:, -1]
     large = np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0)  # the message leaves out the others
     names = involved_elements([linkage.names[k] for k in rows], large)
-    return f"{', '.join(repr(name) for name in names)} hold the linkage"  # as their rows are dependent in this pose
+    # their rows are dependent in this pose: forces of these elements in the ratio of `weights` balance without a load
+    return f"{', '.join(repr(name) for name in names)} hold the linkage"
 
 
 def diagnose_last_pose(record: Record) -> Failure | None:
@@ -132,7 +133,7 @@ def diagnose_last_pose(record: Record) -> Failure | None:
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # columns of angles become derivatives by angle times longest link
     first, last = (linkage.jacobian(pose)[np.ix_(rows, columns)] / unit for pose in (linkage.reference, q))
-    independent = independent_rows(first)
+    independent = independent_rows(first)  # may be fewer than columns; `choose_independent_rows` takes as many as columns
     if not len(independent) or not np.isfinite(last).all():
         return None
     at_start, at_end = (np.linalg.svd(matrix[independent], compute_uv=False)[-1] for matrix in (first, last))

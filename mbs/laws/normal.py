@@ -1,8 +1,8 @@
 """Normal contact laws without a prescribed restitution, and Hertzian stiffness from material and radii.
 
-The depth d [m] is positive in contact, its rate d' [m/s] positive when penetrating, onset [m/s] > 0 is the approach speed at
-contact onset. A force pushes the bodies apart or is zero: no law here ever pulls. STEP(x, x0, h0, x1, h1) is a cubic with zero
-slopes from h0 at x0 to h1 at x1, constant outside.
+The depth d [m] is positive in contact, its rate d' [m/s] is positive when penetrating. The argument `onset` [m/s] > 0 is the
+approach speed at the instant of onset. A force pushes the bodies apart or is zero: no law here ever pulls. STEP(x, x0, h0, x1,
+h1) is a cubic with zero slopes from h0 at x0 to h1 at x1, constant outside.
 
 Hertzian stiffness is K = (4/3) E* sqrt(R), with 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2. Two convex bodies have 1/R = 1/R1 +
 1/R2, a pin in a bush 1/R = 1/R_pin - 1/R_bush. This rule holds for spheres; studies of clearance joints use it for pins too.
@@ -101,8 +101,8 @@ class KelvinVoigt(PowerLaw, Declared):
 class Impact(PowerLaw, Declared):
     """F = max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d'): the ADAMS function IMPACT.
 
-    The damping grows from zero with the depth, so the force starts at zero. The restitution has no closed form, and the class no
-    method for it: the function ``buckler.mbs.laws.delivered`` integrates the impact. See the Adams/Solver documentation.
+    The damping grows from zero with the depth, so the force starts at zero. The restitution has no closed form. So the class has
+    no method for it, and the function ``buckler.mbs.laws.delivered`` integrates the impact. See the Adams/Solver documentation.
 
     >>> round(Impact(1e8, damping=100.0, damping_depth=1e-5, exponent=1.0).force(1e-5, 0.1, 0.1), 9)  # k d + c d'
     1010.0

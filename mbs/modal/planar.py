@@ -63,10 +63,9 @@ class PlanarModel:
 
     def kinetic(self, q: Array, q_t: Array) -> Array:
         """Compute the kinetic energy [J], shape (times,)."""
-        modal, modal_t, theta_t = q[:, 3:], q_t[:, 3:], q_t[:, 2]  # `inertia` is that of the deformed link
-        inertia = (
-            self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
-        )  # of the deformed link
+        modal, modal_t, theta_t = q[:, 3:], q_t[:, 3:], q_t[:, 2]
+        # moment of inertia of the deformed link [kg m^2], (times,)
+        inertia = self.inertia + 2 * modal @ self.radial + np.einsum("ti,ij,tj->t", modal, self.gram, modal)
         gyration = np.einsum("ti,ij,tj->t", modal, self.gyration, modal_t)
         rotary = theta_t * (inertia * theta_t + 2 * gyration)
         return 0.5 * (self.mass * (q_t[:, :2] ** 2).sum(axis=1) + rotary + (modal_t**2).sum(axis=1))

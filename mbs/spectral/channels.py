@@ -84,7 +84,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Channels:
-    """Signals by name, with the columns of those that have one."""
+    """Names of the signals that an ensemble records, with the columns of those that have one."""
 
     names: tuple[str, ...]  # those with a column come first
     columns: Array  # each `Column`, (columns, 4)
@@ -145,7 +145,7 @@ def _find_contact(scene: CompiledScene, owner: str, quantity: str) -> Column | N
 
 
 POINT = {"x": State.X, "y": State.Y, "vx": State.VX, "vy": State.VY}
-"""Columns of the state of a marker, by quantity."""
+"""Components of the state of a marker, by quantity: indices, as in `Column.component`."""
 
 
 def _find_point(scene: CompiledScene, owner: str, quantity: str) -> Column | None:
@@ -168,7 +168,7 @@ def _find_link(scene: CompiledScene, owner: str, quantity: str) -> Column | None
         place = body.start + rotate(np.array(body.angle), np.array((scene.mechanism.length(name) / 2, 0.0)))
         shape = None if model is None else model.shapes[STATIONS.index("middle")].T.copy()
     marker = body.marker_at(scene.builder, place, shape)
-    scene.refresh()
+    scene.refresh()  # gives the added marker a place in the tables, as `scene.marker` does
     if quantity in POINT:
         return Column(Source.MARKER, marker, POINT[quantity])
     return Column(Source.ACCELERATION, marker, ("ax", "ay").index(quantity))

@@ -16,6 +16,7 @@ from .markers import compute_measure, place_markers
 from .strips import advance_stresses
 
 place, mass_at = jit(place_markers), jit(kernel.fill_mass)
+"""Functions `place_markers`, which writes work.state, and `fill_mass`, which fills `mass` (slots + 1,) with M(q), for Python."""
 
 
 @jit

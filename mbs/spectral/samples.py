@@ -20,8 +20,8 @@ its tolerance. With 1 a run at tolerance 1e-5 would have four times as many rows
 MOST_SAMPLES = 40
 """Largest number of parts of a step, each with a row; chosen. In a longer step linear interpolation errs by more than asked."""
 ROWS_OF_A_STEP = MOST_SAMPLES + 5
-"""Most rows of a step: after up to three close kinks at its start, within it, at a face, at its end and after an event. A call of
-the integrator begins no step for which it may lack them."""
+"""Most rows of a step: up to 3 after close kinks at its start, MOST_SAMPLES - 1 between its parts, and one each at a face, at its
+end and after an event. A call of the integrator begins no step for which its `out` may lack rows."""
 JUMP = 0.1
 """Time from a jump of accelerations to the row just after it, over the shortest step; chosen: well before the next row."""
 END = 2
@@ -82,7 +82,8 @@ def count_parts(state, elastic, h, controls, depth_deviation):
     """Return the number of parts of a step in each of which linear interpolation between its ends is accurate enough.
 
     In a step of length h a quantity deviates from the line between its ends by at most h^2/8 times its second derivative, in k
-    parts by 1/k^2 of this. `depth_deviation` is that of a contact's depth over the depth, for k = 1.
+    parts by 1/k^2 of this. `depth_deviation` is that of a contact's depth over the depth, for k = 1. `elastic` lists the
+    deformations to which the error control gives units of their own.
     """
     deviations = state.dq[0]  # of the coordinates, in an array that serves as work space
     for i in range(state.q.size):

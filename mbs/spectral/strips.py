@@ -87,7 +87,10 @@ def _sum(data, m, x, first, count):
 
 @inline
 def _index_functions(order, functions, nb, ng, g):
-    """Return, for each argument, where its nb functions at point g begin; from `functions` on each order has a table (ng, nb)."""
+    """Return, for each argument, the index in `data` of the first of its nb functions at point g.
+
+    Three tables (ng, nb) follow each other from index `functions` on, of derivatives of order 0, 1 and 2.
+    """
     return (
         functions + (order[0] * ng + g) * nb, functions + (order[1] * ng + g) * nb,
         functions + (order[2] * ng + g) * nb, functions + (order[3] * ng + g) * nb,
@@ -148,7 +151,7 @@ def _add_strip(tables, work, strip, q, v, gradients, out):
         m = _index_functions(order, functions, nb, ng, g)
         z = _compute_arguments(tables.data, m, x, block, nb)
         strain = _compute_strains(kind, z[0], z[1], z[2], z[3], gradients)
-        f = free_strains + g
+        f = free_strains + g  # index of the first of the three stress-free strains, which are ng apart
         free = tables.data[f], tables.data[f + ng], tables.data[f + 2 * ng]
         # damping needs the rates of all arguments; or of z3 alone, if only Reissner's curvature, which is z3, is damped
         if lag[0] > 0.0 or (lag[2] > 0.0 and kind != StripKind.REISSNER):
@@ -187,8 +190,9 @@ def add_strips(tables, work, q, v, f):
 def add_strips_tangents(tables, work, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last, PLAIN or RENEWED.
 
-    In the form RENEWED, Newton's equations are those after elimination of the increments of the stresses, D B0 (A dq + lag A dv).
-    B0 has just been set to B, so both forms have the same tangents.
+    In the form RENEWED the increments of the stresses are eliminated from Newton's equations. B0 has just been set to B, so both
+    forms have the same tangents. They contain the change dB z_t of the damped rates B z_t, which `advance_stresses` neglects: the
+    next residual of the stresses includes it.
     """
     for strip in range(tables.strips.shape[0]):
         _add_strip_tangents(tables, work, strip, v, damp, stiff)
@@ -225,7 +229,7 @@ def _add_strip_tangents(tables, work, strip, v, damp, stiff):
             for i in range(4):
                 for k in range(4):
                     by_z[i, k] += stiffness * gradients[j, i] * gradients[j, k] + stress * second[j, i, k]
-            if lag[j] > 0.0:  # B z_t changes by B dz_t + dB z_t; `advance_stresses` leaves dB z_t to the next residual
+            if lag[j] > 0.0:  # the rates B z_t of the strains change by B dz_t + dB z_t
                 for k in range(4):
                     row = second[j, k]
                     second_rate = row[0] * z_rate[0] + row[1] * z_rate[1] + row[2] * z_rate[2] + row[3] * z_rate[3]
@@ -285,7 +289,7 @@ def advance_stresses(tables, work, shift, rate_shift, stress, residual):
 
 @kernel_function
 def compute_stresses(tables, work, q, v, stress):
-    """Fill `stress` (points, 3) with the stresses of this state's strains, in the form MIXED; work.stress is zero afterwards."""
+    """Fill `stress` (points, 3) with the stresses of the strains. The form must be MIXED; work.stress is zero afterwards."""
     unused_force = np.zeros(q.size)
     work.stress[:] = 0.0  # so that the residual is the stresses of the strains
     add_strips(tables, work, q, v, unused_force)

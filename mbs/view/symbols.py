@@ -110,7 +110,8 @@ def draw_bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
 def draw_strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """Yield a flexible link along its bent line."""
     yield StripMark(name, sheet.inks[name])
-    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
+    middle_frame = MIDDLE + name  # name of the frame at the middle of the link
+    yield Label(middle_frame, name, (0.0, 0.9 * sheet.unit), "link")
 
 
 def draw_support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
@@ -133,7 +134,8 @@ def draw_bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     outer, inner, u = sheet.frame_at(joint.second, joint.point), sheet.frame_at(joint.first, joint.point), sheet.unit
     yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
     drawn_clearance = 0.28 * u  # difference of the drawn radii
-    yield Disc(sheet.enlarged_frame(outer, inner, drawn_clearance / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
+    enlargement = drawn_clearance / joint.gap  # `gap` is the clearance [m]
+    yield Disc(sheet.enlarged_frame(outer, inner, enlargement), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def draw_weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
@@ -192,7 +194,7 @@ def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     body, reference = place(stop.origin(mechanism))  # point of the body with the face, in whose frame the wall is fixed
     frame = sheet.frame_at(body, reference)
     (x, y), (x0, y0) = mechanism.points[stop.point], mechanism.points[reference]
-    is_block = stop.point in {guide.point for guide in mechanism.guides}
+    is_block = stop.point in {guide.point for guide in mechanism.guides}  # whether or not the face is normal to the guide
     # half size of the drawn point (a block meets a wall with its end) and half length of the wall
     size_of_point, half = (HALF_BLOCK[0] * u, 1.3 * u) if is_block else (0.2 * u, 1.8 * u)
     front = stop.distance_to_face(mechanism) + side * size_of_point  # coordinate from the stop's point along the normal, signed
@@ -200,7 +202,7 @@ def draw_stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     wall = ((front, -half), (front, half), (back, half), (back, -half))
     yield Outline(frame, "stop", place_along(wall, normal, origin=(x - x0, y - y0)), closed=True)
     push = (-side * normal[0], -side * normal[1])  # the direction of the force on the point, fixed in the frame of the wall
-    # across a guide the stop's point is on a block, which has no name as a body
+    # a stop whose face is normal to the guide acts on the guide's block, which has no name as a body
     point = sheet.frame_of(stop.point) if stop.is_in_guide else sheet.frame_at(stop.body(mechanism), stop.point)
     yield Arrow(point, "force", (f"{name}.contact_force",), along=push, within=frame)
 

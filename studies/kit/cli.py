@@ -121,9 +121,10 @@ def _dispatch(words: Sequence[str]) -> int:
         return int(import_name(OPTIONS[name][1])())
     if name in BY_NAME and rest and not rest[0].startswith("-"):
         return int(import_name(COMMANDS[name][1])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
+    # the words are now: none, an unknown command, `run` or `sweep` without a NAME, `--help`, or an option with arguments
     if name not in COMMANDS or name in BY_NAME:
-        _parser().parse_args(words)  # prints the help and ends the program, or raises an error
-        raise ValueError(f"{name}: takes no further arguments")  # of an option, as in `--version list`
+        _parser().parse_args(words)  # prints the help and ends the program, or raises an error, but accepts `--version list`
+        raise ValueError(f"{name}: takes no further arguments")
     command: Command = import_name(COMMANDS[name][1])
     parser = Parser(prog=f"{program()} {name}", description=f"{COMMANDS[name][0].capitalize()}.")
     command.declare(parser)
