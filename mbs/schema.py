@@ -48,7 +48,7 @@ def _object(name: str, kind: type) -> Schema:
     """Return the schema of an element, a body or a law, described by the first paragraph of its docstring."""
     fields = declarations(kind)
     about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
-    # the key of a link's table is its name, and a table `defaults` may give the body
+    # a file names a link by the key of its table, and its table `defaults` may give the field `body` of links
     optional = ("name", "body") if name == "Link" else ()
     required = [key for key, field in fields.items() if field.required and key not in optional]
     content = {"kind": {"const": name}, **{key: _describe(field) for key, field in fields.items()}}

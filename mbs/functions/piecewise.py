@@ -14,7 +14,7 @@ from .values import UserFunction, component_functions
 
 @declared
 class Piecewise(UserFunction, Declared):
-    """Function with named times of jumps and kinks, for pulses that are too short for the search of other functions.
+    """Function whose times of jumps and kinks are given; in other functions they are searched, which may miss short pulses.
 
     Force("A", Piecewise(lambda t: (9.0 if t % 0.5 < 1e-6 else 0.0, 0.0), breaks=(0.0, 1e-6), period=0.5))
     """
@@ -34,7 +34,10 @@ class Piecewise(UserFunction, Declared):
         return tuple(self.value.variables)  # type: ignore[attr-defined]
 
     def kinks_until(self, duration: float) -> tuple[float, ...]:
-        """Return the breaks in (0, duration) [s], at a jump the last time before it; `breaks` for an infinite duration."""
+        """Return the times of breaks in (0, duration) [s]; for an infinite duration `breaks` as given, not repeated.
+
+        The time of a jump is the last floating-point number before the jump.
+        """
         if duration == inf:
             return tuple(map(float, self.breaks))
         breaks = np.array(self.breaks, dtype=float)

@@ -39,7 +39,7 @@ class Result:
     work : dict, computational work: wall_s, steps, newton_iterations, jacobians, rejected
     energy : dict of str to array (samples,)
         Energies, J, if `ledger=True`, see `record.run.ledger`: `kinetic`, ..., `error` of the balance, `throughput`.
-    shapes : dict of str to Shape, shapes of flexible links at the requested times
+    shapes : dict of str to Shape, shapes of flexible links at the times `shapes` of `simulate`
     provenance : dict, versions, numbers of elements, settings, solver and notes
     asked : float, the requested accuracy; nan without one
     error : Errors
@@ -47,7 +47,8 @@ class Result:
         `error["B.contact_force"]` that of a signal.
     film : Film, optional, motion from which `movie` is made
     verified : float
-        Largest difference of places from those of the other solver, over their ranges; nan without `verify=True` or if it failed.
+        Largest difference of places from those of the other solver, over their ranges. It is nan without `verify=True`, or if
+        one of the two solvers gave no finite result.
     traits : dict of str to Trait, of each signal: kind, whether it is smooth, scale of the error, name of the time derivative
 
     Examples

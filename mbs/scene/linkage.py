@@ -41,7 +41,7 @@ class Linkage:
     last: float = np.inf
 
     def limit_drives(self, last: float) -> Self:
-        """Return a copy that takes accelerations, differences of speeds of drives, from times up to `last` [s]."""
+        """Return a copy that evaluates speeds of drives up to `last` [s] only; accelerations are differences of speeds."""
         limited = copy(self)  # with the cached rows
         object.__setattr__(limited, "last", last)
         return limited
@@ -191,7 +191,7 @@ def independent_rows(matrix: Array) -> list[int]:
 
 
 def involved_elements(names: list[str], weights: Array) -> list[str]:
-    """Return the elements, each once, of rows with weights that are not zero: residuals, or coefficients of dependent rows."""
+    """Return the elements, each once, of rows whose weight, a residual or a coefficient in a sum of rows, is not zero."""
     least = 1e-6 * np.abs(weights).max(initial=1e-300)  # 1e-6: far above rounding; 1e-300: zeros are not involved
     return list(dict.fromkeys(name for name, weight in zip(names, weights, strict=True) if abs(weight) > least))
 
@@ -216,8 +216,8 @@ def carried_masses(linkage: Linkage) -> Iterator[tuple[int, float, float, comple
     burdens = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
     for element in mechanism.elements().values():
         burdens += element.burdens(mechanism)
-    for reference, mass, inertia in burdens:
-        body, point = place(reference)
+    for point_reference, mass, inertia in burdens:
+        body, point = place(point_reference)  # splits "link:point"
         i = linkage.index[linkage.carrying_link(body)]
         yield i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2])
 

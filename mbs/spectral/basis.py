@@ -56,7 +56,7 @@ def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, floa
     The slopes of the members from k = 2 on are orthonormal. So their coefficients are the integrals of rest' N_k', where rest is
     the function less its linear part. By parts these are the integrals of -rest N_k''.
     """
-    x, w = gauss(degree + 24)  # 24, chosen: at degree 8 a sine of 16 half waves, which it cannot resolve, is exact to rounding
+    x, w = gauss(degree + 24)  # 24, chosen: at degree 8 the coefficients of a sine of 16 half waves are exact to rounding
     rest = function(x) - basis(1, x) @ np.array(ends)
     out = np.empty(degree + 1)
     out[:2] = ends

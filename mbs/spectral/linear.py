@@ -36,7 +36,7 @@ class Equations:
     residual: Array  # residual g(q, t) of the constraints, (r,)
     speed: Array  # right side of dg/dt = 0, G v = speed, (r,)
     change: Array  # right side of d2g/dt2 = 0, G a = change, (r,)
-    entries: Array = field(repr=False)  # (4, slots + 1): nonzeros of the matrices `MatrixRow`; the last column is never read
+    entries: Array = field(repr=False)  # (4, slots + 1): nonzeros of `MatrixRow`; the last column takes entries known to be zero
     build: Callable[[Array], Matrix] = field(repr=False)  # builds the matrix of all unknowns, (n + r, n + r), from such a row
 
     @cached_property

@@ -112,13 +112,13 @@ def _refine(run: Callable[[int], Path], degree: int | None) -> Path:
         errors = _errors(found, finer)
         answer = found if keeps_degree else finer
         worst = max((float(np.max(of_kind, initial=0.0)) for of_kind in errors.values()), default=0.0)
-        # the largest parameter is the scale of errors of parameters; by convention also of errors['end'], over the longest link
+        # errors of parameters are compared with the largest parameter; by convention so is errors['end'], a relative error
         scale = max(np.abs(finer.parameter).max(), 1e-300)
         is_highest = finer.scene.degree > 30  # chosen: less than for one equilibrium, as a path has many
         if keeps_degree or worst <= CRITICAL_ACCURACY * scale or is_highest:
             for name, each in errors.items():
-                rounding = answer.rounding(name)  # least errors of the points of this path; the other one may have more
-                each[: len(rounding)] = np.maximum(each[: len(rounding)], rounding)
+                least = answer.rounding(name)  # least errors, of the points of `answer`; the other path may have more points
+                each[: len(least)] = np.maximum(each[: len(least)], least)
             answer.errors.update(errors)
             return answer
         found = finer
@@ -163,7 +163,7 @@ class _Follower:
         branchings = [critical for critical in first.points if branches and critical.kind == "branching"]
         left_out: list[str] = []
         for branching in branchings:
-            shapes = leaving_shapes(self.problem, branching)
+            shapes = leaving_shapes(self.problem, branching)  # at a multiple branching only those that move a point of a link
             left_out += [] if shapes else [f"{branching.rest.parameter:.6g}"]
             for shape in shapes:
                 for side in (1.0, -1.0):
@@ -183,7 +183,7 @@ class _Follower:
         rest, _ = find_equilibrium(constant, load=1.0)
         rest = rest._replace(parameter=self.start)
         if problem.loads and problem.spectrum(rest).neutral.any():
-            # in the metric of the path the whole load has the length 1: a first step of length `step` has this share of it
+            # in the metric of the path the whole load has the length 1: a first step applies the fraction `step` of the load
             return settle(problem, rest._replace(parameter=self.step * self.to))
         return rest
 
@@ -197,7 +197,7 @@ class _Follower:
         q, multipliers, parameter = (np.array(column) for column in zip(*self.rests, strict=True))
         self.states[-1] = state_at(self.problem, self.rests[-1])  # `_find_end` may have replaced the last equilibrium
         growth = np.array([state.damped.growth.max(initial=0.0) for state in self.states])
-        unstable = np.array([int(state.is_negative.sum()) for state in self.states])
+        unstable = np.array([int(state.is_negative.sum()) for state in self.states])  # numbers of negative eigenvalues
         status = explain_end(ended, parameter[-1], self.start, self.to, self.steps)
         return Path(
             *status, ended, self.problem.scene, parameter, q, self.points, {}, self.problem.label, multipliers, growth, unstable
@@ -245,7 +245,8 @@ class _Follower:
         return (rest.parameter - self.start) / (self.to - self.start)  # of the parameter's range
 
     def _offset_parameter(self, point: Critical) -> Rest:
-        """Return a branching with its parameter nearer to the end by 1e-8 of the range, less than its error: not singular."""
+        """Return a branching with its parameter shifted towards the end, as the tangent is singular at the branching itself."""
+        # 1e-8 of the range is less than the error of the branching's parameter
         return point.rest._replace(parameter=point.rest.parameter + 1e-8 * (self.to - self.start))
 
     def _find_end(self, step: Step, found_count: int) -> str:
@@ -258,7 +259,7 @@ class _Follower:
             while self.points and self._fraction(self.points[-1].rest) > 1.0:
                 self.points.pop()
             return "reached"
-        if not self.arc.is_on_step(step, self.rests[0]):
+        if not self.arc.is_on_step(step, self.rests[0]):  # it excludes a step's start, so the first step closes no path
             return ""
         # the path is back at its start; a critical point there, found again with an error up to the tolerance, is removed as well
         closing_arc = self.arc.arc_of(step, self.rests[0]) - ON_CURVE * step.arc

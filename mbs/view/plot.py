@@ -54,9 +54,9 @@ def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> 
 
 
 def _limits(movie: Movie) -> tuple[float, float, float, float]:
-    """Return the limits of a picture, of x, then y [m]: those of the mechanism and a margin, four symbols wide."""
+    """Return the limits of a picture, of x, then y [m]: those of the mechanism and a margin of four symbol sizes."""
     left, right, low, high = movie.box
-    gap = 4 * movie.unit
+    gap = 4 * movie.unit  # the size of a symbol [m]
     return left - gap, right + gap, low - gap, high + gap
 
 
@@ -212,7 +212,7 @@ def plot_path(path: Any, link: str, point: str, axis: str | None = None, ax: Any
 
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     curves = [path, *getattr(path, "branches", ())]
-    # of each curve positions (steps, 2), or amplitudes of periodic motions, and those at critical points
+    # each curve has a pair: places (steps, 2), and places at its critical points; a place of a periodic motion is its amplitude
     ordinates = [curve.ordinates(link, point) for curve in curves]
     axis = axis or "xy"[int(np.ptp(np.vstack([places for places, _ in ordinates]), axis=0).argmax())]
     column = "xy".index(axis)
@@ -222,7 +222,7 @@ def plot_path(path: Any, link: str, point: str, axis: str | None = None, ax: Any
         for critical, place in zip(branch.points, critical_places, strict=True):
             kind, parameter = critical.kind, critical.rest.parameter  # `rest` is the state, also of a periodic motion
             ax.plot(parameter, place[column], MARKERS[kind], color="k", markersize=5, label=kind)
-    # `path.ordinate` is a text before the axis: "amplitude of " for periodic motions
+    # `path.ordinate` is the prefix of the axis label: "amplitude of " for periodic motions, else empty
     ax.set(xlabel=path.abscissa, ylabel=f"{path.ordinate}{axis} of {link}:{point} [m]")
     lines, labels = ax.get_legend_handles_labels()
     by_label = dict(zip(labels, lines, strict=True))  # each label once

@@ -35,8 +35,8 @@ def write_html(result: Result, path: str | Path, title: str = "") -> Path:
     """Write the report page of a run; see `Result.write_html`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    is_in_folder_of_run = path.stem == "report"
-    name = path.resolve().parent.name if is_in_folder_of_run else path.stem
+    has_default_name = path.stem == "report"  # then the folder of the page tells the runs apart
+    name = path.resolve().parent.name if has_default_name else path.stem
     path.write_text(page(result, title or name), encoding="utf-8")
     return path
 
@@ -55,7 +55,7 @@ def page(result: Result, title: str, texts: Sequence[str] = ()) -> str:
 def content(result: Result, title: str, texts: Sequence[str] = ()) -> dict[str, Any]:
     """Collect the data that the script of the page shows."""
     store = ArrayStore()
-    record = result.film.record if result.film is not None else None
+    record = result.film.record if result.film is not None else None  # a pickled `Film` has no record, only its movie
     if not result.energy and record is not None and 1 < len(record.time) <= 20_000:  # more states make a page slow
         result = replace(result, energy=ledger(record))
     readings = import_late("sensitivity.reading_errors:list_readings")(result, texts)
@@ -127,7 +127,7 @@ def _motion(result: Result, store: ArrayStore) -> dict[str, Any] | None:
         if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
             continue
         fields = mark._asdict()
-        # frames are passed by number: of the mark, of the other end of a `Span`, and `within`, of an arrow's direction
+        # the page knows frames by number: the `frame` of a mark, `other` of a `Span`, `within` of an `Arrow`
         frames = {key: number[fields[key]] for key in ("frame", "other", "within") if key in fields}
         marks.append([type(mark).__name__, *map(_round, (fields | frames).values())])
     bands = {}
@@ -220,8 +220,8 @@ def first_shown(result: Result, preferred: Sequence[str] = ()) -> list[str]:
 def fill_page(package: str, name: str, content: dict[str, Any]) -> str:
     """Fill a page with its data, among them `title` and `status`; the title of the window names the status unless it is OK.
 
-    All pages have the frame `page/shell.html`. Its body is `page/name.html` of a package, in which the body of the report page
-    replaces `{{report}}`. Styles and scripts (`.css`, `.js`) of the report page come before those of `name`.
+    All pages have the frame `page/shell.html`. The body is the file `page/<name>.html` of the package. In that file `{{report}}`
+    stands for the body of the report page. Styles and scripts (`.css`, `.js`) of the report page come before those of `name`.
     """
     warning = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
     sources = dict.fromkeys(((__package__, "report"), (package, name)))

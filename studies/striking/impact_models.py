@@ -32,10 +32,10 @@ def make_slider_crank(
     """Make the slider-crank of `strut` or `beam`, with friction in the slider's guide [N], and gravity and motor of `p`.
 
     `stiffness` [N/m] and `restitution` are the stop's, `numbers` mass, speed and stop. A strut is damped along its axis. A beam
-    has the bow of `p`: a positive one is on the side to which inertia bends the beam, the negative side of `Beam`.
+    has the bow of `p`, positive to the side to which inertia bends the beam. `Beam.imperfection` is positive to the other side.
     """
     if model == "strut":
-        # [s], chosen: times the axial stiffness E A/L it is a fifth of the default slider's critical damping on the default strip
+        # [s], chosen: times k = E A/L of the default strip, a fifth of the critical damping 2 sqrt(k m), m the default slider's
         body: mbs.Beam | mbs.Strut = mbs.Strut(replace(section, material=replace(section.material, axial_damping=9e-5)))
     else:
         damped = section.damped(p.damping, PAPER.coupler)
@@ -45,8 +45,8 @@ def make_slider_crank(
 
 
 def simulate_model(model: str, mechanism: mbs.Mechanism, p: StrikeParameters, fastest: float, duration: float) -> ModelRun:
-    """Run the mechanism of a model for a duration [s], with its energy ledger, in steps of at most a degree at a crank speed."""
-    solver = mbs.Exudyn(mbs.Controlled(p.tolerance, max_step=pi / 180 / fastest))  # a degree is chosen
+    """Run the mechanism of a model for a duration [s], with its energy ledger; `fastest` is the largest crank speed [rad/s]."""
+    solver = mbs.Exudyn(mbs.Controlled(p.tolerance, max_step=pi / 180 / fastest))  # a degree of the crank at most, chosen
     result = mbs.simulate(mechanism, duration, solver=solver, ledger=True, timeout=p.timeout)
     signals = result.signals
     push = signals["coupler.compression"] if "coupler.compression" in signals else -signals["coupler.axial_force"]
