@@ -68,7 +68,7 @@ class Guide(GuideBase):
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
         doc="friction forces, or a law of `buckler.mbs.laws` as for joints: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
-    through: str | None = names(doc="another point of the line, if the guided point's place is to be solved for", default=None)
+    through: str | None = names(doc="another point of the line, if the guided point's place is computed, not given", default=None)
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError unless the link has the point, no other guide guides it, and `through` is on the line."""
@@ -76,7 +76,7 @@ class Guide(GuideBase):
         check_point_of(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
             raise ValueError(f"{self.where}: a point has at most one guide")
-        if self.through is not None:
+        if self.through is not None:  # the guided point's place is known by now: it was given, or `assemble` has computed it
             check_known("point", self.through, mechanism.points, self.where)
             (x0, y0), (x1, y1) = mechanism.points[self.through], mechanism.points[self.point]
             distance = abs((y1 - y0) * self.along[0] - (x1 - x0) * self.along[1])

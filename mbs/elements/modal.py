@@ -85,7 +85,7 @@ class FreeModes(Declared):
 
 @declared
 class CraigBampton(Declared):
-    """Craig-Bampton modes: eigenmodes within `fixed` vibrations and the 6 relative motions of both rigid interfaces."""
+    """Craig-Bampton modes: eigenmodes in the span of `fixed` vibrations and the 6 relative motions of both rigid interfaces."""
 
     numbers: tuple[int, ...] | None = field(
         NUMBERS, "as in `FreeModes`; by default all that move in the plane, as exact statics need all of them", default=None
@@ -172,7 +172,7 @@ class Modal(Body):
         numbers = self.modes.numbers  # None for all modes in the plane: their number is unknown, so that no tuple is allowed
         if isinstance(self.damping, tuple) and (numbers is None or len(self.damping) != len(numbers)):
             raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or one for each of modes.numbers = {numbers}")
-        # solids with -1 or 0.5 are singular; checked for `BarModes`, too
+        # at -1 and 0.5 the elasticity of a solid is singular; `BarModes`, without a solid, have the same limits
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
 
     def frequencies(self, length: float) -> Array:

@@ -74,7 +74,8 @@ class Elastic(Load):
         law = self.law
         if law is not None:
             value, rate = self.state(record)
-            yield (lambda _time, x, v: law(x, v)), (Argument(value, rates=rate), Argument(rate))  # the time has no `Argument`
+            # the search for edges knows the time, so the list has only the arguments after it
+            yield (lambda _time, x, v: law(x, v)), (Argument(value, rates=rate), Argument(rate))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the stored energy, and the energy dissipated by damping."""
@@ -123,7 +124,8 @@ class Spring(Elastic):
 
     def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
         """Return elongation [m], its rate [m/s], each (times,), and the unit vector from a to b, (times, 2)."""
-        (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))  # loaded bodies
+        # a load at a strut's end acts on another body, which `holder` finds
+        (a, a_t), (b, b_t) = (record.point(holder_reference(record.mechanism, at)) for at in (self.a, self.b))
         length, direction = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * direction).sum(axis=1), direction
 
@@ -156,12 +158,15 @@ class TorsionSpring(Elastic):
     label: ClassVar[str] = "torsion.{first:body}-{second:body}"
 
     first: str = names(
-        doc="any link but a strut, or 'ground'; it acts on a flexible link at the joint of both, or else its start, or 'beam:B'"
+        doc="any link but a strut, or 'ground'; on a flexible link the torque acts at the joint with `second`, or else at the "
+        "link's start; 'beam:B' names another point"
     )
     second: str = names(doc="the other link, given likewise")
     stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
     damping: float = quantity("N m s/rad", low=0, doc="torque of the damper over the rate", default=0.0)
-    free_angle: float | None = quantity("rad", doc="turn of `second` less that of `first` without torque, or 0", default=None)
+    free_angle: float | None = quantity(
+        "rad", doc="turn since t = 0 of `second` less that of `first` at zero torque; 0 by default", default=None
+    )
     law: Law | None = field(
         Function("x, v", "N m"),
         "torque on `first`, and its opposite on `second`, which replaces stiffness and damping: a function of the angle less "

@@ -32,7 +32,7 @@ class PlacedBlock(EngineBody):
 
     def motion(self, states: EngineStates) -> BlockMotion:
         """Compute the motion of the block from its travel."""
-        column = self.columns()[0, 0]
+        column = self.columns()[0, 0]  # one node with one coordinate
         q, q_t, q_tt = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, q, q_t, q_tt)
 
@@ -50,6 +50,7 @@ def place(scene: EngineScene, guide: Guide, speed: float) -> PlacedBlock:
     item = eii.ObjectMass1D(mass=guide.mass, nodeNumber=node, referencePosition=[x, y, 0.0], referenceRotation=rotation)
     body = scene.system.AddObject(item)
     markers = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
+    # `reference` and `scales` (1 node, 1 coordinate): the travel is 0 m at t = 0, and 1 m of it moves the block by 1 m
     return PlacedBlock(
         scene.system, guide.point, guide, nodes=(node,), objects=(body,), reference=np.zeros((1, 1)), markers=markers,
         scales=np.ones((1, 1)), origin=(x, y),
@@ -69,7 +70,7 @@ def connect(scene: EngineScene, guides: dict[str, Guide]) -> None:
         else:
             scene.readers[name, "reaction"] = partial(_compute_reaction_under_strut, guide)
         friction = guide.friction
-        if isinstance(friction, GuideFriction):  # of prescribed size: a native element of the engine on the block's coordinate
+        if isinstance(friction, GuideFriction):  # it depends on the speed alone: the engine has an element for it
             scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(
                 markerNumbers=[scene.ground, scene.coordinate_marker(guide.point, 0)],
                 dynamicFrictionForce=friction.dynamic, staticFrictionOffsetForce=friction.static_offset,
@@ -114,7 +115,8 @@ class ReactionFriction:
     has those of the pin's two multipliers.
     """
 
-    is_stuck = False  # a member of `WithMemory`: guides need the implicit integrator, which gives up at its smallest step
+    # False, as guides need the implicit integrator, which gives up at its smallest step; the explicit one may go on for ever
+    is_stuck = False
 
     def __init__(self, scene: EngineScene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, as_bristle_law(guide.friction)  # type: ignore[arg-type]
@@ -147,7 +149,7 @@ class ReactionFriction:
     def locate(self, system: System) -> None:
         """Find the indices of coordinate and multipliers in the assembled system."""
         self.data = system.systemData
-        self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])
+        self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])  # of the travel
         self.rows = self.scene.multiplier_indices(self.name)
         self.weight = _compute_weight(self.scene.mechanism, self.guide)
 

@@ -72,7 +72,8 @@ def _syntax(text: str, error: Exception) -> str:
     """Return the end of a message, which explains a syntax error of a formula."""
     if re.search(r"\d\s+[A-Za-z%]", text):
         return "; a formula has plain numbers, in SI, as 6.28 for 60 rpm"
-    if re.search(r"[\d)]\s*[A-Za-z(]", text) and "never closed" not in str(error):
+    is_unclosed = "never closed" in str(error)  # Python's message; 'atan2(1, t' lacks a bracket, not a * before it
+    if re.search(r"[\d)]\s*[A-Za-z(]", text) and not is_unclosed:
         return "; a product is written with *"
     return f": {error.msg.partition('. ')[0]}" if isinstance(error, SyntaxError) else ""
 

@@ -112,7 +112,7 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
     (in the plane 3). The eigenvalue problem in the span of all makes them orthogonal. Without the rigid motions of the link
     6 + `fixed` modes are left (in the plane 3 + `fixed`). They are returned as by `free_modes`.
     """
-    dim, static = solid.dim, 2 * solid.rigid
+    dim, static = solid.dim, 2 * solid.rigid  # number of static modes: each interface has as many as the link has rigid ones
     boundary = np.concatenate([np.add.outer(dim * nodes, np.arange(dim)).ravel() for nodes in interfaces])
     inner = np.setdiff1d(np.arange(dim * len(solid.nodes)), boundary)
     centred = (solid.nodes[nodes] - solid.nodes[nodes].mean(axis=0) for nodes in interfaces)
@@ -175,8 +175,8 @@ def _section_forms(solid: Solid, shapes: Array) -> Array:
         rotary = np.einsum("ka,la->akl", rotation, spin_momentum)
         # the sum over the axes is symmetric; the part of one axis is not, as the inertia of a slice may couple them
         rotary = 0.5 * (rotary + rotary.transpose(0, 2, 1))
-        in_plane, out_of_plane = linear[1] + rotary[2], linear[2] + rotary[1]  # along y and about z; along z and about y
-        forms += [linear[0], in_plane, out_of_plane, rotary[0]]
+        bending, out_of_plane = linear[1] + rotary[2], linear[2] + rotary[1]  # along y and about z; along z and about y
+        forms += [linear[0], bending, out_of_plane, rotary[0]]
     return forms
 
 
@@ -187,15 +187,15 @@ def _normalise(solid: Solid, omega: Array, vectors: Array) -> tuple[Array, Array
     over the nodes in the first 5 % (chosen) of the length, the largest component is positive.
     """
     mass, dim = solid.full_mass, solid.dim
-    rigid = rigid_motions(solid.nodes - solid.centre, dim)
-    vectors = vectors - rigid @ np.linalg.solve(rigid.T @ (mass @ rigid), rigid.T @ (mass @ vectors))
+    motions = rigid_motions(solid.nodes - solid.centre, dim)
+    vectors = vectors - motions @ np.linalg.solve(motions.T @ (mass @ motions), motions.T @ (mass @ vectors))
     shapes = (vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))).T.reshape(len(omega), -1, dim)
     shapes = np.pad(shapes, ((0, 0), (0, 0), (0, 3 - dim)))
     breaks = np.flatnonzero(np.diff(omega) > 1e-3 * omega[1:]) + 1  # up to 1e-3, chosen, frequencies count as equal
     for group in np.split(np.arange(len(omega)), breaks):
         if len(group) > 1:
             forms = _section_forms(solid, shapes[group])
-            in_plane = forms[0] + forms[1]  # axial and bending
+            in_plane = forms[0] + forms[1]  # axial motion and in-plane bending
             if np.trace(in_plane) < 1e-6 * len(group):  # no share to sort the modes by; rounding gives 1e-12
                 continue
             # eigenvalues ascend: the most motion in the plane is first; the small term orders axial before bending

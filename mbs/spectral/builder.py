@@ -149,8 +149,9 @@ class Builder(LawTable):
     def group_deformations(self, x: Sequence[int], y: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
         """Group coordinates that are deformations of one body: single ones at the dofs x, or vectors at the dofs (x, y).
 
-        The integrator compares their errors with the largest one so far, their common unit; of vectors only the components across
-        the chord. `chord` are the dofs of x and y of the chord's start, and of its end.
+        The integrator scales their errors by a common unit, which grows with the largest deformation so far. The unit of a vector
+        is for its component across the chord; its component along the chord keeps the unit of a length. `chord` has the dofs of
+        x and y of the chord's start, then of its end; -1 stands for no chord, as single coordinates have none.
         """
         group = len(self.elastic)  # any number that no other group has
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in zip(x, y or [-1] * len(x), strict=True)]
@@ -158,10 +159,12 @@ class Builder(LawTable):
     def add_marker(self, kind: int, size: int, dofs: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find an equal one; return its index.
 
-        `size` is the number of modes or basis functions. Dofs and numbers by kind: FRAME, x, y, angle of the frame and modes;
-        point in the frame, added angle, modes (size, 3). LINEAR, coordinates of x, of y, of the angle; their factors (3, size).
-        CURVE, coordinates of x, of y; basis and its derivative (2, size). GROUND, none; x, y, angle. The kernel computes cosine
-        and sine of a frame once, for its first marker; others have this one as `twin`.
+        `size` is the number of modes or basis functions. The kind tells the order of `dofs` and of `numbers`:
+        FRAME: dofs of the frame's x, y, angle and of the modes; place in the frame (2), added angle, mode shapes there (size, 3)
+        in x, y, angle. The kernel computes cosine and sine of a frame once, for its first marker, which is the `twin` of others.
+        LINEAR: dofs of the coordinates on which x, y, and the angle depend, `size` each; their factors (3, size).
+        CURVE: dofs of the coefficients of x, then of y; values and derivatives of the basis functions (2, size).
+        GROUND: no dofs; x, y and angle.
         """
         key = (kind, size, tuple(dofs), tuple(np.ravel(numbers).tolist()))
         if key in self._marker_rows:
@@ -199,7 +202,7 @@ class Builder(LawTable):
         if row.kind == MarkerKind.GROUND:
             return self.data[row.data + 2]
         if row.kind == MarkerKind.FRAME:
-            return self.q[self.dofs[row.first + 2]] + self.data[row.data + 2]
+            return self.q[self.dofs[row.first + 2]] + self.data[row.data + 2]  # the amplitudes of modes are 0 at t = 0
 
         def combine(component: int, factors: int) -> float:
             """Sum the coordinates of x, y or the angle (component 0, 1, 2) times the numbers of `data` from `factors` on."""
@@ -246,7 +249,7 @@ class Builder(LawTable):
         if isinstance(motion, Ramp):
             return self.add_law(None, MotionKind.RAMP, (motion.start, motion.end, motion.duration))
         functions = [function_pointer(component_functions(f, ["t"])[0], arguments=1) for f in (motion.position, motion.speed)]
-        about = f"the motion of {name}" if has_user_code(motion) else ""  # the library's own integrals need no note
+        about = f"the motion of {name}" if has_user_code(motion) else ""  # only a user's function gets a note if it is slow
         return self.add_law(None, MotionKind.CALLED, (), functions, about)
 
     def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
@@ -257,6 +260,7 @@ class Builder(LawTable):
         load's components, then those of its states' rates, have consecutive indices. So have the markers of its states.
         """
         pointers = [function_pointer(each, len(load.variables)) for each in load.functions()]
+        # the key None: laws are not shared; the kernel does not read their kind, as that of the force, STATEFUL, is enough
         laws = [self.add_law(None, ForceKind.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
         initial = load.states.initial  # type: ignore[union-attr]
         first = self.add_coordinates([0.0] * len(initial))

@@ -143,8 +143,9 @@ STEP_START = 3
 class Tables(NamedTuple):
     """Mechanism for the kernel, with n coordinates and r rows of constraints: integers, but where floats are named.
 
-    Numbers of a strip are `StripData`. Those of a modal link of m modes are three integrals of mode shapes, radial (m), gram
-    (m, m), gyration (m, m), see `kernel`; stiffness (m); damping (m). Statics changes `values`, `factors` and the time factor.
+    Numbers of a strip are `StripData`. Those of a modal link of m modes are the integrals radial (m) of X . phi_i dm, gram (m, m)
+    of phi_i . phi_j dm, gyration (m, m) of phi_i x phi_j dm; then stiffness (m) and damping (m). X is the position in the frame,
+    phi_i a mode shape. Statics changes `values`, `factors` and the time factor.
     """
 
     blocks: Array  # (k, 3): columns of `BlockColumn`; blocks of constraints, forces, strips, modal links, masses, in this order
@@ -197,15 +198,17 @@ class Work(NamedTuple):
     hess_rate: Array  # (6,): this Hessian times the markers' rates
     by_place: Array  # (6, 6): derivatives of one force on two markers by their (x, y, angle)
     by_rate: Array  # (6, 6): derivatives of the same force by the rates of these
-    scratch: Array  # of one strip: coordinates, rates, forces; of other functions short lists
+    scratch: Array  # temporary: coordinates, rates, forces of one strip; or arguments of a law, couplings of modes, a gradient
     block_stiffness: Array  # (m, m): entries of one block of K, m the unknowns of the largest block
     block_damping: Array  # (m, m): entries of the same block of C
     strip_form: Array  # (1,): how `strips` computes forces: `strips.PLAIN`, MIXED or RENEWED
-    stress: Array  # (points, 3): stresses at the Gauss points of all strips, which are unknowns of Newton's method
+    stress: Array  # (points, 3): N, Q, M at the Gauss points of all strips; in the mixed form, unknowns of Newton's method
     stress_residual: Array  # (points, 3): stresses that the strains give, less `stress`
-    kept_gradients: Array  # (points, 3, 4): derivatives of strains by their arguments (`strips`), of the last Newton matrices
-    strain_arguments: Array  # (points, 4): these arguments, kept from forces to tangents
-    weighted_stress: Array  # (points, 3): weights times stresses, kept in the same way
+    # (points, 3, 4): derivatives of strains by their arguments when Newton's matrices were last computed
+    kept_gradients: Array
+    # (points, 4): arguments of strains, x', y' and of Reissner theta, theta', of Kirchhoff x'', y''; kept from forces to tangents
+    strain_arguments: Array
+    weighted_stress: Array  # (points, 3): weights of quadrature times stresses, kept from forces to tangents
     reports: Array  # (forces, 8): columns of `Report`
 
 

@@ -47,13 +47,13 @@ def ingredients(work: str, solver: str) -> Ingredients:
 def _find_ingredients(mechanism: mbs.Mechanism, duration: float, solver: str) -> Ingredients:
     """Run a mechanism in this process, and return the ingredients."""
     result = mbs.simulate(mechanism, duration, solver=mbs.Spectral() if solver == "Spectral" else mbs.Exudyn())
-    scene = result.provenance["scene"]  # numbers of elements by their class, of gravity, and totals such as `coordinates`
+    scene = result.provenance["scene"]  # elements of each class, 1 for "gravity" if there is any, totals such as `coordinates`
+    objects = {kind: n for kind, n in scene.items() if kind[0].isupper() or kind == "gravity"}  # totals begin with a small letter
     packages = ("exudyn", "numba", "matplotlib", "meshio", "skfem", "tabulate")
     folders = ("engine", "spectral", "modal", "statics", "sensitivity")
     loaded = sys.modules.keys() - {"buckler.mbs.modal.planar"}  # which every description of a mechanism loads
     return Ingredients(
-        status=str(result.status), objects={kind: n for kind, n in scene.items() if kind[0].isupper() or kind == "gravity"},
-        unknowns=scene["coordinates"] + scene["constraints"], kernels=_find_kernels(),
+        status=str(result.status), objects=objects, unknowns=scene["coordinates"] + scene["constraints"], kernels=_find_kernels(),
         packages=[package for package in packages if package in loaded],
         folders=[folder for folder in folders if any(name.startswith(f"buckler.mbs.{folder}.") for name in loaded)],
     )  # fmt: skip

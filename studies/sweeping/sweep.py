@@ -81,7 +81,8 @@ def sweep(
                 opened.copy(other, about)
         ended = {row.number for row in opened.rows()}
         jobs = [Job(number, module.__name__, cases[number]) for number in numbers if number not in ended]
-        # Only the first job prints a forecast, for the jobs of its worker; an executor counts as one worker.
+        # Only the first job prints a forecast, for the jobs of its worker; an executor counts as one worker. A callable that is
+        # no `Progress` may show the rows, too, but asks for no forecast.
         if jobs and isinstance(progress, Progress) and not progress.quiet:
             jobs[0] = jobs[0]._replace(jobs_a_worker=len(jobs) / max(1, workers))
         with closing(_rows(jobs, workers, executor)) as found:
@@ -102,7 +103,7 @@ class Job(NamedTuple):
     number: int
     module: str  # of the study
     parameters: StudyParameters
-    jobs_a_worker: float = 1.0  # above 1 this job prints a forecast of the run time of so many jobs
+    jobs_a_worker: float = 1.0  # passed on as `cases_a_process`; above 1 this job prints a forecast for this number of cases
 
 
 def run_case(job: Job) -> Row:
@@ -111,7 +112,7 @@ def run_case(job: Job) -> Row:
     with _ENGINE_LOCK:
         start = time.perf_counter()
         try:
-            # without a bar; the first `simulate` of the study prints the forecast, its own time multiplied by the cases a process
+            # There is no bar. The first `simulate` of the study prints the forecast: its own run time times `cases_a_process`.
             result = study.run(job.parameters, progress=Progress(quiet=True, cases_a_process=job.jobs_a_worker))
             outcome = {name: getattr(result, name) for name in ("status", "message", "metrics", "work")}
         except (Exception, SystemExit) as error:
@@ -234,7 +235,7 @@ def _make_row(job: Job, outcome: Row | Exception) -> Row:
 
 
 def _load(executor: Executor, module: str) -> None:
-    """Import the study in a worker before any case runs there."""
+    """Import the study in one worker as a trial, before any case runs; raise a SweepError if the import fails."""
     try:
         executor.submit(_import, module).result()
     except LOST:
