@@ -35,13 +35,14 @@ def radau(angle: Array) -> Array:
 def compute_lost_force(run: Trajectory, forces: Collection[str]) -> Array:
     """Compute the amplitude [N] that damping removed up to each sample, (times,), from the one of `forces` that lost most."""
     largest = np.zeros(len(run.time))
-    # The amplitude is the largest deviation from the running mean at a sample and the three before. Steps that matter are T/4 or
-    # longer: one of T/4 damps by 1 %. Three of them cover a whole period 2 pi/w = T/sqrt(2), and so its largest deviation
+    # The interval between two samples counts as a step. The amplitude is the largest deviation from the running mean at a sample
+    # and the three before. A step of T/4 damps by 1 %, and shorter steps do not matter. Three steps of T/4 cover a whole period
+    # 2 pi/w = T/sqrt(2), and so its largest deviation.
     for mean in run.signals.values():
         if mean.source in forces:  # the signal is a running mean, and its `source` the force that is averaged
             deviation = np.pad(np.abs(run.signals[mean.source].values - mean.values), (3, 0))
             amplitude = np.lib.stride_tricks.sliding_window_view(deviation, 4).max(axis=1)
-            share_lost = 1 - radau(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)  # in each step
+            share_lost = 1 - radau(2 * np.pi * np.sqrt(MASS_RATIO) * np.diff(run.time) / mean.period)
             largest = np.maximum(largest, np.append(0.0, np.cumsum(share_lost * amplitude[:-1])))
     return largest
 
@@ -49,9 +50,10 @@ def compute_lost_force(run: Trajectory, forces: Collection[str]) -> Array:
 def estimate_damping_errors(run: Trajectory, differences: Mapping[Key, float]) -> dict[Key, float]:
     """Estimate relative errors of places and of impacts by numerical damping, which two runs have in common.
 
-    Strips count only where nothing strikes. They also vibrate laterally, for which the formula gives too much. With strips an
-    error is therefore at most 3 times the difference of the runs, a choice, and deflections get none. Most randomly drawn
-    mechanisms err by 2 to 5 times the difference, so that some are underestimated. No place errs by more than its own range.
+    Forces of strips are used only in runs without contact and friction. Strips also vibrate laterally, and the formula then gives
+    too much. With strips an error is therefore at most 3 times the difference of the runs (chosen), and deflections get no error.
+    Most randomly drawn mechanisms err by 2 to 5 times the difference, so that the errors of some are underestimated. No place
+    errs by more than its own range, and places of journals get no error.
     """
     forces = run.strut_forces if run.strikes else run.strut_forces | run.strip_forces  # names of signals
     has_strips = bool(forces & run.strip_forces)

@@ -29,7 +29,8 @@ PLACE_PEAK_ERROR = 1e-3
 of manufacture. A convention."""
 STRUCK_PLACE_ERROR = 5e-3
 """Root mean square of the error allowed of a place where bodies strike, stick or slip, over the longest link or the range,
-whichever is larger: 5 % in the speed of a rebound by a tenth of it. `PLACE_ERROR` holds as well; `PLACE_PEAK_ERROR` does not."""
+whichever is larger. A rebound over a tenth of this length errs by 5e-3 of it if its speed errs by 5 %. `PLACE_ERROR` holds as
+well; `PLACE_PEAK_ERROR` does not."""
 LAW_ERROR = COARSEST
 """Error allowed of a journal's place, over its clearance, and of the states x of a load with equations dx/dt = f, over their
 largest values: 0.1, as their laws are known no better."""
@@ -43,7 +44,7 @@ class DeflectionLimits(NamedTuple):
     """Limits of the last two terms of the polynomials in a strip's deflection, which show whether its degree is high enough."""
 
     rms: float  # limit of a term's root mean square over time [m]: the least limit of a place; inf without one
-    peak: float  # limit of a term at any time, over the strip's largest deflection: least limit of any other signal
+    peak: float  # limit of a term at any time, over the strip's largest deflection: least relative error allowed of other signals
 
     @classmethod
     def of(cls, limits: Mapping[Key, float], run: Trajectory) -> "DeflectionLimits":
@@ -82,7 +83,7 @@ class Worst(NamedTuple):
 class Asked:
     """An accuracy and the signals that shall have it: one of `WORDS`, names, or norms such as 'impulse(B.contact_force)'.
 
-    The root mean square error of a named signal is relative to the signal's own size, all other errors to `run.sizes`.
+    The accuracy is relative to `run.sizes`; for the root mean square of a named signal, to the signal's own size.
     """
 
     accuracy: float
@@ -118,7 +119,7 @@ class Asked:
         return found
 
     def _accuracies_by_name(self, run: Trajectory, keys: Sequence[Key]) -> dict[Key, float]:
-        """Return the errors allowed of named signals, relative to `run.sizes`, where a component has the size of its vector."""
+        """Return the errors allowed of named signals, relative to `run.sizes`: root mean squares are converted from own sizes."""
         found = dict[Key, float]()
         for name, norm in keys:
             if name in run.undetermined:

@@ -30,7 +30,7 @@ class Declared:
     in_files: ClassVar[bool] = True  # true if a mechanism's file may name the class
 
     def __init_subclass__(cls, **more: object) -> None:
-        """Register a class of Buckler; `known_kinds` leaves out abstract ones."""
+        """Register a class of Buckler, also an abstract one, which `known_kinds` leaves out."""
         super().__init_subclass__(**more)
         if cls.in_files and cls.__module__.startswith("buckler.") and not cls.__name__.startswith("_"):
             _KINDS[cls.__name__] = cls
@@ -47,7 +47,7 @@ class Declared:
             bounds = {} if value is None else declaration.bounds
             for sign, other in bounds.items():
                 lower_bound = getattr(self, other)  # a number: no field that may be None is a bound
-                # `read` raises a ValueError below the bound
+                # `read` is called only to raise a ValueError if the value is below the bound
                 Quantity(declaration.spec.unit, lower_bound, open_low=sign == ">").read(where + key, value)
         self.agree()
 
@@ -144,7 +144,7 @@ _KINDS: dict[str, type] = {}
 
 def register(kind: Class) -> Class:
     """Register a user's frozen dataclass, as a contact law, so that files may name it; ValueError for a taken name."""
-    if not dataclasses.is_dataclass(kind):  # `Part.read` refuses objects of one that is not frozen: they are not hashable
+    if not dataclasses.is_dataclass(kind):  # one that is not frozen passes; `Part.read` refuses its objects, as they have no hash
         raise ValueError(f"{kind.__name__}: must be a frozen dataclass")
     taken = _KINDS.get(kind.__name__, kind)
     if taken is not kind:
@@ -155,6 +155,6 @@ def register(kind: Class) -> Class:
 
 def known_kinds() -> dict[str, type]:
     """Return the classes that files may name, by name, of Buckler and of other installed packages."""
-    for other in extensions("buckler.kinds").values():
-        register(other)
+    for kind in extensions("buckler.kinds").values():  # classes that other packages give as entry points of this group
+        register(kind)
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}

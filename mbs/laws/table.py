@@ -62,10 +62,10 @@ FrictionKind = IntEnum(
 LawColumn = IntEnum("LawColumn", "KIND FIRST_ADDRESS SECOND_ADDRESS", start=0)
 """Columns of integers of a law: kind, address of its function, and of a second one, the bristle after a time at constant speed.
 
-In the compiled solver laws also have the functions of a force's two components, which need no kind, or a drive's motion, of a
-`MotionKind`: travel and speed."""
+In the compiled solver a row may also stand for a force over time or a drive. A force has the addresses of its two components and
+uses no kind. A drive has a `MotionKind` and the addresses of its travel and speed."""
 CODES = len(LawColumn)
-"""Number of columns of integers of a law: its kind and two addresses."""
+"""Number of integers (codes) of a law: its kind and two addresses."""
 NUMBERS = 8
 """Number of columns of floats of a law; LuGre, the longest, has 7."""
 
@@ -93,7 +93,7 @@ def cubic_step(x: float, x0: float, h0: float, x1: float, h1: float) -> float:
 
 
 def normal_force(tables: Laws, law: int, depth: float, rate: float, onset_speed: float) -> float:
-    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], a rate of it, and its rate > 0 at contact onset [m/s]."""
+    """Return the force >= 0 [N] of a normal law at a depth > 0 [m], its rate [m/s], and the rate > 0 at contact onset [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
     if kind == NormalKind.POWER:  # p: stiffness, exponent, hysteresis factor
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset_speed)
@@ -107,7 +107,7 @@ def normal_force(tables: Laws, law: int, depth: float, rate: float, onset_speed:
 def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
     """Return dz/dt of a bristle [m/s]; zero for a law without a bristle."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == FrictionKind.LUGRE:  # p[4]: bristle stiffness s0, over the normal force [1/m]
+    if kind == FrictionKind.LUGRE:  # p: mu_s, mu_d, v_str, delta, s0, ...; s0: bristle stiffness over the normal force [1/m]
         return speed - p[4] * abs(speed) * bristle / stribeck_level(speed, p[0], p[1], p[2], p[3])
     if kind == FrictionKind.BRISTLE_CALLED:
         step = 1e-9  # of a forward difference of the time [s], short compared with any motion
@@ -118,7 +118,7 @@ def bristle_rate(tables: Laws, law: int, bristle: float, speed: float) -> float:
 def bristle_after(tables: Laws, law: int, bristle: float, speed: float, time: float) -> float:
     """Return the bristle [m] after a time [s] at constant speed [m/s]."""
     kind, p = tables.laws[law, LawColumn.KIND], tables.law_numbers[law]
-    if kind == FrictionKind.LUGRE:
+    if kind == FrictionKind.LUGRE:  # p as in `bristle_rate`
         steady = stribeck_level(speed, p[0], p[1], p[2], p[3]) / p[4]  # deflection in steady sliding [m]
         return bristle - np.expm1(-abs(speed) * time / steady) * (steady * np.sign(speed) - bristle)
     if kind == FrictionKind.BRISTLE_CALLED:

@@ -35,7 +35,8 @@ def collect(record: Record, asked: str = "") -> dict[str, Signal]:
 
     found: dict[str, Signal] = {}
     for point in filter(is_asked, record.mechanism.points):
-        found |= {signal.name: signal for signal in make_motion_signals(point, *record.point(point))}
+        place, velocity = record.point(point)
+        found |= {signal.name: signal for signal in make_motion_signals(point, place, velocity)}
     for name, element in Scene.of(record.mechanism).elements.items():
         if is_asked(name):
             for signal in element.signals(name, record):
@@ -115,15 +116,16 @@ def ledger(record: Record) -> dict[str, Array]:
     stored = {"kinetic": zero, "strain": zero}
     dissipated = {"taken_damping": zero}
     supplied = {"given_drive": zero}
-    kinds = {"stored": ("", stored), "dissipated": ("taken_", dissipated), "supplied": ("given_", supplied)}
+    # by kind: prefix of the names of energies, and the table of their sums
+    sums = {"stored": ("", stored), "dissipated": ("taken_", dissipated), "supplied": ("given_", supplied)}
     of_joints: dict[str, Array] = {}
     for name, element in Scene.of(record.mechanism).elements.items():
-        for kind, what, values in element.energies(name, record):
+        for kind, entry, values in element.energies(name, record):
             if kind == "part":  # of one joint with clearance, already in a sum
-                of_joints[what] = values
+                of_joints[entry] = values
                 continue
-            prefix, energies = kinds[kind]
-            energies[prefix + what] = energies.get(prefix + what, zero) + values
+            prefix, energies = sums[kind]
+            energies[prefix + entry] = energies.get(prefix + entry, zero) + values
     total, lost = sum(stored.values(), zero), sum(dissipated.values(), zero)
     error = total - total[0] + lost - sum(supplied.values(), zero)
     active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in stored.items())
@@ -157,15 +159,15 @@ def _unresolved_stretch(record: Record, signals: Mapping[str, Array]) -> float:
 def _unresolved_bristles(record: Record, signals: Mapping[str, Array]) -> float:
     """Return the largest energies [J] of sliders' bristles, summed over those too stiff for the steps to resolve their vibration.
 
-    Bristles that deflect by less than 1e-4 of the longest link count as too stiff. With a tenfold limit the balance might lack
-    ten times the energy, force times half the deflection; with a tenfold `STRETCH` 100 times, as that goes with its square.
+    Bristles that deflect by less than 1e-4 of the longest link (chosen) count as too stiff. The balance may lack their energy,
+    force times half the deflection: with a tenfold limit ten times as much.
     """
     total = 0.0
     for guide in record.mechanism.guides:
         if isinstance(guide.friction, BristleLaw):
             energies = guide.energies(guide.key, record)
-            # a guide gives the energy of its bristles as the stored one named `contact`
-            stored = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("stored", "contact"))
+            # the entry `contact` of the kind `stored` is the energy of the guide's bristles
+            stored = max(float(values.max()) for kind, entry, values in energies if (kind, entry) == ("stored", "contact"))
             # the signal is named after the point, or after the guide if the point's joint has clearance
             frictions = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
             force = max(float(np.abs(friction).max()) for friction in frictions)

@@ -1,7 +1,7 @@
 """Order of elimination of a mechanism's unknowns by minimum degree, as fronts: small matrices, which the module `fronts` factors.
 
-Unknowns are coordinates, then constraints, for their multipliers. A constraint is eliminated after all its coordinates. Sources
-and reasons: docs/theory-spectral.md, matrices.
+Unknowns are coordinates, then constraints, for their multipliers. A constraint is eliminated after all coordinates in its own
+equation. Sources and reasons: docs/theory-spectral.md, matrices.
 """
 
 from enum import IntEnum
@@ -25,8 +25,8 @@ class Fronts(NamedTuple):
     fronts: Array  # (fronts, 7), columns of `FrontColumn`; a front stands before its parent
     unknowns: Array  # unknowns of each front, its pivots first
     in_parent: Array  # for each unknown of a front after its pivots: its index among the unknowns of the parent
-    slots: Array  # slot of each nonzero of the matrix: its number among all (row, col), (nonzeros,)
-    positions: Array  # index, among the entries of all fronts, at which this nonzero stands, (nonzeros,)
+    slots: Array  # (nonzeros,): slot of each nonzero of the matrix, its index in the arrays row and col of all slots
+    positions: Array  # (nonzeros,): index of the same nonzero among the entries of all fronts
 
     @property
     def size(self) -> int:
@@ -40,7 +40,7 @@ class Fronts(NamedTuple):
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array) -> Fronts:
-    """Return the fronts for so many unknowns, coordinates first, of a matrix with nonzeros at row, col (slots,) if `filled`."""
+    """Return the fronts of a matrix with slots at row, col (slots,), of which the `filled` are nonzero; coordinates are first."""
     return _build_fronts(np.array([row, col, filled], dtype=np.int64).tobytes(), coordinates, unknowns)
 
 
@@ -98,7 +98,8 @@ def _group_unknowns(row: Array, col: Array, coordinates: int, unknowns: int) -> 
 def _eliminate(groups: list[list[int]], adjacent: list[set[int]], coordinates: int) -> list[tuple[list[int], list[int]]]:
     """Return pivots, and unknowns that later fronts eliminate, of a front for each group, by minimum degree."""
     size, is_constraint = [len(members) for members in groups], [members[0] >= coordinates for members in groups]
-    # waiting: number of groups of coordinates to eliminate before a constraint; constraints: those on a group of coordinates
+    # waiting: number of groups of coordinates in a constraint's own equation, which are eliminated before the constraint, without
+    # those that become its neighbours by elimination; constraints: constraints on a group of coordinates
     waiting = [sum(not is_constraint[m] for m in adjacent[g]) if is_constraint[g] else 0 for g in range(len(groups))]
     constraints = [[] if is_constraint[g] else [m for m in adjacent[g] if is_constraint[m]] for g in range(len(groups))]
 

@@ -4,8 +4,8 @@
 
 There are n coordinates q with rates v and accelerations a, and r multipliers lambda; G = dg/dq (r, n). The derivatives of g = 0
 by time are G v = speed and G a = change: `speed` is -dg/dt, which is not zero for drives, `change` has all terms without a. The
-tangents are C = -df/dv and K = -df/dq + d(G^T lambda)/dq. Slots are the entries of M, C, K and G that can be nonzero. `tables`
-says why arrays over the slots have one entry more.
+tangents are C = -df/dv and K = -df/dq + d(G^T lambda)/dq. Slots are the entries of M, C, K and G that can be nonzero. Arrays
+over the slots have one more entry at the end: entries that are always zero go there, and it is never read.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class CompiledScene:
 
     @classmethod
     def of(cls, mechanism: Mechanism, degree: int | None = None) -> CompiledScene:
-        """Translate a mechanism into arrays. A ValueError names a kind that is not supported, or a strut without a neighbour."""
+        """Translate a mechanism into arrays; a ValueError names a kind that is not supported, or a strut with a free end."""
         builder = Builder(mechanism, DEGREE if degree is None else degree)
         masses = [(guide.link, guide.point, guide.mass, 0.0) for guide in mechanism.guides]
         masses += [(*link_of(builder, at), mass, inertia) for at, mass, inertia in Scene.of(mechanism).burdens]
@@ -144,7 +144,7 @@ class CompiledScene:
         is_in_jacobian = (row >= n) | (col >= n)
         can_be_nonzero = (self.tables.mass[:-1] != 0.0) | is_in_jacobian
         if not constant:
-            for first, modes, _first_number in self.tables.modal:
+            for first, modes, _first_number in self.tables.modal:  # columns of `tables.Modal`
                 link = range(first, first + 3 + modes)  # x, y, angle, modes: M changes between all of them
                 can_be_nonzero |= np.isin(row, link) & np.isin(col, link)
         return fronts_of(row, col, n, unknowns, can_be_nonzero)
@@ -167,7 +167,7 @@ class CompiledScene:
         return out if sparse else out.toarray()
 
     def memory(self) -> Array:
-        """Return the memories of forces (forces, 4) before any onset, with the least onset speed, as laws divide by it."""
+        """Return the memories of forces before any onset, (forces, 4): onset speeds are the least, as laws divide by them."""
         out = np.zeros((len(self.tables.forces), 4))
         out[:, Memory.ONSET] = out[:, Memory.FASTEST] = SLOWEST_ONSET
         return out
@@ -244,8 +244,8 @@ class CompiledScene:
         self.reset_turns()
 
     def reset_turns(self) -> None:
-        """Set the angles of all markers to those at t = 0, from which whole turns are counted."""
+        """Compute the angles of all markers at t = 0, from which whole turns are counted."""
         is_on_cable = self.tables.markers[:, Markers.KIND] == MarkerKind.CURVE
-        for m in np.flatnonzero(is_on_cable):  # its angle, the direction of the tangent, is placed within half a turn of the last
+        for m in np.flatnonzero(is_on_cable):  # `_place` gives a tangent's angle within half a turn of the one before
             self.work.state[m, State.ANGLE] = self.builder.angle_of(int(m))
         self._place(self.q0)

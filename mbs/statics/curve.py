@@ -1,9 +1,9 @@
 """Continuation of periodic motions by arc length, with critical points (Seydel 2010, doi 10.1007/978-1-4419-1740-9).
 
 The unknowns are a state x of n coordinates and n rates, and the parameter p: P(x, p) = x for the map P over a period T.
-Constraints leave f free coordinates; equations are solved for 2 f + 1 changes: of these, of their rates and of p. A tangent
-(2 n + 1,) has all coordinates over units, rates over (units 2 pi/T), p over its range. In its length, and so in arcs,
-coordinates and rates are also divided by the size of the motion.
+Constraints leave f free coordinates. P(x, p) = x then has 2 f equations for 2 f + 1 changes: of free coordinates, of their rates
+and of p. A tangent (2 n + 1,) has all coordinates over units, all rates over (units 2 pi/T), and p over its range `span`. The
+length of a tangent, and so an arc, has another scale: coordinates and rates are also divided by the size of the motion.
 """
 
 from collections.abc import Callable, Iterator
@@ -73,7 +73,7 @@ class ResponseCurve:
 
     def __post_init__(self) -> None:
         self.start = self.problem.initial
-        self.span = self.to - self.start
+        self.span = self.to - self.start  # range of the parameter, negative if `to` is below the start
 
     def set_parameter(self, parameter: float) -> None:
         """Set the parameter, and the period with it if the parameter is the frequency [Hz]."""
@@ -93,7 +93,7 @@ class ResponseCurve:
         shooting, changes = self.shooting, []
         basis, out = shooting.basis(state), shooting.run(state)
         monodromy = shooting.monodromy(state, basis, out)
-        for side in (1.0, -1.0):  # differences by p over its range have the same half width as those by x
+        for side in (1.0, -1.0):  # the half width `width` of differences by x is also that by p over its range
             self.set_parameter(parameter + side * shooting.width * self.span)
             projected = shooting.project(state)
             changes.append(shooting.change(projected, basis, shooting.run(projected)))
@@ -104,6 +104,7 @@ class ResponseCurve:
         metric = np.append(np.full(len(slope), size**-2.0), 1.0)
         scaled = self._scaled_basis(basis)
         towards_end = np.append(np.zeros(len(slope)), 1.0)  # increases p over its range; the motion must not lie at a fold
+        # `before @ scaled`: components of the earlier tangent in the basis; the normal gives the product with it in the metric
         normal = towards_end if before is None else metric * (before @ scaled)
         # jacobian @ direction = 0, normal @ direction = 1
         direction = solve(np.vstack([jacobian, normal]), np.append(np.zeros(len(slope)), 1.0))
@@ -177,17 +178,19 @@ class ResponseCurve:
         has_fold = KINDS["fold"](orbit) * KINDS["fold"](new) < 0.0
         for kind, function in KINDS.items():
             if function(orbit) * function(new) < 0.0 and not (kind == "branching" and has_fold):  # 1 is passed at a fold, too
-                root, found = self.find_root(orbit, new, arc, function)
-                curve, error = self, abs(new.parameter - orbit.parameter)  # the error, if the finer curve has no root
+                root, critical = self.find_root(orbit, new, arc, function)
+                # if the finer curve has no root, these stay: this curve, and the change of p in the step as the error
+                curve, error = self, abs(new.parameter - orbit.parameter)
                 with suppress(StaticsError):
-                    finer, state, tangent = self.refine(orbit)
+                    finer, state, tangent = self.refine(orbit)  # at the parameter of the orbit
                     periodic = finer.shooting.search(state).state  # by Newton's method, from later periods if it fails
                     start = finer.compute_orbit(periodic, orbit.parameter, tangent)
                     refined = finer.refine_root(start, function, root, arc)
-                    error, found, curve = min(error, abs(refined.parameter - found.parameter)), refined, finer
+                    error = min(error, abs(refined.parameter - critical.parameter))
+                    critical, curve = refined, finer
                 # multipliers of a `Rest` are Lagrange's, of which none are kept here
-                rest = Rest(found.found.state.q, multipliers=np.empty(0), parameter=found.parameter)
-                yield root, CriticalMotion(kind, rest, curve.make_motion(found), error)
+                rest = Rest(critical.found.state.q, multipliers=np.empty(0), parameter=critical.parameter)
+                yield root, CriticalMotion(kind, rest, curve.make_motion(critical), error)
 
     def find_root(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit]:
         """Find the root of a function in a step by Brent's method; return its arc and motion, or the nearest if that fails."""
@@ -240,7 +243,7 @@ class ResponseCurve:
             except StaticsError:
                 if arc <= 1e-5:  # after some ten failures
                     return orbits, criticals, "singular"
-                arc *= 0.4  # repeat the step, which failed, must be shorter or has a critical point not found; 0.4: chosen
+                arc *= 0.4  # chosen; a shorter step may find the motion or the critical point that this one has not found
                 continue
             orbits.append(new)
             arc = next_arc(arc, self.angle(last, new), longest)

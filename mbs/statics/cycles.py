@@ -122,7 +122,7 @@ def _refine(shooting: Shooting, found: Found, keeps_degree: bool) -> Periodic:
         q, v = (prolong(shooting.scene, finer.scene, part) for part in (found.state.q, found.state.v))
         start = found.state._replace(q=q, v=v)
         try:
-            new = finer.search(start, found.monodromy)  # with more coordinates `newton` computes a matrix of its own
+            new = finer.search(start, found.monodromy)  # a matrix for fewer coordinates is not used: `newton` computes one
         except SEARCH_STOPS:
             break
         new_values, changes, change = compare_multipliers(finer, start, new, values)
@@ -158,7 +158,8 @@ def describe_change(multiplier: complex) -> str:
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Make the result: stability, status, message, and the motion over the period; an unstable motion is OK, too."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.autonomous and len(values) else None
-    grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & (np.arange(len(values)) != trivial)  # None: all
+    is_other = np.arange(len(values)) != trivial  # True for all multipliers if `trivial` is None
+    grows = (np.abs(values) > 1.0 + np.maximum(errors, CRITICAL_ACCURACY)) & is_other
     message = []
     if grows.any():
         worst = complex(values[grows][0])

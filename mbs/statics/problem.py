@@ -69,7 +69,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
-        self.value, self.label = 0.0, "factor of the loads"  # of the constraint, as given; in drawings
+        self.value = 0.0  # value of the constraint `row` in the mechanism as given
+        self.label = "factor of the loads"  # name of the parameter in drawings
         if self.row >= 0:
             self.value, self.label = self.scene.tables.values[self.row], f"travel of {self.scene.row_names[self.row]} [rad or m]"
 
@@ -109,7 +110,7 @@ class Problem:
         return self.scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Equations]:
-        """Return the residuals f - G^T lambda and g with the assembly."""
+        """Return the residuals f - G^T lambda (n,) of the forces and g (r,) of the constraints, and the assembled equations."""
         a = self.assemble(rest, tangents)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
@@ -120,28 +121,28 @@ class Problem:
         return np.concatenate([next_force - force, next_gap - gap])
 
     def scale_matrix(self, a: Equations, added: Array | float = 0.0) -> tuple[Matrix, float]:
-        """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the unit F; `added` entries are added to K."""
-        unit = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
+        """Return [[U K U/F, (G U)^T], [G U, 0]], U = diag(units), and the force unit F; `added` entries are added to K."""
+        unknown_units = np.concatenate([self.units, np.ones(len(self.scene.tables.rows))])
         row, column = self.scene.tables.row, self.scene.tables.col  # indices of the entries in the matrix
-        weight = np.append(unit[row] * unit[column], 0.0)  # for the last entry, which is in no matrix, see `Equations.entries`
-        k = (a.entries[MatrixRow.STIFFNESS] + added) * weight
+        entry_units = np.append(unknown_units[row] * unknown_units[column], 0.0)  # 0 for the last entry, which is in no matrix
+        k = (a.entries[MatrixRow.STIFFNESS] + added) * entry_units
         diagonal = np.abs(k[:-1][row == column])
         force_unit = float(np.median(diagonal[diagonal > 0.0])) if diagonal.any() else 1.0  # F
-        return a.build(k / force_unit + a.entries[MatrixRow.JACOBIAN] * weight), force_unit  # G with its transpose
+        return a.build(k / force_unit + a.entries[MatrixRow.JACOBIAN] * entry_units), force_unit  # JACOBIAN: G and G^T
 
     def newton(self, rest: Rest, plane: Plane | None = None, must_decrease: bool = False, origin: Rest | None = None) -> Rest:
         """Find an equilibrium by Newton's method at the parameter of a state or on a plane; raise a StaticsError if it diverges.
 
-        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are separate unknowns,
-        which start from those at the `origin`, an equilibrium near the guess. By default it is `rest` itself.
+        With `must_decrease` a step longer than the one before counts as divergence. Stresses of strips are more unknowns, which
+        the assembly eliminates. They start from the stresses at the `origin`, an equilibrium near the guess, `rest` by default.
         """
         previous, converges = np.inf, False
         with self._free_stresses(origin or rest, rest.q):
             for _ in range(25):  # chosen, as the limits below, for changes in units of the coordinates
                 rest, largest = self.step(rest, plane)
-                next_step = largest * (largest / previous) ** 2  # if convergence is quadratic
-                cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous  # or if it is not quadratic any more
-                grows_by_rounding = previous < largest < 1e-8  # near a critical point rounding may exceed 1e-10
+                next_step = largest * (largest / previous) ** 2  # quadratic convergence squares the ratio of successive steps
+                cannot_improve = next_step < 10 * EPS or largest > 0.1 * previous  # above 0.1 it is not quadratic any more
+                grows_by_rounding = previous < largest < 1e-8  # near a critical point rounding may exceed 1e-10: it is accepted
                 converges = (largest < 1e-10 and cannot_improve) or grows_by_rounding
                 if converges or not np.isfinite(largest) or (must_decrease and largest > previous):
                     break
@@ -180,7 +181,7 @@ class Problem:
             step = solve(bordered, np.concatenate([force * self.units / force_unit, -gap, [distance]]))
             change_p = float(step[-1]) * plane.unit
         largest = float(np.abs(step[:n]).max(initial=0.0))
-        share = min(1.0, LONGEST_STEP / max(largest, 1e-300))  # any, if the step is not finite: `newton` then ends
+        share = min(1.0, LONGEST_STEP / max(largest, 1e-300))  # meaningless if the step is not finite: `newton` then ends
         q = rest.q + share * step[:n] * self.units
         if self.scene.work.strip_form[0] != STRESSES_BY_COORDINATES:
             update_stresses(self.scene.tables, self.scene.work, q - rest.q)
