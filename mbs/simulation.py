@@ -63,8 +63,8 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: _run_engine, Spectral: _run_c
 `Spectral` also takes its compiled `scene`, if it is known."""
 Solver = Exudyn | Spectral | Closure
 STALLED = 3
-"""Number of last repetitions that together must halve the shift of edges, to go on: between two runs the largest change of the
-time of an edge, over its distance from the nearest one (`Passed.shift`)."""
+"""Number of last runs in which the smallest shift of edges must be at most half the smallest shift before; else repetition ends.
+`Passed.shift` is the largest change of an edge's time between two runs, over its distance from the nearest other edge."""
 
 
 @one_thread()
@@ -114,7 +114,7 @@ def simulate(
     listed = (shapes,) if isinstance(shapes, int | float) else as_tuple("shapes", shapes)
     times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(listed)])
     single = solver if accuracy is None else None  # solver of a single run, whose error is not estimated
-    numbers_of_runs = (2, 5) if single is None else (1, 1)  # least and largest that most results need, for the expected time
+    numbers_of_runs = (2, 5) if single is None else (1, 1)  # chosen: least and largest that most results need
     runs = _Runs(mechanism, timeout, forecast(progress, numbers_of_runs))
     with use_memory(runs.memory):
         for name, element in Scene.of(mechanism).elements.items():
@@ -161,7 +161,8 @@ class _Runs:
             passed = self.memory.find_passed(run.record.time, run.record.user_functions())
             shifts.append(passed.shift)
             has_settled = passed.shift <= SETTLED
-            has_stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2
+            has_stalled = min(shifts[-STALLED:]) > min(shifts[:-STALLED], default=inf) / 2  # False in the first three runs
+            # steps of the next run end on `passed.edges`: while there are any, a further run is needed
             if passed.too_many or ((has_settled or has_stalled) and not len(passed.edges)):
                 break
         if passed.too_many or len(passed.edges):
@@ -219,7 +220,7 @@ class _Runs:
             return replace(result, status=Status.TIMED_OUT, message="; ".join(filter(None, (best, shortfall))))
         if answer.chaos:
             status = answer.chaos if isinstance(demand, Asked) else Status.OK  # without an accuracy chaos is no fault
-            note_on_chaos, *_ = answer.errors.notes  # `refine` puts it first
+            note_on_chaos, *_ = answer.errors.notes  # `refine` puts it first; it becomes the message
             return replace(result, status=status, message=note_on_chaos)
         return result.suspect(shortfall) if shortfall else result
 

@@ -1,7 +1,8 @@
 """Growth rates of the bending of strips in the poses of a run, from the tangent of the compiled solver's equations.
 
-In each pose a strip has its stress-free shape from its recorded start on, turned with its chord and stretched, so that its end is
-only near the recorded one. The multipliers of constraints balance the applied forces best, by least squares, without inertia.
+In each pose a strip has its stress-free shape, put at the recorded start, turned with the recorded chord and stretched by its
+tension. The shape is not scaled to the chord, so that its end is only near the recorded end. The multipliers of constraints
+balance the applied forces best, by least squares, without inertia.
 """
 
 from typing import Any
@@ -46,7 +47,7 @@ class Growth:
             else:
                 place, _velocity, _acceleration = motion.centre()
                 turn_since_start, _rate = motion.turn(link.start)
-                q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn_since_start[k]]
+                q[body.offset : body.offset + 3] = [*place[k], q[body.offset + 2] + turn_since_start[k]]  # x, y, angle
         for offset, name, point, is_rotor in self.scene.builder.separate_masses:  # with own coordinates: x and y, or an angle
             if not is_rotor:  # the angle of a rotor is only in a linear constraint, so that the tangent does not depend on it
                 place, _velocity = self.record.links[name].point(point)
@@ -88,7 +89,7 @@ class Growth:
             arc = np.array([piece.start, piece.end]) / strip.pieces[-1].end  # share of the length, 0 to 1
             of_chord = normal @ mode[first] * (1 - arc) + normal @ mode[last] * arc
             at_ends = normal @ mode[piece.dofs[:2, :2]] - of_chord
-            inner = normal @ mode[piece.dofs[:2, 2:]]  # coefficients of polynomials whose largest value is below 1
+            inner = normal @ mode[piece.dofs[:2, 2:]]  # coefficients of polynomials below 1: the largest counts as deflection
             deflection = max(deflection, float(np.abs(at_ends).max()), float(np.abs(inner).max(initial=0.0)))
         motions = np.abs(mode / self.scene.units * self.scene.length)  # [m]; angles count at the arm of the longest link
-        return deflection > 0.05 * float(motions.max())  # less is a motion of the mechanism
+        return deflection > 0.05 * float(motions.max())  # 0.05 is chosen: less is a motion of the mechanism

@@ -53,11 +53,12 @@ class Part(Spec):
     def write(self, name: str, value: object) -> Any:
         """Return the object as a table, with its kind unless the table shows the kind without it.
 
-        It does if one kind is allowed, or if the field has the kind's name, as `section`, and the keys fit no other kind.
+        The kind is left out if it is the only one allowed. It is also left out if the field has the kind's name, as `section`
+        has that of `Section`, and the keys fit no other kind.
         """
         kinds, kind = self.kinds_by_name(), type(value)
         if kind not in kinds.values():
-            raise nameless(name, value)
+            raise nameless(name, value)  # a ValueError
         content = fields_written(name, value)
         field_has_name_of_kind = name.rpartition(".")[2] == kind.__name__.lower()
         if len(kinds) == 1 or (field_has_name_of_kind and _list_fitting(content, kinds) == [kind]):
@@ -101,7 +102,8 @@ def _is_kind_of(found: object, base: Any) -> bool:
 def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], extra: Iterable[str] = ("kind",)) -> Any:
     """Make an object from its table; a ValueError is one line that begins with the path.
 
-    `name` is the path of the table, `kinds` are the allowed classes, `extra` further keys that messages list as known.
+    `name` is the path of the table, `kinds` are the allowed classes. `extra` are keys that a file may have, but which are
+    removed before the fields are read; messages list them as known.
     """
     raw = dict(table)
     kind = _kind(name, raw, kinds)
@@ -118,7 +120,7 @@ def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], ext
             raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{doc}")
     try:
         return kind(**values)
-    except RefusalError as error:  # of a part that contradicts others; `place` is its path below the table
+    except RefusalError as error:  # of a part that contradicts others; `error.place` is the part's path below the table
         path = ".".join(filter(None, (name, error.place)))
         raise ValueError(f"{path}: {error}" if path else str(error)) from None
     except (ValueError, TypeError, ArithmeticError) as error:  # of fields that contradict each other, or of a user's class
@@ -138,7 +140,7 @@ def _kind(name: str, raw: dict[str, object], kinds: Mapping[str, type]) -> type:
             raise ValueError(f"{name}.kind = {show(given)}: {reason}")
         return kinds[given]
     candidates = list(kinds.values()) if len(kinds) == 1 else _list_fitting(raw, kinds)
-    if not candidates:  # a key is wrong: take the class that alone has any of the keys, so that `build` names the wrong one
+    if not candidates:  # a key is wrong: take the only class that has any of the keys, so that `build` names the wrong key
         candidates = [kind for kind in kinds.values() if set(raw) & set(declarations(kind))]
     if len(candidates) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")

@@ -47,7 +47,7 @@ class SpectralStrip:
     section: Section | Profile
     pieces: Sequence[Piece]
     stations: Mapping[str, float]  # arc length of each of the link's points [m]
-    reference: Array  # stress-free coordinates, (coordinates,)
+    reference: Array  # stress-free coordinates, which are those at t = 0, (coordinates,)
     q: Array  # coordinates, (times, coordinates)
     q_t: Array  # their rates
     q_tt: Array  # their second rates
@@ -106,7 +106,8 @@ class SpectralStrip:
 
     def kinetic(self) -> Array:
         """Integrate the kinetic energy [J], (times,)."""
-        density = np.array([self.section.mass_per_length] * 2 + [self.section.inertia_per_length] * self.shears)  # 3 with shear
+        # a third entry, for the angle, if the strip shears: Kirchhoff's strip has no rotary inertia
+        density = np.array([self.section.mass_per_length] * 2 + [self.section.inertia_per_length] * self.shears)
         total = np.zeros(len(self.q_t))
         for piece in self.pieces:
             xi, w = gauss(piece.degree + 1)  # exact for squares of polynomials
@@ -131,7 +132,8 @@ class SpectralStrip:
 
     def _compute_strains(self, piece: Piece) -> tuple[Array, list[Array], list[Array]]:
         """Compute weights [m], strains (axial, shear, bending) less stress-free ones, and rates of a piece, (times, points)."""
-        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)  # as in `strip_body`, see docs/theory-spectral.md
+        # the solver's points, see docs/theory-spectral.md, Bodies
+        xi, w = gauss(piece.degree if self.shears else piece.degree + 1)
         strains_of, order = (reissner, 1) if self.shears else (kirchhoff, 2)
         states = (self.q, self.q_t, self.reference[None])
         fields, field_rates, free_fields = ([self._evaluate_fields(q, piece, xi, i) for i in range(order + 1)] for q in states)
@@ -156,7 +158,7 @@ class SpectralStrip:
         return np.asarray(axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length)
 
     def line(self, per_element: int = 4) -> Array:
-        """Evaluate positions along the link at the arc lengths `arcs`, (times, arcs, 2)."""
+        """Evaluate positions along the link at the arc lengths of `arcs`, (times, arc lengths, 2)."""
         return np.stack([self._evaluate_at(float(arc), self.q)[:, :2] for arc in self.arcs(per_element)], axis=1)
 
     def middle(self) -> Array:
@@ -164,7 +166,7 @@ class SpectralStrip:
         return self._evaluate_at(self.length / 2, self.q)[:, :2]
 
     def arcs(self, per_element: int = 4) -> Array:
-        """Return the stress-free arc lengths [m] of `line`, at equal distances: as many as if the strip had 8 finite elements."""
+        """Return the equally spaced stress-free arc lengths [m] of `line`: as many as of 8 finite elements, a chosen number."""
         return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 
@@ -177,6 +179,7 @@ def reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:
     """
     c, s, spin = np.cos(q[0][..., 2]), np.sin(q[0][..., 2]), v[0][..., 2]
     x, y, xt, yt = q[1][..., 0], q[1][..., 1], v[1][..., 0], v[1][..., 1]
+    # x, y are the derivatives x', y'; xt, yt their rates
     axial, shear = c * x + s * y, -s * x + c * y
     rates = [c * xt + s * yt + spin * shear, -s * xt + c * yt - spin * axial, v[1][..., 2]]
     return [axial - 1.0, shear, q[1][..., 2]], rates

@@ -35,7 +35,7 @@ def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
 
 def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     """Add the constraint of a link's point to a line of the ground, and friction along the line."""
-    row = len(builder.rows)  # index of the constraint that `connect` adds
+    row = len(builder.rows)  # index of the one constraint that `connect` adds; its reaction is the normal force of the friction
     connect(builder, name, guide)
     friction = guide.friction
     if friction is None:
@@ -55,7 +55,7 @@ def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     mechanism = builder.mechanism
     across = stop.face_normal(mechanism)
     a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
-    b = builder.marker(origin.body, origin.point)
+    b = builder.marker(origin.body, origin.point)  # origin: a point fixed in the body of the face; a: the point that strikes
     arm = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
     start = arm[0] * across[0] + arm[1] * across[1]  # distance of the point from the origin b, across the face, at t = 0
     face = start + stop.distance_to_face(mechanism)  # distance of the face from the origin b
@@ -163,7 +163,7 @@ def add_spring_force(builder: Builder, name: str, load: Spring | TorsionSpring, 
 
 
 def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
-    """Add a spring and damper on the angle of the second body less that of the first."""
+    """Add a spring and damper on the angle of the second body less that of the first; `free_angle` counts from t = 0."""
     first, second = (marker_at(builder, at) for at in load.ends(builder.mechanism))
     free = builder.angle_of(second) - builder.angle_of(first) + (load.free_angle or 0.0)
     add_spring_force(builder, name, load, builder.add_measure(MeasureKind.ANGLE, second, first), free)
@@ -193,7 +193,7 @@ def add_element(builder: Builder, name: str, element: Element) -> None:
     """Add a joint, guide, stop, load, drive or coupling; one of a kind that is not in the table is added by its constraints."""
     kind = type(element).__name__
     add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
-    if add is None and not any(element.rows(builder.mechanism)):
+    if add is None and not any(element.rows(builder.mechanism)):  # it has no row, as each row is true
         raise ValueError(f"{kind}: the compiled solver does not know this kind, and it has no rows")
     (add or connect)(builder, name, element)
 

@@ -18,7 +18,7 @@ from .tables import Forces, Markers, Report, State, StatefulData
 
 @kernel_function
 def _read_counts(tables, k):
-    """Return for force k State.X or, for a torque, State.ANGLE; number of its components, 2 or 1; number of its law's states."""
+    """Return for force k the first column, State.X or State.ANGLE; the number of components, 2 or 1; the number of states."""
     d = tables.forces[k, Forces.NUMBERS]  # index of its first number
     return int(tables.data[d]), int(tables.data[d + StatefulData.COUNT]), int(tables.data[d + StatefulData.STATES])
 
@@ -33,11 +33,11 @@ def _evaluate(tables, work, k, r, count):
 
 @kernel_function
 def _find_coordinate(tables, k, first, count, component):
-    """Find component p_c: return its marker, its row of work.jacobian, and where the marker's coordinates begin in the block."""
+    """Return of component p_c the marker, the row of work.jacobian, and the row of the marker's first coordinate in the block."""
     a, state = tables.forces[k, Forces.A], component - count
     if state < 0:  # rows of work.jacobian are x, y, angle, as the first columns of `State`
         return a, first + component, 0
-    b = tables.forces[k, Forces.B]  # first marker of a state; their coordinates follow those of a in the block
+    b = tables.forces[k, Forces.B]  # first marker of a state; in the block the coordinates of states, one each, follow those of a
     return b + state, State.ANGLE, tables.markers[a, Markers.COUNT] + state * tables.markers[b, Markers.COUNT]
 
 
@@ -82,7 +82,7 @@ def add_stateful_tangents(tables, work, k, t, q):
         component = c if is_coordinate else c - count
         marker_c, column_c, first_c = _find_coordinate(tables, k, first, count, component)
         x = arguments[1 + c]
-        h = 1e-6 * max(abs(x), 1e-3)  # rounding and truncation are both small; 1e-3: not zero at x = 0
+        h = 1e-6 * max(abs(x), 1e-3)  # chosen, for small rounding and truncation; 1e-3, in the unit of x: h > 0 at x = 0
         for r in range(count + states):
             arguments[1 + c] = x + h
             slope = _evaluate(tables, work, k, r, count)
@@ -93,7 +93,7 @@ def add_stateful_tangents(tables, work, k, t, q):
                 push = slope * work.jacobian[column_r, tables.markers[marker_r, Markers.FIRST] + i]
                 for j in range(tables.markers[marker_c, Markers.COUNT]):
                     at = tables.markers[marker_c, Markers.FIRST] + j
-                    if is_coordinate:
+                    if is_coordinate:  # the signs: the stiffness is -df/dq, the damping -df/dv
                         work.block_stiffness[first_r + i, first_c + j] -= push * work.jacobian[column_c, at]
                     else:
                         work.block_damping[first_r + i, first_c + j] -= push * work.jacobian[column_c, at]
@@ -101,4 +101,5 @@ def add_stateful_tangents(tables, work, k, t, q):
         arguments[1 + c] = x
     moment = out[Report.VALUE] if count == 1 else 0.0
     opposite = -out[Report.FX], -out[Report.FY], -moment  # as the stiffness is -df/dq
-    add_geometric(tables, work, tables.forces[k, Forces.A], q, opposite, work.block_stiffness, 0)  # its rows are the first
+    # the term with dJ/dq, at the coordinates of the force's marker, which are the first in the block
+    add_geometric(tables, work, tables.forces[k, Forces.A], q, opposite, work.block_stiffness, 0)

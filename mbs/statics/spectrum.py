@@ -1,9 +1,9 @@
 """Small motions about a state: eigenvalues of the equations of motion, linearised there, with their rounding errors.
 
 Small motions are solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. M is the mass, C the damping, K the
-tangent stiffness, G the Jacobian of the constraints, with changes l of their multipliers; X is friction that follows constraint
-forces. Follower forces make K unsymmetric (Bolotin 1963, ch. 1), and C need not be symmetric. A state is unstable if an s has a
-positive real part.
+tangent stiffness, G (r, n) the Jacobian of the constraints, l (r,) the changes of their multipliers. X (r, n) belongs to friction
+that follows constraint forces: X^T l is the change of the friction forces. Follower forces make K unsymmetric (Bolotin 1963,
+ch. 1), and C need not be symmetric. A state is unstable if an s has a positive real part.
 
 Without damping mu = -s^2 are the eigenvalues of K and M. In a thin strip the highest mu has a larger rounding error than the
 lowest mu itself. Therefore eigenvalues of (K + shift M)^-1 M are computed, theta = 1/(shift + mu). Left and right vectors are y
@@ -58,12 +58,12 @@ class Tangent:
         basis = sparse_null_space if sparse else null_space
         free = basis(a.jacobian, scene.units)
         test = basis(a.jacobian - a.cross, scene.units) if has_entries(a.cross) else free  # `a.cross` is X
-        large = abs(a.stiffness).diagonal().copy()
+        bounds = abs(a.stiffness).diagonal().copy()  # of the summands on the diagonal of K
         for piece in (piece for strip in scene.strips for piece in strip.pieces):
-            # the stiffness across a strip is a difference of numbers as large as its axial stiffness: bound both by that
+            # the stiffness across a strip is a difference of numbers as large as its axial stiffness: both get the larger entry
             x, y = piece.dofs[:2]
-            large[x] = large[y] = np.maximum(large[x], large[y])
-        summands = abs(a.stiffness) + (diags_array(large) if sparse else np.diag(large))
+            bounds[x] = bounds[y] = np.maximum(bounds[x], bounds[y])
+        summands = abs(a.stiffness) + (diags_array(bounds) if sparse else np.diag(bounds))
         return cls(scene.mass_at(q, sparse), a.damping, a.stiffness, free, test, summands)
 
     @property
@@ -76,7 +76,7 @@ class Tangent:
 
     @property
     def definite(self) -> bool:
-        """True if the energy has a minimum, so that nothing grows (Kelvin, Tait, Chetaev); always False for sparse matrices."""
+        """True if the energy is shown to have a minimum: then nothing grows (Kelvin, Tait, Chetaev). Sparse K are not tested."""
         k = self.reduce(self.stiffness)
         if not issparse(k) and self.conservative:
             with suppress(np.linalg.LinAlgError):
@@ -106,7 +106,7 @@ class Spectrum:
     def neutral(self) -> Array:
         """True for eigenvalues that are zero to rounding: rigid motions, or at critical points."""
         size = np.abs(self.values)
-        return (size <= self.rounding) & (size**2 <= self.shift)  # larger ones with such an error are inaccurate, but not zero
+        return (size <= self.rounding) & (size**2 <= self.shift)  # above the shift such a value is inaccurate, not zero
 
     @property
     def growth(self) -> Array:
@@ -139,7 +139,8 @@ def spectrum(tangent: Tangent, known_shift: float = 0.0, count: int = LOWEST_COU
 def _errors_by_condition(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
     """Estimate rounding errors of eigenvalues s by their condition numbers; for double ones by the square root of the rounding.
 
-    `slope` is the derivative of y^H (s^2 M + s C + K) z by s, `mass` half the second one. Absolute values of all bound rounding.
+    `slope` is the derivative of y^H (s^2 M + s C + K) z by s, `mass` half the second one.
+    Rounding is bounded by the same products with absolute values.
     """
     mass, damping = (np.einsum("ij,ij->j", left.conj(), matrix @ right) for matrix in (tangent.mass, tangent.damping))
     slope, error = damping + 2.0 * values * mass, np.zeros(len(values))
@@ -164,13 +165,13 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
         shift = next_shift
         mu, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, mu, left, right, shift)
-        if known:  # it may exceed the lowest |mu|
+        if known:  # a known shift may exceed the lowest |mu|, so that only mu near -shift counts; 0.2 is chosen
             is_away = float(np.abs(mu + shift).min()) >= 0.2 * shift
         else:
             is_away = lowest >= 1.5 * shift  # 1.5: a chosen margin
-        if is_away and lowest <= 100.0 * shift:
+        if is_away and lowest <= 100.0 * shift:  # 100: chosen
             break
-        # the nearest mu is between -1.2 and -0.8 times a known shift: go towards zero, or to half the lowest |mu|
+        # if a mu is near minus a known shift, go towards zero by the chosen 0.6; otherwise to half the lowest |mu|
         next_shift = 0.6 * shift if known and not is_away else 0.5 * lowest
     theta = 1.0 / np.where(mu == -shift, EPS, mu + shift)  # EPS: any small number, as 1/theta was lost in mu
     errors = _errors_of_inverse(theta, left, m @ right)  # of M (K + shift M)^-1, whose left and right vectors are y and M z
@@ -191,7 +192,10 @@ def _undamped_modes(tangent: Tangent, m: Matrix, k: Matrix, known: float, count:
 def _use_quotients(
     m: Matrix, k: Matrix, trial: Array, mu: Array, errors: Array, vectors: Array
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """Replace mu, errors and vectors by Rayleigh quotients of trial vectors (z^T M z = 1) with a residual below the error."""
+    """Replace mu, errors and vectors by those of trial vectors (z^T M z = 1) where these have the smaller error.
+
+    Their mu are Rayleigh quotients, whose errors follow from residuals.
+    """
     solve_mass = splu(csc_array(m)).solve if issparse(m) else partial(solve, m)
     quotient = np.einsum("ij,ij->j", trial, k @ trial)
     residual = k @ trial - m @ trial * quotient
@@ -219,8 +223,8 @@ def _lowest(tangent: Tangent, m: Matrix, mu: Array, left: Array, right: Array, s
 def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
     """Solve s^2 M z + s C z + K z = 0 by the inverse at a real shift; return s with Im s >= 0, vectors, errors, shift^2.
 
-    With h = shift, x = (z, z'/h) has x' = A x. From (A - h) x = b follow the rows of the inverse, whose eigenvalues are
-    theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.
+    With h = shift, x = (z, z'/h) has x' = A x. From (A - h) x = (b1, b2) follow the rows of the inverse, whose eigenvalues
+    are theta = 1/(s - h): (K + h C + h^2 M) z = -(C + h M) b1 - h M b2 and z'/h = z + b1/h.
     """
     n, least = len(m), float(np.sqrt(_first_shift(m, k)))
     next_shift = least
@@ -237,7 +241,7 @@ def _damped_modes(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array
         values, left, right = values[upper], solve(m, left[n:, upper]), right[:n, upper]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
         is_near = 1.5 * shift <= lowest <= 10.0 * shift  # below the lowest |s|, by a margin, but not far
-        if is_near or (shift == least and lowest <= 2.0 * least):  # a smaller shift than the least is lost in rounding
+        if is_near or (shift == least and lowest <= 2.0 * least):  # the next shift would be `least` again
             break
         next_shift = max(least, 0.5 * lowest)
     return values, left, right, errors, shift**2

@@ -22,8 +22,10 @@ class Frequencies(Answer):
     """Small motions exp(s t) about an equilibrium, in the order of |s|; those that decay without oscillation come last.
 
     At the coordinates `q` (n,), `values` (count,) are the exponents s [1/s], zero below the rounding error, and `shapes`
-    (n, count) their eigenvectors. `errors` (count,) of |s|/2 pi [Hz] are the largest of rounding, the change by a higher degree
-    of the strips, and the change by kinks of laws. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth', 'flutter'.
+    (n, count) their eigenvectors. Of two conjugate exponents only the one with Im s > 0 is given.
+
+    `errors` (count,) of |s|/2 pi [Hz] are the largest of three: rounding, the change by a higher degree of the strips, and the
+    change by kinks of laws. `names` are 'rigid motion of ...', 'vibration', 'decay', 'growth', 'flutter'.
     """
 
     scene: CompiledScene
@@ -96,9 +98,9 @@ def _make_failure(scene: CompiledScene, status: Ending, message: str) -> Frequen
 
 
 def _spectrum(problem: Problem, rest: Rest) -> Spectrum:
-    """Compute the spectrum at a state, with values of zero where they are below rounding; the scene keeps the loads as given."""
-    found = problem.spectrum(rest)  # sets the load factor of the state in the scene
-    problem.set_parameter(problem.initial)
+    """Compute the spectrum at a state; eigenvalues below their rounding error become zero."""
+    found = problem.spectrum(rest)  # changes the load factor in the scene to that of the state
+    problem.set_parameter(problem.initial)  # restores the loads as given
     return replace(found, values=np.where(found.neutral, 0.0, found.values))
 
 
@@ -113,7 +115,7 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
             state = finer.newton(state)
             new = _spectrum(finer, state)
         except SEARCH_STOPS as error:
-            # a stop after an earlier refinement leaves its errors valid; after a failure at a higher degree they are doubtful
+            # errors of an earlier refinement hold if the user stops; they are unknown without one, or if a finer search fails
             keeps_errors = isinstance(error, USER_STOPS) and previous < np.inf
             if not keeps_errors:
                 errors = np.full(len(errors), np.inf)
@@ -139,13 +141,16 @@ def _refine(problem: Problem, rest: Rest, count: int, keeps_degree: bool) -> Fre
 
 
 def _changes_by_kinks(problem: Problem, rest: Rest, found: Spectrum, count: int) -> Array:
-    """Compute the changes of eigenvalues at small displacements, (count,); 0 if no law of a user has a kink."""
+    """Compute the changes of eigenvalues of the tangent at displaced states, (count,); 0 if no law of a user has a kink.
+
+    A displaced state need not be an equilibrium: only the change of the tangent counts.
+    """
     values = found.values[:count]
     changes = np.zeros(len(values))
     scene = problem.scene.source
     has_laws = has_user_code(scene.mechanism) or any(getattr(load, "law", None) for load in scene.mechanism.loads)
     for k, shape in enumerate(np.real(found.shapes[:, :count]).T if has_laws else ()):
-        # displacement, in units of coordinates 1e-4: chosen
+        # the coordinate that changes most changes by 1e-4 of its unit, a chosen number
         step = 1e-4 * shape / max(np.abs(shape / problem.units).max(), 1e-300)
         for sign in (1, -1):
             displaced = _spectrum(problem, rest._replace(q=rest.q + sign * step)).values[: len(values)]
@@ -163,7 +168,7 @@ def _frequencies(scene: CompiledScene, q: Array, found: Spectrum, errors: Array,
             names.append("flutter" if value.imag else "growth")
         else:
             names.append("vibration" if value.imag else "decay")
-    limits = LARGEST_ERROR * np.abs(values)
+    limits = LARGEST_ERROR * np.abs(values)  # [1/s], as `errors`; LARGEST_ERROR is the 1e-4 of the message below
     wrong = [i + 1 for i, (limit, error) in enumerate(zip(limits, errors, strict=True)) if error > limit > 0.0]
     notes = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
     advice = "a law has a kink where it rests: simulate small motions" if kinked else "give a higher degree"

@@ -15,7 +15,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 
-os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
+os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")  # so that runs do not depend on a file in the home directory
 import exudyn as exu
 import exudyn.itemInterface as eii
 
@@ -110,7 +110,8 @@ def _settings() -> Any:
 def buckled_strip(section: Section, length: float, shortenings: Array, elements: int) -> Array:
     """Compute the force of the pinned strip [N] at rising end shortenings; each static solution starts from the one before.
 
-    The first one starts from a half-sine of approximate height: a straight strip would stay straight.
+    The first one starts from a half-sine of approximate height: a straight strip would stay straight. If one
+    solution fails, all forces are nan.
     """
     job = _System()
     nodes = _half_sine_nodes(job, length, float(shortenings[0]), elements)
@@ -145,7 +146,7 @@ def _half_sine_nodes(job: _System, length: float, shortening: float, elements: i
     """Add the nodes of a straight strip, displaced to a half-sine of an end shortening; return their numbers.
 
     A half-sine of height h shortens a strip of length L by the share (pi h / (2 L))^2. The coordinates of a node are x, y and the
-    components of its slope vector, (1, 0) in the straight strip.
+    components of its slope vector, (1, 0) in the straight strip. The slope is taken as the angle, as this is a first guess only.
     """
     height = 2 / np.pi * np.sqrt(shortening) * length
     nodes = []
@@ -203,7 +204,7 @@ def _add_crank(job: _System, length: float, speed: float, pin: int) -> None:
 
 
 def _add_slider(job: _System, mechanism: Mechanism, end: int) -> None:
-    """Add the slider, a mass on the x axis, and its stop if the mechanism has one."""
+    """Add the slider, a mass on the x axis at the mechanism's point B, and its stop if the mechanism has one."""
     guide, (start, _) = mechanism.guide("B"), mechanism.points["B"]
     node = job.system.AddNode(eii.NodePoint2D(referenceCoordinates=[start, 0]))
     job.add(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
@@ -221,7 +222,7 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
     """Make the engine's function for the force of a stop at negative x; `face` is the slider's displacement at contact [m]."""
 
     def force(_system: object, _time: float, _item: int, x: float, v: float, *_: float) -> float:
-        """Compute the force of a spring [N], which the engine counts positive where it pulls the slider to negative x."""
+        """Compute the force [N] with the engine's sign of a spring: negative where it pushes the slider to positive x."""
         depth, depth_rate = face - x, -v
         return -max(0.0, law.stiffness * depth + law.damping * depth_rate) if depth > 0 else 0.0
 
@@ -229,7 +230,10 @@ def _stop_force(law: KelvinVoigt, face: float) -> Callable[..., float]:
 
 
 def chain(mechanism: Mechanism, times: Array, steps: int, relative: float, absolute: float) -> Array:
-    """Compute the path of the last bar's centre, or of the last cable's end, in a chain of equal links, (times, 2) [m]."""
+    """Compute the path of the last bar's centre, or of the last cable's end, in a chain of equal links, (times, 2) [m].
+
+    The chain is pinned to the origin and lies along the x axis at t = 0.
+    """
     job, body, gravity = _System(), mechanism.links[0].body, mechanism.gravity
     previous_end = job.mark_body(job.add(eii.ObjectGround()), 0.0)
     for link in mechanism.links:

@@ -49,7 +49,7 @@ class Explorer:
     ) -> None:
         self.path, self.duration, self.measures, self.timeout = path, file.duration, file.measures, timeout
         self.lock, self.changed = Lock(), Event()
-        # `file.document` has the changes already, but neither the units of the file nor its table [run], which `save` writes.
+        # `save` writes the units of the file and its table [run]; `file.document` has the changes, but lacks both.
         self.written = documents.change(expand(documents.read(path)), changes)
         self.family = Family.of(file.document, free)  # of mechanisms that differ in these numbers
         self.sliders = [self._slider(name, bounds) for name, bounds in free.items()]
@@ -57,8 +57,8 @@ class Explorer:
     def _slider(self, path: str, bounds: tuple[float, float] | None) -> dict[str, Any]:
         """Describe a slider: value and range in SI, the unit in which the file writes the number, and that unit in SI."""
         now, unit = self.family.values[path], self.family.units[path]
-        low, high = bounds or sorted((0.5 * now, 2.0 * now))
-        if not low < high:
+        low, high = bounds or sorted((0.5 * now, 2.0 * now))  # default, chosen: half to double
+        if not low < high:  # the default range of 0 is empty
             raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
         check_range(path, now, low, high, unit)
         shown, factor = self._unit(path, unit)
@@ -111,7 +111,7 @@ class Explorer:
             result = simulate(self.mechanism(values), self.duration, timeout=self.timeout, progress=stop_late)
         except LateError:
             return {"late": True}
-        error = float(result.error.motion)  # relative
+        error = float(result.error.motion)  # largest relative error of all places, RMS; nan if unknown
         return content(result, self.path.name, self.measures) | {"error": error if isfinite(error) else None}
 
     def save(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -199,7 +199,7 @@ def _serve(options: argparse.Namespace, file: FileContent) -> int:
     """Serve the page of a file until Ctrl-C."""
     if options.free:
         document, paths = file.document, options.free
-    else:  # with the numbers that the file omits: these have sliders too
+    else:  # without parameters in the file, the document in full: numbers that the file omits have sliders, too
         document, paths = varied_numbers(file, OMITTED)
     free: dict[str, Any] = dict(read_range(document, text) if "=" in text else (text, None) for text in paths)
     changes = read_changes(file.document, options.changes)

@@ -58,16 +58,16 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
 
 def _answer(method: Callable[..., Any], names: Sequence[str], options: argparse.Namespace, file: FileContent) -> int:
     """Call a method of statics with the options of these names, print and write its answer; return the exit status."""
-    is_path = "to" in options
+    is_path_or_response = "to" in options
     if "period" in options:
         options.period = Quantity("s").read("--period", options.period)
-    if is_path:
+    if is_path_or_response:
         if (options.plot or options.csv) and not options.point:
             raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
         options.to = _end(file.mechanism, options)
     arguments = {name: getattr(options, name) for name in names}
     found, exit_status = ask(method, options, file.mechanism, **arguments)  # the answer; after Ctrl-C, its best so far
-    if is_path and options.plot and len(found.parameter):
+    if is_path_or_response and options.plot and len(found.parameter):
         found.plot(*_point(options, file.mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
     if options.csv:
@@ -89,7 +89,7 @@ def _end(mechanism: mbs.Mechanism, options: argparse.Namespace) -> float:
         unit = "rad or m" if not is_response and options.drive else "1"
     try:
         return float(number("--to", measured(options.to), -inf, inf, unit))
-    except ValueError as error:  # of `number`, which begins with --to, or of `measured`
+    except ValueError as error:  # a message of `number` begins with --to, one of `measured` does not
         raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
 
 
@@ -113,7 +113,7 @@ def _csv(found: Any, options: argparse.Namespace) -> list[str]:
     else:
         positions = found.point(*link_and_point)
         head = "x [m],y [m],growth [1/s],negative eigenvalues"
-        stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))  # `unstable`: negative eigenvalues
+        stability = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))  # `unstable` counts those of K
     rows = zip(found.parameter.tolist(), positions.tolist(), stability, strict=True)
     return [f"{found.abscissa},{head}", *(",".join(map(repr, [parameter, *xy, *numbers])) for parameter, xy, numbers in rows)]
 
@@ -130,15 +130,15 @@ def describe(mechanism: mbs.Mechanism) -> str:
         if others := [f"{type(each).__name__} {each.key}" for each in elements]:
             lines.append(f"{name}: {'; '.join(others)}")
     drive_count, moves_freely = len(mechanism.drives), True
-    with suppress(ValueError, AttributeError):  # a user's element may lack the methods that give its equations
+    with suppress(ValueError, AttributeError):  # a user's element may lack equations: then the line is left out
         linkage = Scene.of(replace(mechanism, drives=(), velocities={})).linkage  # links are rigid, joints ideal, drives free
         constraints, coordinates = linkage.jacobian(linkage.reference).shape
-        freedoms = linkage.count_free_motions()
-        redundant = constraints - coordinates + freedoms
+        mobility = linkage.count_free_motions()
+        redundant = constraints - coordinates + mobility  # constraints less the Jacobian's rank, coordinates - mobility
         extra = f", {redundant} of them redundant" if redundant else ""
-        ending = "" if freedoms == drive_count else f"; {drive_count or 'none'} driven"
-        moves_freely = freedoms > drive_count
-        numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {freedoms}"
+        ending = "" if mobility == drive_count else f"; {drive_count or 'none'} driven"
+        moves_freely = mobility > drive_count
+        numbers = f"coordinates {coordinates}, constraints {constraints}{extra}, mobility {mobility}"
         lines.append(f"as an ideal rigid linkage: {numbers}{ending}")
     if moves_freely or any(link.body.flexible for link in mechanism.links):
         lines += _frequencies(mechanism)
