@@ -51,7 +51,7 @@ class Revolute(Joint):
         return yield_pin(self.point, self.first, self.second)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the force on the second body [N], (times, 2); multipliers, as in `Element.reactions`, are that on the first."""
+        """Return the force on the second body [N], (times, 2); multipliers are the force on the first (`Element.reactions`)."""
         return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -138,7 +138,7 @@ class Slot(Joint):
         (position, _), (origin, _), (angle, _) = (
             record.point(f"{self.first}:{self.point}"),
             record.point(start),
-            record.turn(start),
+            record.turn(start),  # angle of the line since t = 0
         )
         travel = ((position - origin) * rotate(angle, self.along)).sum(axis=1)  # `direction` has normalised `along`
         yield Signal(f"{name}.travel", travel, "m", Kind.PLACE)

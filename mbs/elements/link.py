@@ -63,7 +63,7 @@ class Carried(Either):
 
 
 LARGEST_BOW = 0.25
-"""Largest imperfection over the length: the half-sine of angles is 10 % too high there, and a closed loop at twice that."""
+"""Largest imperfection over the length: chosen. There the bow of `Beam.curve` is 10 % higher than the imperfection."""
 
 
 @declared
@@ -155,7 +155,7 @@ class Link(LinkBase):
 def make_motion_signals(name: str, *motion: Array) -> Iterator[Signal]:
     """Yield the signals `name.x`, `name.vx`, `name.ax`, `name.y`, ... of place, velocity and perhaps acceleration (times, 2)."""
     stems = [f"{name}.", f"{name}.v", f"{name}.a"][: len(motion)]  # of names, to which `vector` appends x or y
-    rate_stems = [*stems[1:], ""]
+    rate_stems = [*stems[1:], ""]  # stem of each signal's derivative; '' if there is none
     units, kinds = ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
     for stem, values, unit, kind, rate_stem in zip(stems, motion, units, kinds, rate_stems, strict=False):
         yield from vector(stem, values, unit, kind, rate=rate_stem)

@@ -79,7 +79,7 @@ class Mass(Element):
         check_known("point", self.point, mechanism.points, where)
         if self.link is not None:
             check_point_of(mechanism, self.link, self.point, where)
-        body = place(self.loaded_point(mechanism)).body
+        body = place(self.loaded_point(mechanism)).body  # `place` splits the reference 'body:point'
         if body == GROUND:
             raise ValueError(f"{where}: it lies on the ground; name a point of a link")
         if self.inertia and body not in {link.name for link in mechanism.links}:

@@ -16,9 +16,9 @@ from .scene import EngineScene
 def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
     """Make the contact of a stop: of a guide's block with a fixed face, or of a point of a body with a face of another."""
     mechanism = scene.mechanism
-    distance = stop.distance_to_face(mechanism)  # [m], along the normal, from the point's position at t = 0 to the face
+    distance = stop.distance_to_face(mechanism)  # [m], along the normal, from the point at t = 0: its travel until contact
     side = stop.side(mechanism)  # sign of the distance
-    if stop.is_in_guide:  # the block's mass estimates durations of impacts, as the effective mass below
+    if stop.is_in_guide:  # the mass, as the effective mass below, serves only to estimate durations of impacts
         return StopContact(stop, face=distance, side=side, mass=mechanism.guide(stop.point).mass)
     link, normal = stop.body(mechanism), stop.face_normal(mechanism)
     node, size, position = scene.placed[link].find_node(stop.point)  # size: number of the node's coordinates
@@ -32,7 +32,7 @@ def contact_of(scene: EngineScene, stop: Stop) -> StopContact:
         is_rigid = stop.carrier == stop.on  # a flexible link carries the face at a section: then `on` is 'link:point'
         contact_point = stop.point if is_rigid else origin  # a flexible link has effective masses at its own points only
         inverse_mass += scene.placed[stop.carrier].inverse_mass(contact_point, normal)
-    # along the normal, `stop.at` is the distance of the face from the point (0, 0), `reach` that from the node of `second`
+    # `reach` is the distance along the normal from the node of `second` to the face, and gives the depth; `face` does not
     reach = stop.at - float(np.dot(normal, second.place))
     mass = 1 / inverse_mass if inverse_mass > 0 else inf
     return FreeContact(stop, face=distance, side=side, mass=mass, first=first, second=second, normal=normal, reach=reach)

@@ -29,7 +29,9 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Quantities, last parts of the names of signals, whose peaks are read by default."""
 BATCHES = 20
-"""Number of batches, with a revolving drive 29 at most: fewer make s uncertain, more are correlated."""
+"""Number of batches, chosen: fewer make s uncertain, more are correlated.
+
+With N revolutions of a drive a batch has N/20 of them, rounded, at least 1. So there are 4 to 29 batches."""
 LEAST_BATCHES = 4
 """Least number of batches for a standard deviation; chosen."""
 POWERS = {"mean": -0.5, "rms": -0.5, "impulse": 0.5, "max": 0.0, "min": 0.0, "peak": 0.0}
@@ -88,7 +90,7 @@ def _propagate(
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id not in POINTWISE:
             value = value_of(call, time, signals)
             error = change(call, call.func.id, value)
-            changed = [value_of(tree, time, signals, given={call: value + side}) for side in (error, -error)]
+            changed = [value_of(tree, time, signals, given={call: value + shift}) for shift in (error, -error)]
             total += float(np.max(np.abs(np.subtract(changed, exact))))
     return total
 
@@ -98,9 +100,9 @@ def _change(
 ) -> float:
     """Bound the change of a reading of a function by the errors of its signals.
 
-    The time of a contact changes by the error of the signal's onsets and a step. For other readings the error changes the signal
-    x in two ways, with both signs: by a multiple of sign(x) and, except for a peak of the n-th contact, by a constant. The bound
-    is the largest change of the reading. An error of the impulse is spread evenly over the run.
+    The time of a contact changes by the error of the signal's onsets and a step. For other readings the error is added
+    in two shapes, with both signs: as a multiple of sign(x), which changes all sizes alike, and as a constant, which changes all
+    signed values alike. The bound is the largest change of the reading. An error of the impulse is spread evenly over the run.
     """
     change, norm = 0.0, NORMS.get(function, Norm.PEAK)
     for short in {node.id for node in ast.walk(call.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
@@ -109,7 +111,7 @@ def _change(
             change += error + float(np.interp(value, time[1:], np.diff(time)))  # plus a step, as onsets are times of samples
             continue
         size = error / float(time[-1]) if norm is Norm.IMPULSE else error
-        # `peak` finds the n-th contact by zeros of the signal between contacts, to which no error is added
+        # no constant for `peak`, which finds the n-th contact by the signal's zeros between contacts
         shapes = [np.sign(x)] if function == "peak" else [np.sign(x), np.ones(len(x))]
         changed = [value_of(call, time, {**signals, short: x + side * size * shape}) for shape in shapes for side in (1, -1)]
         change += float(np.max(np.abs(np.subtract(changed, value))))
@@ -145,7 +147,7 @@ def find_batch_edges(result: Result) -> Array:
 
 
 class CheckedReading(NamedTuple):
-    """Reading by the formula `name` of `signals`, for report pages; `error` is nan if it is not known.
+    """Reading for report pages: `name` is its formula, `signals` are those in it, `error` is nan if it is not known.
 
     It is `beyond` the accuracy if its error is larger than requested, or not known in a run with an error estimate.
     """

@@ -63,10 +63,10 @@ def compute_rates(model, t, y, out):
     q, v = y[:n], y[n : 2 * n]
     for k in range(tables.forces.shape[0]):
         state.memory[k, Memory.BRISTLE] = y[2 * n + k]
-    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # `since` is -1: bristles are states of this integrator
+    now = Instant(t, -1.0, q, v, state.lam, state.memory)  # -1, as `since`: bristles are states of this integrator
     compute_forces(tables, work, now, state.right_side[:n])
     compute_rows(tables, work, t, state.violation, state.jacobian, state.speed)  # g, G, and the right side of G v = speed
-    compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change; of a kink after it
+    compute_changes(tables, work, t, JUST_AFTER, state.change)  # right side of G a = change; at a kink, that just after it
     copy(state.change, state.right_side[n:])
     if _has_changed(tables, state):
         if has_free_modes:
@@ -84,8 +84,8 @@ def compute_rates(model, t, y, out):
     for k in range(tables.forces.shape[0]):
         kind, law = tables.forces[k, Forces.KIND], tables.forces[k, Forces.FRICTION]
         out[2 * n + k] = 0.0
-        is_closed_pin = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # LENGTH is its depth
-        if law >= 0 and (kind == ForceKind.FRICTION or is_closed_pin):  # the bristle at a face moves also while the face is open
+        is_closed_pin = kind == ForceKind.JOURNAL and work.reports[k, Report.LENGTH] > 0.0  # a pin's depth
+        if law >= 0 and (kind == ForceKind.FRICTION or is_closed_pin):  # a guide is always closed; a stop's law has no bristle
             out[2 * n + k] = bristle_rate(tables, law, y[2 * n + k], work.reports[k, Report.SLIP])
 
 
@@ -119,7 +119,7 @@ def _violates_constraints(tables, state, allowed):
 def _project(tables, order, state):
     """Project the new state onto the constraints in the mass metric: positions by one Newton step, then velocities."""
     n = state.force.size
-    q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation  # the last stage left it, with G and factors
+    q, v, defect = state.y_new[:n], state.y_new[n : 2 * n], state.violation  # the last stage, at y_new, left defect, G, factors
     _subtract_correction(order, state, defect, q)
     for k in range(state.lam.size):  # now the defects of the velocities, in the same array
         defect[k] = multiply_row(tables, k, state.jacobian, v) - state.speed[k]
@@ -241,7 +241,8 @@ def run_explicit(model, clock, controls, step_ends, out, counts):
         if controls.fixed:
             clock.next_step = controls.first_step
         else:
-            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))  # not of zero
+            # 1e-6, chosen: the error may be 0; below 1e-4 the ratio is the largest anyway
+            ratio = min(LARGEST_RATIO, max(SMALLEST_RATIO, SAFETY * max(clock.error, 1e-6) ** -EXPONENT))
             clock.next_step = max(h * ratio, clock.resumed_step)
         clock.resumed_step = 0.0
 
@@ -264,7 +265,7 @@ def _update_memories(tables, work, state, controls, counts):
 
 @inline
 def _write(state, out, counts, t):
-    """Write the state at time t as a row. Its bristles are those at t: they move on over no time, so SLIDING has no effect."""
+    """Write the state at time t as a row. Readers move its bristles on from STEP_START, here t, so SLIDING has no effect."""
     n, i = state.force.size, counts.samples
     counts.samples += 1
     out.time[i] = t

@@ -9,12 +9,12 @@ constraint's block is its multiplier; the other entries of this last row are tho
 need markers that are placed.
 
 The mass matrix is constant but for modal links (docs/theory-modal.md). Their modes phi_i have amplitudes eta (m,) and mass 1.
-Integrals of components in the plane, X being the position in the frame: `radial` (m,) of X . phi_i dm, `gram` (m, m) of
-phi_i . phi_j dm, `gyration` (m, m) of phi_i x phi_j dm. The diagonal of `gram` is 1 less the part of a mode out of the plane. The
-frame is at the centre of mass, and modes have neither linear nor, about the undeformed link, angular momentum. The frame's
-inertia is I + 2 radial^T eta + eta^T gram eta. Only its angle is coupled with the modes, by gyration^T eta = -gyration eta, as
-gyration is skew-symmetric. Rows of a modal link's block are x, y and angle of the frame, 0 to 2, then the amplitudes, from 3 on.
-Local names: o is the coordinate x of the frame, e the first amplitude.
+Integrals of components in the plane, X being the position in the frame: `radial` (m,) of X . phi_i dm, `gram` (m, m) of phi_i .
+phi_j dm, `gyration` (m, m) of phi_i x phi_j dm. Modes of a solid also move out of the plane, along z: entry (i, i) of `gram` is 1
+minus the integral of phi_iz^2 dm. The frame is at the centre of mass, and modes have neither linear nor, about the undeformed
+link, angular momentum. The frame's inertia is I + 2 radial^T eta + eta^T gram eta. Only its angle is coupled with the modes, by
+gyration^T eta = -gyration eta, as gyration is skew-symmetric. Rows of a modal link's block are x, y and angle of the frame, 0 to
+2, then the amplitudes, from 3 on. Local names: o is the index in q of the frame's x, e that of the first amplitude.
 """
 
 import numpy as np
@@ -58,7 +58,7 @@ def add_modal(tables, q, v, f):
         o, e, m, radial, gram, gyration, stiffness = _find_indices(tables, row)
         spin, half_inertia_rate = v[o + 2], 0.0
         for i in range(m):
-            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # d(inertia)/d(eta_i)/2
             coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
             half_inertia_rate += half_slope * v[e + i]
             f[e + i] += spin * (spin * half_slope + 2.0 * coriolis)
@@ -74,7 +74,7 @@ def add_modal_tangents(tables, work, q, v, damp, stiff):
         spin = v[o + 2]
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # d(inertia)/d(eta_i)/2
             coriolis = _multiply_matrix_row(tables, gyration, i, m, v, e)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= spin * spin * tables.data[gram + i * m + j]
@@ -122,7 +122,7 @@ def _compute_modal_mass(tables, row, q, i):
 
 @kernel_function
 def couple_modes(tables, work, q, a):
-    """Change M_0^-1 f to M(q)^-1 f in the accelerations a of modal links that no constraint acts on.
+    """Change M_0^-1 f to M(q)^-1 f in the accelerations a of all modal links, on none of which a constraint may act.
 
     M(q) differs from the constant M_0 in the frame's inertia, and couples the frame's angle with the modes, whose mass is 1. The
     angle's acceleration follows from the Schur complement of the modes: `moment` over `inertia`.
@@ -165,8 +165,8 @@ def add_inertia_stiffness(tables, work, q, a, stiff):
         o, e, m, radial, gram, gyration, _ = _find_indices(tables, row)
         markers.clear_block(tables, work, _find_block(tables, row))
         for i in range(m):
-            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # of the inertia by eta_i
-            coupling_slope = _multiply_matrix_row(tables, gyration, i, m, a, e)  # of the coupling with a: gyration is skew
+            half_slope = tables.data[radial + i] + _multiply_matrix_row(tables, gram, i, m, q, e)  # d(inertia)/d(eta_i)/2
+            coupling_slope = _multiply_matrix_row(tables, gyration, i, m, a, e)  # d(-a^T gyration eta)/d(eta_i)
             for j in range(m):
                 work.block_stiffness[3 + i, 3 + j] -= tables.data[gyration + i * m + j] * a[o + 2]
             work.block_stiffness[2, 3 + i] += 2.0 * half_slope * a[o + 2] + coupling_slope
@@ -211,9 +211,9 @@ def compute_rows(tables, work, t, residual, jacobian, speed):
             factor = tables.measure_numbers[k, MeasureNumber.FACTOR]
             next_entry = markers.write_gradient(tables, work, k, grad, factor, jacobian, next_entry)
             total += factor * value
-        residual[r], speed[r] = total - tables.values[r] - travel, rate  # values: the sum as it is without motion
+        residual[r], speed[r] = total - tables.values[r] - travel, rate  # `values`: the sum required if no drive moves it
         if count == 1 and tables.measures[first, Measures.KIND] == MeasureKind.ANGLE:
-            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # of one angle whole turns do not count
+            residual[r] -= 2.0 * np.pi * np.round(residual[r] / (2.0 * np.pi))  # whole turns of a single angle do not count
 
 
 @inline
@@ -261,7 +261,7 @@ def write_rows(tables, jacobian, saddle):
 
 @kernel_function
 def _add_multiplier_stiffness(tables, work, q, lam, stiff):
-    """Add d(G^T lambda)/dq to stiff. Markers must be placed; work.jacobian has their derivatives, not G."""
+    """Add d(G^T lambda)/dq to stiff. Markers must be placed; `work.jacobian` (3, dofs) is that of one marker, not G."""
     grad, hess = work.grad, work.hess  # (6,), (6, 6): of a measure by (x, y, angle) of markers a and b
     for r in range(tables.rows.shape[0]):
         markers.clear_block(tables, work, r)

@@ -23,7 +23,7 @@ SHORTEST = 1e-7
 NEAR = 1e-9
 """Change in the metric of the path that counts as zero: chosen."""
 CORNER = 0.5
-"""Largest angle between the tangents of successive steps [rad]; with a larger one the step has jumped to a crossing path."""
+"""Largest angle between the tangents of successive steps [rad]; a larger one is a corner or a jump to a crossing path; chosen."""
 ON_CURVE = 1e-2
 """Largest distance of an equilibrium from the curve of a step, relative to the step, at which it is on the path."""
 
@@ -35,7 +35,7 @@ class Step(NamedTuple):
     direction: Array
     new: Rest
     arc: float
-    passes_corner: bool = False  # a corner at most 1e-2 behind `rest`, from which direction and arc then count
+    passes_corner: bool = False  # `direction` and `arc` begin at the corner, an arc of at most 1e-2 behind `rest`
 
 
 class Arc:
@@ -54,7 +54,7 @@ class Arc:
         """Return the unit tangent of the path at an equilibrium, oriented as the direction `before`, or towards the end."""
         towards_end = np.append(np.zeros(len(self.metric) - 1), 1.0 / self.span)
         normal = towards_end if before is None else self.metric * before
-        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # of (q, lambda, p); p/unit is an unknown
+        tangent = self.problem.tangent(rest, normal, unit=abs(self.span))  # `unit` scales p in the linear system
         return np.asarray(tangent / self.size(tangent))
 
     def find_on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
@@ -84,15 +84,15 @@ class Arc:
                 return Step(rest, direction, self.find_on_plane(rest, direction, arc), arc)
             except StaticsError:
                 arc *= 0.5
-        lengths = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # within which a corner is searched, and of trial steps behind it: chosen
-        for far in lengths:  # at a corner a contact closes or opens, so that the tangent turns at once
+        short_arcs = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # chosen: farthest corners in the search, and trial steps behind a corner
+        for far in short_arcs:  # at a corner a contact closes or opens, so that the tangent turns at once
             corner = self._find_corner(rest, direction, far)
             if corner is None:
                 continue
             after = self.direction(corner, direction)
-            for arc in lengths:
+            for trial in short_arcs:
                 with suppress(StaticsError):
-                    return Step(rest, after, self.find_on_plane(corner, after, arc), arc, passes_corner=True)
+                    return Step(rest, after, self.find_on_plane(corner, after, trial), trial, passes_corner=True)
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def _find_corner(self, rest: Rest, direction: Array, far: float) -> Rest | None:
@@ -199,7 +199,7 @@ class Arc:
         return float(brentq(evaluate, 0.0, step.arc, xtol=tolerance))
 
     def turns(self, before: Array, after: Array, arc: float) -> bool:
-        """Return True if the tangent of the coordinates turns beyond `CORNER`, and they change in an arc."""
+        """Return True if the coordinates' tangent turns beyond `CORNER`, and they change by more than `NEAR` over an arc."""
         n = len(self.problem.units)
         first, last = (np.sqrt(self.metric[:n]) * direction[:n] for direction in (before, after))
         size = float(np.linalg.norm(last))

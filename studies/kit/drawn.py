@@ -73,7 +73,7 @@ def _draw_chain(dice: Dice) -> Run:
 
 
 def _make_block(dice: Dice, **more: Any) -> mbs.Mechanism:
-    """Make a block that slides in two guides: a bar of negligible mass, the mass in the guide of A."""
+    """Make a block that slides in two guides: a bar of negligible mass, the mass in the guide of A. F is 0.3 m left of A."""
     points, bar = {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)}, mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))
     return mbs.Mechanism(points, [bar], guides=[mbs.Guide("A", "bar", mass=dice.uniform(0.1, 1)), mbs.Guide("B", "bar")], **more)
 
@@ -86,6 +86,7 @@ def _draw_grazing(dice: Dice) -> Run:
         pin_x, slider_x = mechanism.points["A"][0], mechanism.points["B"][0]  # at crank angle 0: pin_x is the crank's length
         turning_point = slider_x - 2 * pin_x  # least x of the slider, at crank angle pi
         face = turning_point + dice.log(1e-6, 3e-3)
+        # B starts at larger x, so a stop acts on that side. The second face gives another onset soon after the first.
         stops = [mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: dice.integers(1, 3)]
         return replace(mechanism, stops=stops), duration
     pull, height, offset = dice.uniform(1, 10), dice.uniform(0.02, 0.1), dice.one(0.0, 1e-5, 1e-3)
@@ -96,6 +97,7 @@ def _draw_grazing(dice: Dice) -> Run:
 def _draw_bouncing(dice: Dice) -> Run:
     """Draw a block on a spring that strikes a stop once or many times."""
     stiffness, stretch = dice.log(20, 2000), dice.uniform(0.02, 0.08)
+    # the spring is compressed by `stretch` at first: F, its fixed end, is 0.3 m from A
     spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=dice.uniform(0, 0.5), free_length=0.3 + stretch)
     block = _make_block(dice, loads=[spring], stops=[mbs.Stop("A", dice.uniform(0.05, 1.9) * stretch, parts.draw_law(dice))])
     return block, dice.uniform(0.5, 6) * 2 * pi * sqrt(block.guides[0].mass / stiffness)
@@ -124,7 +126,7 @@ def _draw_pressed(dice: Dice) -> Run:
 
 
 def _draw_critical(dice: Dice) -> Run:
-    """Draw a bowed column under a load near the critical one, applied slowly or suddenly."""
+    """Draw a bowed column under 0.4 to 0.99 of its buckling load, applied slowly or suddenly."""
     length = dice.uniform(0.2, 0.4)
     body = parts.draw_strip(dice, length, thin=3e-4, thick=1.5e-3, bow=dice.log(1e-4, 1e-2) * length)
     load = dice.uniform(0.4, 0.99) * body.section.euler_load(length)
@@ -225,7 +227,7 @@ FAMILIES: dict[str, Generator] = {
     "any chain": _draw_chain,
     "any four-bar": partial(parts.draw_turning, kinds=("four-bar",), motions=("constant", "ramp")),
     "any slider": partial(parts.draw_turning, kinds=SLIDER),
-    "any struck": partial(parts.draw_striking, bodies=("strut",), friction_share=0.0),
+    "any struck": partial(parts.draw_striking, bodies=("strut",), friction_share=0.0),  # friction of guides: see `any rubbing`
     "any cantilever": _draw_cantilever,
     "any guided": parts.draw_guided,
     "any rattling": partial(parts.draw_rattling, bodies=("rigid", "modal")),
@@ -244,8 +246,8 @@ FAMILIES: dict[str, Generator] = {
 }
 """Generator of each family.
 
-The families before `any ...` are difficult to simulate. The families `any ...` cover the elements, joints and laws that both
-`Exudyn` and `Spectral` solve. The families after them have one kind of linkage, body and drive.
+The families before `any ...` are difficult to simulate. The families `any ...` have mechanisms that both `Exudyn` and
+`Spectral` solve. The families after them have one kind of linkage, body and drive.
 """
 EVERYTHING = tuple(name for name in FAMILIES if name.startswith("any "))
-"""Families that together cover all elements, joints and laws."""
+"""Families that together have every kind of element, joint and body, and most laws."""

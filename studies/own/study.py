@@ -35,12 +35,12 @@ from ..kit.style import Figure, subplots
 GROUP = "the run"
 """Heading, in the help, of the options that a file's table [run] may also have."""
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}  # by name
-SOLVER_GROUP = "the solver; with an accuracy its kind is kept, its steps and the strips' elements are chosen"
+SOLVER_GROUP = "the solver; with an accuracy a run keeps its kind, and chooses its steps and the elements of strips"
 """Heading, in the help, of the solver's options."""
 SOLVER_NAME = Declaration(
     Choice(tuple(SOLVERS)),
-    "exudyn, spectral (compiled) or closure; by default chosen, and the error estimated; with one of the settings below and no "
-    "name exudyn, or closure where constraints determine the motion",
+    "exudyn, spectral (compiled) or closure. By default it is chosen, and the error is estimated; if only settings below are "
+    "given, it is closure where constraints determine the motion, else exudyn",
     bounds={}, required=False, default=None, group=SOLVER_GROUP,
 )  # fmt: skip
 """Declaration of the solver's name: of the option `solver`, and of the key `kind` in the table `solver`."""
@@ -56,10 +56,10 @@ class SolverSetting(NamedTuple):
 
 @cache
 def settings() -> dict[str, SolverSetting]:
-    """Collect the settings of all solvers and steps by their names in files; an option has hyphens for underscores."""
+    """Collect the settings of all solvers and steps by their names in files, all unique; options have hyphens for underscores."""
     found: dict[str, SolverSetting] = {}
     for owner in (Controlled, Equal, *SOLVERS.values()):
-        ending = "".join(f"; of {name}" for name, kind in SOLVERS.items() if kind is owner)  # none for settings of steps
+        ending = "".join(f"; of {name}" for name, kind in SOLVERS.items() if kind is owner)  # one solver, or none for steps
         for key, about in declarations(owner).items():
             if key != "steps":  # this field of a solver is a `Controlled` or `Equal`, whose own fields are collected
                 name = {"count": "steps", "method": "integrator"}.get(key, key)  # clear without its class, as `Equal.count`
@@ -106,7 +106,7 @@ def make_solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spec
         owner, field_name, _ = settings()[key]
         if owner is Controlled and steps is Equal:
             raise ValueError(f"solver: {key} is for controlled steps: leave out steps")
-        if owner not in values:
+        if owner not in values:  # another solver; `Equal` is in `values` whenever `steps`, its only setting, is given
             of = next(each for each, other in SOLVERS.items() if other is owner)
             raise ValueError(f"solver: {key} is a setting of {of}, not of {name}")
         values[owner][field_name] = value
@@ -218,9 +218,9 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     """Compute the readings with errors, the error of the motion, the difference from the other solver, the energy balance."""
     found = {}
     for each in list_readings(result, parameters.measure):
-        error, absolute = (None if isnan(x) else x for x in (each.relative, each.error))
-        # of a value of zero only the absolute error may be known
-        found[each.name] = Metric(each.value, each.unit, error=error, absolute=absolute if error is None else None)
+        relative, absolute = (None if isnan(x) else x for x in (each.relative, each.error))
+        # if the value is zero, only the absolute error can be known
+        found[each.name] = Metric(each.value, each.unit, error=relative, absolute=absolute if relative is None else None)
     if not result.status.finished:
         return found
     if parameters.accuracy is not None:

@@ -39,7 +39,7 @@ FAMILIES = {
     "velocity": ("velocity fluctuates less", "rms({place}.vx - ideal.{link}_vx)", "m/s"),
     "acceleration": ("acceleration peaks are lower", "max(abs({place}.ax))", "m/s^2"),
     "force": ("contact force peaks are lower", FORCE, "N"),  # largest size of the force vector in the joint {place}
-    # a velocity is as rough as its derivative, the acceleration
+    # the roughness of a velocity is read off its derivative, the acceleration
     "smooth_velocity": ("velocity curve is smoother", "rms({place}.ax - ideal.{link}_ax)", "m/s^2"),
     "smooth_acceleration": ("acceleration curve is smoother", "variation({place}.ax)", "m/s^2"),
 }

@@ -109,12 +109,12 @@ def _mm(thickness: float) -> str:
 
 
 def _make_load_laws(thickness: float, elements: int, failures: list[str]) -> Mapping[str, Callable[[Array], Array]]:
-    """Make the law p(u) of each model, nan for rod and beam where the strip may be straight; failures are appended."""
+    """Make the law p(u) of each model, load in E I/L^2 over shortening in L; failures are appended."""
     section, unit = Section(STRIP_WIDTH, thickness), force_unit(thickness)
     strip = Rod(axial=section.axial_stiffness / unit, shear=section.shear_stiffness / unit)
 
     def load_bent(load: Callable[[Array], Array], u: Array) -> Array:
-        """Compute loads where the strip is surely bent; none if rod or engine raise that Newton's method fails."""
+        """Compute normalised loads where the strip is surely bent, else nan; all are nan if Newton's method fails."""
         p, is_bent = np.full(u.shape, np.nan), u >= 1e-4  # of the length, chosen
         try:
             if is_bent.any():
@@ -168,10 +168,10 @@ def figure(result: StudyResult) -> Figure:
     left.set(xlabel="crank angle [deg]", ylabel="contact force $F L^2/(E I)$")
     h = np.array(sorted(p.thicknesses))
     units = np.array([force_unit(x) for x in h])
-    for stop, mark in ((f"e{np.degrees(p.stop_angle):g}", "C2o"), ("eTable2", "C4s")):
+    for stop, color, marker in ((f"e{np.degrees(p.stop_angle):g}", "C2", "o"), ("eTable2", "C4", "s")):
         found = [result.metrics[f"F_h{_mm(x)}_{stop}"] for x in h]
-        right.plot(1e3 * h, np.array([m.value for m in found]) / units, mark, fillstyle="none", label=f"beam, {stop}")
-        right.axhline((found[0].exact or np.nan) / units[0], color=mark[:2], linewidth=0.8)
+        right.plot(1e3 * h, np.array([m.value for m in found]) / units, color + marker, fillstyle="none", label=f"beam, {stop}")
+        right.axhline((found[0].exact or np.nan) / units[0], color=color, linewidth=0.8)  # the same for all thicknesses
     printed = np.array([CONTACT_FORCES.get(x, np.nan) for x in h])
     right.plot(1e3 * h, printed / units, "kx", label="printed in Table 2")
     right.margins(0.15, 0.35)
