@@ -91,7 +91,7 @@ class Motion(Declared):
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
         for t in kinks:
             before, after = speed_at(t), speed_at(float(np.nextafter(t, inf)))  # `kinks` returns the last time before a jump
-            if abs(after - before) > SPEED_ERROR * largest:
+            if abs(after - before) > SPEED_ERROR * max(largest, abs(before), abs(after)):
                 why = "all that it moves would take an impulse at once; let it change over a short time, as by a Table"
                 raise ValueError(f"{where}: speed jumps from {before:g} to {after:g} at t = {t:g} s: {why}")
 

@@ -116,3 +116,7 @@ def test_a_links_direction_is_its_angle_from_the_x_axis_and_its_angle_the_turn_s
     result = simulate(crank, 1.0)
     assert result.signals["crank.angle"][[0, -1]] == pytest.approx([0.0, 3.0], abs=1e-9)
     assert result.signals["crank.direction"][[0, -1]] == pytest.approx([2.0, 5.0], abs=1e-9)
+
+
+def test_rounding_of_a_speed_in_a_very_short_run_is_no_jump():
+    Drive("crank", speed="49.37*cos(1342.1*t)").motion.check_run(2.5e-7, "drive")
