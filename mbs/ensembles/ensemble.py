@@ -173,8 +173,8 @@ def ensemble(
     mechanisms = (mechanism,) if isinstance(mechanism, Mechanism) else tuple(mechanism)
     speed = turning_speed(mechanisms[0], duration)
     turn = 2 * np.pi / speed if speed > 0 else duration
-    length = each or min(duration, turn)
-    windows = floor(duration / positive("each", length, "s") * (1 + 1e-9))  # 1e-9: a duration of whole windows may round down
+    length = min(duration, turn) if each is None else positive("each", each, "s")
+    windows = floor(duration / length * (1 + 1e-9))  # 1e-9: a duration of whole windows may round down
     if windows <= skip:
         raise ValueError(f"skip = {skip}: the run has {windows} windows of {length:g} s; skip fewer, or run longer")
     drawn = Members.draw(mechanisms, members, vary or {}, seed)

@@ -183,6 +183,7 @@ def test_a_map_over_two_lists():
         ({"of": []}, "one reading"), ({"of": ["max(B.nothing)"]}, "nothing"),
         ({"vary": {"links.bar.body.colour": [1.0]}}, "colour"),
         ({"skip": 9}, "skip = 9"), ({"vary": {"gravity[1]": [float("nan")]}}, "finite values"), ({"members": 0}, "members = 0"),
+        ({"each": 0.0}, "each = 0"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_before_any_run(given, said):
