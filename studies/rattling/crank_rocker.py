@@ -131,8 +131,8 @@ def read(result: mbs.Result, ideal: mbs.Result, settle: float) -> dict[str, Metr
         found[f"rms_ax_{link}"] = Metric(curve(signals[f"{link}.ax"]).rms(), "m/s^2")
         found[f"rms_vx_error_{link}"] = Metric(curve(difference).rms(), "m/s")
     deepest = max((curve(signals[f"{joint}.penetration"]).max() for joint in loose_joints(result)), default=0.0)
-    # the signal counts the contacts up to each time, from 0 on
-    contacts = sum(float(signals[f"{joint}.contacts"].max(initial=0.0)) for joint in loose_joints(result))
+    # the signals `contacts` count from the start of the run
+    contacts = sum(float(np.ptp(curve(signals[f"{joint}.contacts"]).x)) for joint in loose_joints(result))
     found |= {"penetration": Metric(deepest, "m"), "contacts": Metric(contacts, "1")}
     return found | {"energy_balance": Metric(result.energy_balance, "1")}
 

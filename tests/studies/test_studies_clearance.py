@@ -69,6 +69,15 @@ def test_metrics_follow_from_the_signals(short):
         assert value["peak_force_rocker_frame"] == force.max()
 
 
+def test_contacts_count_from_the_time_of_settling():
+    p = crank_rocker.Parameters(**SHORT)
+    ideal, rigid = crank_rocker.simulate(p, "rigid", ""), crank_rocker.simulate(p, "rigid", p.with_play)
+    deep = np.stack([rigid.signals[f"{joint}.penetration"] for joint in "OABC"])[:, rigid.time >= p.settle] > 0
+    begun = int((deep[:, 1:] & ~deep[:, :-1]).sum())
+    assert begun > 10
+    assert crank_rocker.read(rigid, ideal, p.settle)["contacts"].value == pytest.approx(begun, abs=4)  # a start at settling
+
+
 def test_figures_show_what_figures_5_to_10_show(short):
     figures = crank_rocker.figure(short)
     shape = {name: len(figure.axes) for name, figure in figures.items()}
