@@ -247,7 +247,7 @@ def _pieces(path: Any, places: Any) -> list[tuple[Any, bool]]:
         state = np.append(critical.rest.q, critical.rest.parameter / span)
         away = np.linalg.norm(states - state, axis=1)
         k = int(np.argmin(away[:-1] + away[1:] - steps))
-        cuts.append(arc[k] + steps[k] * away[k] / (away[k] + away[k + 1]))
+        cuts.append(float(np.interp(away[k], [0.0, away[k] + away[k + 1]], arc[k : k + 2])))  # exact at both ends
         cut_steps.add(k)
     is_regular = ~np.isin(arc, cuts)  # False at points that are critical themselves, where a cut lies exactly
     changes = set(np.flatnonzero(stable[1:] != stable[:-1]).tolist())

@@ -50,6 +50,16 @@ def test_a_path_has_the_stability_of_its_ends_before_the_first_critical_point_an
     assert [stable for _, stable in plot._pieces(path, parameter)] == [False] * (3 if len(criticals) == 2 else 1)
 
 
+@pytest.mark.parametrize("seed", range(100))
+def test_a_path_changes_its_stability_at_an_equilibrium_that_is_critical(seed):
+    dice = np.random.default_rng(seed)
+    q, parameter = np.cumsum(dice.random((9, 1)), axis=0), np.cumsum(dice.random(9))
+    critical = SimpleNamespace(rest=SimpleNamespace(q=q[4], parameter=parameter[4]))
+    path = SimpleNamespace(parameter=parameter, q=q, stable=np.arange(9) < 4, points=[critical])
+    first, *others = [stable for _, stable in plot._pieces(path, parameter)]
+    assert first and others and not any(others)
+
+
 def test_the_axis_of_a_path_names_what_changes():
     block = Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))
     mechanism = Mechanism(
