@@ -114,7 +114,7 @@ def simulate(p: Parameters, rocker: str, with_play: str) -> mbs.Result:
 
 
 def read(result: mbs.Result, ideal: mbs.Result, settle: float) -> dict[str, Metric]:
-    """Compute the numbers of a run from `settle` [s] on, but count contacts and balance energy from 0 on; nan without data."""
+    """Compute the numbers of a run from `settle` [s] on, but balance energy from 0 on; nan without data."""
     signals, late = result.signals, result.time >= settle
     found = {}
 
