@@ -18,7 +18,8 @@ from buckler.studies.own.study import Settings
 def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
     assert main(argv=["run", "pendulum.json"]) == 0
     out, err = capsys.readouterr()
-    assert err == "" and re.search(r"pendulum: OK in \S+ s, written to results/pendulum", out)
+    assert not err or err.startswith("What this run needs of the compiled solver")  # it may have to be compiled
+    assert re.search(r"pendulum: OK in \S+ s, written to results/pendulum", out)
     found = metrics_of(pendulum / "results" / "pendulum")
     assert set(found["metrics"]) == {"min(A.y)", "max(abs(arm.vx))"}
     rows = found["provenance"]["parameters"]
