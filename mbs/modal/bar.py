@@ -2,8 +2,8 @@
 
 The method is that of Ritz (doi 10.1515/crll.1909.135.1) with Legendre polynomials, which contain the rigid motions and converge
 exponentially. The polynomials are orthonormal. So the mass matrix is the unit matrix if stiffnesses are divided by the mass per
-length. `timoshenko` instead divides the polynomials of the deflection by the square root of the mass per length, and those of the
-rotation by the square root of the rotary inertia per length.
+length. `timoshenko` divides the polynomials instead: those of the deflection by the square root of the mass per length, those of
+the rotation by that of the rotary inertia per length.
 """
 
 from typing import Any

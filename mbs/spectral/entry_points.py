@@ -15,8 +15,10 @@ from .lawtable import JUST_AFTER
 from .markers import compute_measure, place_markers
 from .strips import advance_stresses
 
-place, mass_at = jit(place_markers), jit(kernel.fill_mass)
-"""Functions `place_markers`, which writes work.state, and `fill_mass`, which fills `mass` (slots + 1,) with M(q), for Python."""
+place = jit(place_markers)
+"""Function for Python that writes the states of markers to work.state."""
+mass_at = jit(kernel.fill_mass)
+"""Function for Python that fills `mass` (slots + 1,) with M(q)."""
 
 
 @jit
